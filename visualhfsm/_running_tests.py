@@ -21,10 +21,11 @@ from typing import Final
 import msgspec
 
 from codegen.hfsm.code.names import component_name
+from visualhfsm._editing.places import Place
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._services import Source, complete
-from visualhfsm._test_results import Passed, TestResult, TestsPush, TestView
+from visualhfsm._test_results import Passed, PassedCode, TestResult, TestsPush, TestView
 from zenoh_ice.application.child import ChildProcess
 
 Publish = Callable[[TestsPush], None]
@@ -35,6 +36,9 @@ _CONFIGURATIONS: Final = ("pyproject.toml", "pytest.ini", "tox.ini", "setup.cfg"
 _MOST_FILES: Final = 200
 _LARGEST_FILE: Final = 1 << 20  # bytes
 _MOST_TESTS: Final = 300
+_MOST_CODE: Final = 5000
+"""Pieces of code of which the page gets the lines."""
+_KINDS: Final = {"entered": "state", "fired": "transition", "true": "transition", "false": "transition"}
 _MOST_RESULTS: Final = 8 << 20  # bytes
 _LONGEST_REASON: Final = 800
 _LONGEST_TIMELINE: Final = 2000
@@ -203,10 +207,13 @@ class _TabTests:
         ran: dict[str, list[str]] = {}
         for name in self._results:
             ran.setdefault(_plain(name), []).append(name)  # one for each set of parameters
+        results = [each for each in self._results.values() if each is not None]
         names = dict.fromkeys(name for each in (*found, *ran) for name in ran.get(each, [each]))
         self._report(
             tests=tuple(self._view(name) for name in islice(names, _MOST_TESTS)),
-            passed=tuple(_passed(path, filter(None, self._results.values()))),
+            passed=tuple(_passed(path, results)),
+            code=tuple(islice(_passed_code(path, results), _MOST_CODE)),
+            unmeasured=next((each.unmeasured for each in results if each.unmeasured), ""),
         )
 
     def _view(self, name: str) -> TestView:
@@ -314,12 +321,37 @@ def _passed(path: Path, results: Iterable[TestResult]) -> Iterator[Passed]:
         for hit in result.hits:
             if hit.document == document:
                 counts[hit.automaton, hit.kind, hit.id] += hit.count
-        failed |= {(hit.automaton, hit.kind, hit.id) for hit in result.ended if hit.document == document}
-    for automaton, kind, id_ in dict.fromkeys((*counts, *failed)):
+        failed |= {(hit.automaton, hit.id) for hit in result.ended if hit.document == document}
+    elements = {(automaton, _KINDS[kind], id_) for automaton, kind, id_ in counts if kind in _KINDS}
+    for automaton, kind, id_ in sorted(elements | {(automaton, "state", id_) for automaton, id_ in failed}):
+        is_state = kind == "state"
+        held = counts[automaton, "true", id_]
         yield Passed(
             automaton=automaton,
-            kind="state" if kind == "entered" else "transition",
+            kind="state" if is_state else "transition",
             id=id_,
-            count=counts[automaton, kind, id_],
-            failed=(automaton, kind, id_) in failed,
+            count=counts[automaton, "entered" if is_state else "fired", id_],
+            asked=0 if is_state else held + counts[automaton, "false", id_],
+            held=0 if is_state else held,
+            failed=is_state and (automaton, id_) in failed,
+        )
+
+
+def _passed_code(path: Path, results: Iterable[TestResult]) -> Iterator[PassedCode]:
+    """Yield which lines of a document's code tests passed; the same code in another version is other code."""
+    document = str(path.resolve())
+    lines: dict[tuple[Place, int], tuple[set[int], set[int], set[int]]] = {}
+    for result in results:
+        for code in result.code:
+            if code.document == document:
+                found = lines.setdefault((code.place, code.version), (set(), set(), set()))
+                for known, new in zip(found, (code.lines, code.ran, code.failed), strict=True):
+                    known.update(new)
+    for (place, version), (there, ran, failed) in lines.items():
+        yield PassedCode(
+            place=place,
+            version=version,
+            passed=tuple(sorted((there & ran) - failed)),
+            missed=tuple(sorted(there - ran - failed)),
+            failed=tuple(sorted(there & failed)),
         )

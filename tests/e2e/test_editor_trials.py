@@ -20,6 +20,12 @@ from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 ENDED = RUN_LIMIT * 1000
+BRANCHES = """if self.waited == 0:
+    self.waited = 0.5
+    if self.patience > 9:
+        self.late = True
+    1 / self.patience"""
+PASSED, MISSED, FAILED = "Tests passed this line", "No test passed this line", "A test failed here"
 
 
 @pytest.fixture
@@ -134,16 +140,65 @@ def test_tests_run_beside_the_document_and_mark_what_they_pass(browser: Browser,
         panel.get_by_role("button", name="Run all tests").click()
         expect(panel).to_contain_text("1 passed, 1 failed", timeout=ENDED)
         expect(panel).to_contain_text("BehaviorFailed: done did not happen")
-        expect(panel).to_contain_text("1 of 2 states, 0 of 1 transitions passed")
+        expect(panel).to_contain_text("1 of 2 states, 0 of 1 transitions, 3 of 3 lines passed")
         state_ = page.locator("hfsm-canvas .state").first
         expect(state_).to_have_attribute("aria-label", re.compile("by tests, a test failed here"))
         assert shown.violations(".bottom") == []
-        panel.get_by_label("On the canvas").uncheck()
+        panel.get_by_label("On canvas and code").uncheck()
         expect(state_).not_to_have_attribute("aria-label", re.compile("tests"))
         path.write_text(WAITS.replace("+= 0.5", "+= 5"))  # by another program: the page follows
         expect(panel).to_contain_text("The document has changed since these tests ran")
         panel.get_by_role("button", name="Run it is done at once").click()
         expect(panel).to_contain_text("2 passed", timeout=ENDED)
+
+
+def test_lines_that_tests_passed_are_marked_beside_the_code(browser: Browser, path: Path) -> None:
+    path.write_text(WAITS.replace("self.waited += 0.5", BRANCHES))
+    path.with_name("test_waits.py").write_text(
+        'def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n\n\n'
+        'def test_it_breaks(behavior):\n    behavior("waits.xml", parameters={"patience": 0}).advance(1)\n'
+    )
+    with editor_in(browser, path, realm="test-lines") as shown:
+        page = shown.page
+        shown.state("done").wait_for()
+        shown.press("Alt+x")
+        panel = page.get_by_role("region", name="Panel below the canvas")
+        panel.get_by_role("button", name="Run all tests").click()
+        expect(panel).to_contain_text("1 passed, 1 failed", timeout=ENDED)
+        gaps = panel.get_by_role("list", name="Not passed yet")
+        expect(gaps.get_by_role("button")).to_have_text(
+            [
+                re.compile("waiting 3 of 5 lines passed; a test failed in its code"),
+                re.compile("done never entered"),
+                re.compile(
+                    "enough never fired: its condition was evaluated [0-9]+ times, and was never true"
+                ),
+            ]
+        )
+        gaps.get_by_role("button", name=re.compile("waiting")).click()
+        code = page.get_by_role("textbox", name="Code of the state waiting")
+        expect(code).to_be_focused()
+        expect(page.locator(".cm-activeLine")).to_contain_text("1 / self.patience")
+        marks = page.locator(".cm-tested")
+        assert [each.get_attribute("title") for each in marks.all()] == [
+            PASSED,
+            PASSED,
+            PASSED,
+            MISSED,
+            FAILED,
+        ]
+        expect(code).to_have_attribute(
+            "aria-description", re.compile("3 of 5 lines, not line 4, and failed in line 5")
+        )
+        assert shown.violations(".bottom") == []
+        shown.press("End")
+        page.keyboard.type("  # once")
+        expect(marks).to_have_count(0)  # they are about another text
+        expect(code).not_to_have_attribute("aria-description", re.compile("lines"))
+        shown.press("Control+z")
+        expect(marks).to_have_count(5)
+        panel.get_by_label("On canvas and code").uncheck()
+        expect(marks).to_have_count(0)
 
 
 def test_a_run_becomes_a_test_that_passes(browser: Browser, path: Path) -> None:

@@ -5,7 +5,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {covered, highlightOf, summary} = await import(`${STATIC}trials/covered.js`);
+const {covered, gapsIn, highlightOf, linesInWords, summary} = await import(`${STATIC}trials/covered.js`);
 
 const PASSED = [
   {automaton: 1, kind: "state", id: 1, count: 3, failed: false},
@@ -27,7 +27,66 @@ test("states and transitions of the same number are marked apart, by automaton",
 
 test("how much was passed is that of the document as it is now", () => {
   const automata = new Map([[1, {id: 1, states: [{id: 1}, {id: 2}], transitions: [{id: 1}, {id: 3}, {id: 4}]}]]);
-  assert.equal(covered({automata}, PASSED), "1 of 2 states, 1 of 3 transitions passed");
+  assert.equal(covered({automata}, PASSED, []), "1 of 2 states, 1 of 3 transitions passed");
+  assert.equal(
+    covered({automata}, PASSED, [{passed: [1], missed: [2], failed: [4]}]),
+    "1 of 2 states, 1 of 3 transitions, 1 of 3 lines passed",
+  );
+  const asked = {automaton: 1, kind: "transition", id: 3, count: 0, asked: 4, held: 0};
+  assert.equal(covered({automata}, [...PASSED, asked], []), "1 of 2 states, 1 of 3 transitions passed");
+});
+
+test("what was not passed is listed in the order of the document, with its reason and its place", () => {
+  const transition = (id, type, guard = "") => ({id, type, guard});
+  const states = [{id: 1}, {id: 2}];
+  const transitions = [
+    transition(1, "condition"),
+    transition(3, "condition"),
+    transition(4, "condition"),
+    transition(5, "event", "ready"),
+    transition(6, "time"),
+  ];
+  const passed = [
+    ...PASSED,
+    {automaton: 1, kind: "transition", id: 3, count: 0, asked: 4, held: 0},
+    {automaton: 1, kind: "transition", id: 5, count: 0, asked: 1, held: 0},
+  ];
+  const at = (kind, id, part) => ({kind, automaton: 1, id, part});
+  const code = [
+    {place: {kind: "automaton", automaton: 1, part: "functions"}, passed: [2], missed: [3], failed: []},
+    {place: at("state", 1, "entry"), passed: [1, 2], missed: [], failed: []},
+    {place: at("state", 1, "code"), passed: [1, 2, 3, 5, 6], missed: [4, 7], failed: []},
+    {place: at("transition", 1, "trigger"), passed: [1], missed: [], failed: []},
+    {place: at("transition", 1, "fired"), passed: [1], missed: [2], failed: [3]},
+  ];
+  const found = gapsIn({automata: new Map([[1, {id: 1, states, transitions}]])}, passed, code);
+  assert.deepEqual(
+    found.map(({place, line, what}) => [place.kind, place.id, place.part, line, what]),
+    [
+      ["automaton", undefined, "functions", 3, "1 of 2 lines passed"],
+      ["state", 1, "code", 4, "7 of 9 lines passed"],
+      ["state", 2, undefined, 0, "never entered"],
+      ["transition", 1, "fired", 3, "2 of 4 lines passed; a test failed in its code"],
+      ["transition", 3, "trigger", 1, "never fired: its condition was evaluated 4 times, and was never true"],
+      ["transition", 4, "trigger", 1, "never fired: its condition was never evaluated"],
+      ["transition", 5, "guard", 1, "never fired: its guard was evaluated once, and was never true"],
+      ["transition", 6, undefined, 0, "never fired"],
+    ],
+  );
+  assert.deepEqual(
+    found.filter(({failed}) => failed).map(({place}) => place.part),
+    ["fired"],
+  );
+});
+
+test("the lines of a piece of code are said in a sentence", () => {
+  assert.equal(linesInWords({passed: [1, 2], missed: [], failed: []}), "Tests passed 2 of 2 lines");
+  assert.equal(
+    linesInWords({passed: [1], missed: [2, 4], failed: [3]}),
+    "Tests passed 1 of 4 lines, not lines 2, 4, and failed in line 3",
+  );
+  const many = Array.from({length: 14}, (_, index) => index + 1);
+  assert.match(linesInWords({passed: [], missed: many, failed: []}), /0 of 14 lines, not lines 1, .*, 12 and 2 more$/);
 });
 
 test("how tests went is said in a line", () => {

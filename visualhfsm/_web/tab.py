@@ -15,10 +15,10 @@ from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
 from codegen.messages import Message
 from visualhfsm._editing.diff import differ
-from visualhfsm._editing.places import texts_at
+from visualhfsm._editing.places import spots, texts_at
 from visualhfsm._editing.problems import Problem
 from visualhfsm._services import Failed, RecentLines, RunPush, Source, retrieve
-from visualhfsm._test_results import TestsPush
+from visualhfsm._test_results import TestsPush, version_of
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._events import Changed, Event
 from visualhfsm.project._version import Version
@@ -83,7 +83,7 @@ class Dated(Generic[Report]):
         """Return what the windows get of a report, while they show a document."""
         self._reported = reported
         differs = self.of is not None and self._difference.between(self.of, document)
-        self.now = replace(reported, outdated=reported.outdated or differs)
+        self.now = replace(self._present(reported, document), outdated=reported.outdated or differs)
         return self.now
 
     def compare(self, document: Document) -> Report | None:
@@ -93,6 +93,22 @@ class Dated(Generic[Report]):
         former = self.now
         now = self.take(self._reported, document)
         return None if now == former else now
+
+    def _present(self, report: Report, document: Document) -> Report:  # noqa: ARG002
+        """Return a report without what is not true of a document."""
+        return report
+
+
+class DatedTests(Dated[TestsPush]):
+    """What tests passed: the lines of code are those of the shown version."""
+
+    def _present(self, report: TestsPush, document: Document) -> TestsPush:
+        if not report.code:
+            return report
+        wanted = {each.place for each in report.code}
+        versions = {place: version_of(text or "") for place, text, _, _ in spots(document) if place in wanted}
+        code = (each for each in report.code if versions.get(each.place) == each.version)
+        return replace(report, code=tuple(code))
 
 
 class Tab:
@@ -127,7 +143,7 @@ class Tab:
         self.runs: Document | None = None
         """The document as its running component has loaded it."""
         self.trials: Dated[TrialsPush] = Dated()
-        self.tests: Dated[TestsPush] = Dated()
+        self.tests = DatedTests()
         self._from_run = _Difference()
         self._threads = threads
         self._changed = changed

@@ -7,6 +7,7 @@ import linecache
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import lru_cache
 from itertools import count
 from pathlib import Path
@@ -24,7 +25,10 @@ from hfsm_runtime.virtual.errors import ExecutionError, says_it_all
 __tracebackhide__ = says_it_all
 
 _MARK: Final = "_in_memory_"
+COMPILED: Final = "<compiled>"
+"""The folder in the names of components that have no file."""
 _numbers = count(1)
+_measured: ContextVar[bool] = ContextVar("measured", default=False)
 
 
 class DocumentInvalid(ExecutionError, ValueError):
@@ -48,6 +52,19 @@ def document_of(component: type[Component]) -> Path | None:
     return path if path.is_file() else None
 
 
+@contextmanager
+def measurable() -> Iterator[None]:
+    """Give the components that are loaded meanwhile names by which coverage.py measures their lines.
+
+    It takes what begins with `<` for code without a file, and what does not for a file that a report needs.
+    """
+    token = _measured.set(True)
+    try:
+        yield
+    finally:
+        _measured.reset(token)
+
+
 def load_component(
     document: Path, include: Sequence[Path] = (), *, content: Document | None = None
 ) -> type[Component]:
@@ -61,9 +78,12 @@ def load_component(
         target, text = _compile(path, path.stat().st_mtime_ns, tuple(include))
     else:
         target, text = _compiled(path, tuple(include), content)
-    on_disk = target.is_file() and target.read_text(encoding="utf-8") == text
+    measured = _measured.get()
+    on_disk = not measured and target.is_file() and target.read_text(encoding="utf-8") == text
     # As long as the component on the disk is up to date, tracebacks and debuggers show its file.
-    file = str(target) if on_disk else f"<compiled>/{target.name}"
+    file = str(target) if on_disk else f"{COMPILED}/{target.name}"
+    if measured:
+        file = str(target.parent / file)
     if on_disk:
         linecache.checkcache(file)
     else:

@@ -116,12 +116,14 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
             document = _find_file("document", Path(document), places)
         if str(body := options.get("body", "")).endswith(".toml"):
             options["body"] = _find_file("robot", Path(body), places)
+        if results is not None:
+            results.begin(document if isinstance(document, type) else None)
         behavior = simulate(document, include=_find_directories(include, places), **options)
         made.append(behavior)
         if coverage is not None and behavior.document is not None:
             coverage.hits.watch(lambda: behavior.document, behavior.tree)
         if results is not None:
-            results.watch(lambda: behavior.document, behavior.tree)
+            results.watch(behavior)
         return behavior
 
     yield make

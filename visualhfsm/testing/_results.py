@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import msgspec
 import pytest
 
-from hfsm_runtime.tree import Tree
+from hfsm_runtime import Component
 from visualhfsm._test_results import Hit, TestResult
+from visualhfsm.simulation import Behavior
 
 from ._coverage import Hits
+from ._lines import Lines
 
 _LONGEST_REASON: Final = 2000
 _LONGEST_TIMELINE: Final = 4000
@@ -27,22 +29,36 @@ class Results:
     def __init__(self, path: Path) -> None:
         self._path: Final = path
         self._hits = Hits()
-        self._trees: list[tuple[Callable[[], Path | None], Tree]] = []
+        self._lines = Lines()
+        self._behaviors: list[Behavior] = []
+        self._error: BaseException | None = None
 
-    def watch(self, document: Callable[[], Path | None], tree: Tree) -> None:
+    def begin(self, component: type[Component] | None) -> None:
+        """Measure lines from now on, before a behavior is made."""
+        self._lines.begin(component)
+
+    def watch(self, behavior: Behavior) -> None:
         """Count what a behavior of the present test does."""
-        self._hits.watch(document, tree)
-        self._trees.append((document, tree))
+        self._hits.watch(lambda: behavior.document, behavior.tree)
+        self._lines.watch(behavior)
+        self._behaviors.append(behavior)
 
     def pytest_runtest_logstart(self) -> None:
         """Begin a test."""
         self._hits.clear()
-        self._trees.clear()
+        self._lines.clear()
+        self._behaviors.clear()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_makereport(self, call: pytest.CallInfo[None]) -> None:
+        """Keep the exception by which a test fails."""
+        self._error = None if call.excinfo is None else call.excinfo.value
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Write down how a test went; one that cannot begin, or not end, has failed."""
         if report.when != "call" and report.passed:
             return
+        self._lines.end()
         reason, mark, rest = _reason(report).partition(_TIMELINE)
         timeline = next((text for name, text in report.sections if name == "behavior"), mark.strip() + rest)
         self._write(
@@ -54,6 +70,8 @@ class Results:
                 timeline=timeline[-_LONGEST_TIMELINE:],
                 hits=tuple(self._counted()),
                 ended=tuple(self._current()) if report.failed else (),
+                code=tuple(self._lines.pieces(self._error if report.failed else None)),
+                unmeasured=self._lines.unmeasured,
             )
         )
 
@@ -65,13 +83,12 @@ class Results:
 
     def _counted(self) -> Iterator[Hit]:
         for (document, automaton, kind, id_), count in self._hits.most_common(_MOST_HITS):
-            if kind in {"entered", "fired"}:
-                yield Hit(document, automaton, kind, id_, count)
+            yield Hit(document, automaton, kind, id_, count)
 
     def _current(self) -> Iterator[Hit]:
-        for document, tree in self._trees:
-            path = str((document() or Path()).resolve())
-            for run in tree.runs:
+        for behavior in self._behaviors:
+            path = str((behavior.document or Path()).resolve())
+            for run in behavior.tree.runs:
                 if run.active:
                     yield Hit(path, run.automaton.id, "entered", run.current.id, 1)
 

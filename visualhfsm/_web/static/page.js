@@ -26,8 +26,9 @@ const SECTIONS = {
  * @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot
  * @typedef {{line?: number, column?: number, selects?: boolean}} At position of the cursor in the text at a place, or
  *   whether its value is selected, so that typing replaces it
- * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, reveal: null, save: null,
- *   "focus-canvas": null, edit: Place & At, data: {section: string, place?: Place & At}}} PageEvents
+ * @typedef {{tab: number, code: readonly import("./protocol.js").PassedCode[]}} Tested
+ * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, tested: null, reveal: null,
+ *   save: null, "focus-canvas": null, edit: Place & At, data: {section: string, place?: Place & At}}} PageEvents
  */
 
 /** Events: `tab`, `automaton`, `selection`; each is followed by `change`. */
@@ -41,6 +42,8 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
    * @type {Map<number, Map<string, import("./canvas/live-marks.js").Live>> | undefined}
    */
   highlight = undefined;
+  /** What tests passed of the code of a tab, shown beside it. The event `tested` reports it. @type {Tested | undefined} */
+  tested = undefined;
   /** @type {Map<number, Spot>} */
   #spots = new Map();
 

@@ -510,7 +510,18 @@ export interface Passed {
   kind: "state" | "transition";
   id: number;
   count: number;
+  asked: number;
+  held: number;
   failed: boolean;
+}
+
+/** The lines of a piece of code that tests passed, did not pass, and where one failed. */
+export interface PassedCode {
+  place: Place;
+  version: number;
+  passed: number[];
+  missed: number[];
+  failed: number[];
 }
 
 /** A place in a document. */
@@ -946,6 +957,8 @@ export interface TestsPush {
   status: "idle" | "running" | "stopping";
   tests: TestView[];
   passed: Passed[];
+  code: PassedCode[];
+  unmeasured: string;
   outdated: boolean;
   error: string;
 }

@@ -14,6 +14,7 @@ from tests.support.limits import FOREVER, RUN_LIMIT
 from visualhfsm import AddState, OpenDocument, Project, SetStateCode
 from visualhfsm._editing.places import Place, texts_at
 from visualhfsm._services import Failed, RecentLines
+from visualhfsm._test_results import PassedCode, TestsPush, version_of
 from visualhfsm._web.protocol import Problems
 from visualhfsm._web.tab import Tab, Threads
 
@@ -178,5 +179,35 @@ def test_a_failure_is_a_problem_until_its_code_changes(run: Callable[[Test, list
         assert tab.problems.items == []
         await tab.edit(lambda _: write("x = 1\n  y = 1 / 0"))
         assert tab.problems.items == [problem]
+
+    run(test, [])
+
+
+def test_lines_that_tests_passed_are_shown_beside_the_text_that_they_ran(
+    run: Callable[[Test, list[str]], None],
+) -> None:
+    place = Place(kind="state", automaton=1, id=1, part="code")
+    passed = PassedCode(place=place, version=version_of("pass"), passed=(1,), missed=())
+
+    async def test(opened: Callable[[int], Tab], _: Threads) -> None:
+        tab = opened(1)
+
+        async def write(text: str) -> None:
+            change = SetStateCode(automaton=1, state=1, part="code", text=text)
+            await tab.edit(lambda document: document.apply(change))
+
+        await tab.edit(add_state)
+        await write("pass")
+        tab.tests.of = tab.shown.document
+        shown = tab.tests.take(TestsPush(tab=1, code=(passed,)), tab.shown.document)
+        assert (shown.code, shown.outdated) == ((passed,), False)
+        await write("0")
+        changed = tab.tests.compare(tab.shown.document)
+        assert changed is not None
+        assert (changed.code, changed.outdated) == ((), True)
+        await write("pass")
+        again = tab.tests.compare(tab.shown.document)
+        assert again is not None
+        assert (again.code, again.outdated) == ((passed,), False)
 
     run(test, [])

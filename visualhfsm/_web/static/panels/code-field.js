@@ -11,7 +11,7 @@ import {step} from "../commands.js";
 import {messageOf} from "../notices.js";
 import {required} from "../required.js";
 import {Draft, flushEdits} from "./draft.js";
-import {commandFor, keyOf} from "./places.js";
+import {commandFor, keyOf, samePlace} from "./places.js";
 
 /**
  * The field, with a separate shadow root: the editor's styles affect nothing else, and need no exception from the
@@ -86,12 +86,14 @@ export class CodeField extends LitElement {
   connectedCallback() {
     super.connectedCallback();
     store.addEventListener("problems", this.#recheck);
+    page.addEventListener("tested", this.#retest);
     if (this.hasUpdated) this.#load();
   }
 
   disconnectedCallback() {
     super.disconnectedCallback();
     store.removeEventListener("problems", this.#recheck);
+    page.removeEventListener("tested", this.#retest);
     this.#draft.flush();
     queueMicrotask(() => this.isConnected || this.#unload()); // it may have been moved elsewhere
   }
@@ -152,6 +154,7 @@ export class CodeField extends LitElement {
         redo: () => this.#step("redo"),
         save: () => page.dispatchEvent(new Event("save")),
         problems: () => this.#problems(),
+        tested: (place) => this.#tested(place),
       });
       this.ready = true;
     } catch (error) {
@@ -193,6 +196,15 @@ export class CodeField extends LitElement {
     const {problems = [], checked, revision} = store.documents.get(this.tab) ?? {};
     return {items: problems, current: checked === revision && !this.#draft.busy};
   }
+
+  /** What tests passed of the code at a place. @param {Place} place */
+  #tested(place) {
+    const {tab, code = []} = page.tested ?? {};
+    const found = tab === this.tab ? code.find((each) => samePlace(each.place, place)) : undefined;
+    return {code: found, current: !this.#draft.busy};
+  }
+
+  #retest = () => this.#editor?.retest();
 
   /** Undo or redo typing here; a step that changed another place is shown there. @param {"undo" | "redo"} op */
   async #step(op) {

@@ -41,6 +41,7 @@ import {
 import {assistance, recheck} from "./assistance.js";
 import {isTooLong} from "./draft.js";
 import {failedLines} from "./failed-lines.js";
+import {retest, testedLines} from "./tested-lines.js";
 
 const fromDocument = Annotation.define();
 
@@ -191,7 +192,9 @@ const shared = [
  * @typedef {{text: string, cursor: number, place: import("../protocol.js").Place, tab: number, label: string, hint:
  *   string, wraps: boolean, readonly: boolean}} Content `cursor` is its initial position in the text
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
- *   problems: () => import("./assistance.js").Known}} Actions callbacks of the editor
+ *   problems: () => import("./assistance.js").Known,
+ *   tested: (place: import("../protocol.js").Place) => Tested}} Actions callbacks of the editor
+ * @typedef {{code: import("../protocol.js").PassedCode | undefined, current: boolean}} Tested
  */
 
 /** One editor in an element; it shows one piece of code after the other. */
@@ -242,6 +245,11 @@ export class Editor {
     this.#view.dispatch({effects: recheck.of(null)});
   }
 
+  /** Update the marks after tests. */
+  retest() {
+    this.#view.dispatch({effects: retest.of(null)});
+  }
+
   /** Place the cursor; line and column from 1. @param {number} line */
   goTo(line, column = 1) {
     const {doc} = this.#view.state;
@@ -275,7 +283,8 @@ export class Editor {
 
   /** @param {Content} content */
   #stateOf({text, cursor, place, tab, label, hint, wraps, readonly}) {
-    const {typed, undo, redo, save, problems} = this.#actions;
+    const {typed, undo, redo, save, problems, tested} = this.#actions;
+    const lines = testedLines(() => tested(place));
     this.#label = label;
     /** @param {() => void} action */
     const run = (action) => () => {
@@ -309,10 +318,11 @@ export class Editor {
         python(),
         assistance({tab, place, problems}),
         failedLines(place, problems),
-        EditorView.contentAttributes.of(() => ({
+        lines.extension,
+        EditorView.contentAttributes.of((view) => ({
           tabindex: "0",
           "aria-label": this.#label,
-          "aria-description": "Escape returns to the canvas",
+          "aria-description": [lines.words(view.state), "Escape returns to the canvas"].filter(Boolean).join(". "),
         })),
         placeholder(hint),
         wraps ? EditorView.lineWrapping : [],

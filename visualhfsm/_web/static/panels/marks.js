@@ -12,6 +12,17 @@ export function showMarks(marks) {
   page.dispatchEvent(new Event("highlight"));
 }
 
+/**
+ * Show beside code what tests passed of it.
+ *
+ * @param {import("../page.js").Tested} [tested] nothing without it
+ */
+export function showTested(tested) {
+  if (page.tested?.tab === tested?.tab && page.tested?.code === tested?.code) return;
+  page.tested = tested;
+  page.dispatchEvent(new Event("tested"));
+}
+
 /** Remove the marks from the canvas. */
 export function showNoMarks() {
   if (!page.highlight) return;

@@ -48,7 +48,7 @@ export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name =
  * @param {Place} one
  * @param {Place} other
  */
-function samePlace(one, other) {
+export function samePlace(one, other) {
   return keyOf({...one, child: 0}) === keyOf({...other, child: 0});
 }
 

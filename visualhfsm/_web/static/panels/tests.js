@@ -2,6 +2,8 @@
  * The tests of the shown document, beside it: run by pytest, with what they passed on the canvas.
  *
  * @import {TestView, TestsPush} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
+ * @import {Gap} from "../trials/covered.js"
  */
 
 import {html, nothing} from "lit";
@@ -14,8 +16,12 @@ import {monitor} from "../monitor/monitor.js";
 import {messageOf, notify} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
-import {covered, highlightOf, summary} from "../trials/covered.js";
-import {showMarks, showNoMarks} from "./marks.js";
+import {covered, gapsIn, highlightOf, summary} from "../trials/covered.js";
+import {showMarks, showNoMarks, showTested} from "./marks.js";
+import {wordsFor} from "./places.js";
+import {moveAmongRows} from "./rows.js";
+
+const MOST_GAPS = 300; // that are listed
 
 class TestsPanel extends PageElement {
   static properties = {refusal: {state: true}, marks: {state: true}};
@@ -26,7 +32,7 @@ class TestsPanel extends PageElement {
     super();
     /** Why there are no tests of this document. */
     this.refusal = "";
-    /** Whether what they passed is shown on the canvas. */
+    /** Whether what they passed is shown on the canvas, and beside the code. */
     this.marks = true;
   }
 
@@ -42,6 +48,7 @@ class TestsPanel extends PageElement {
   disconnectedCallback() {
     super.disconnectedCallback();
     showNoMarks();
+    showTested();
   }
 
   focusFirst() {
@@ -53,6 +60,7 @@ class TestsPanel extends PageElement {
     const runs = monitor.component && monitor.tab === page.tab; // what runs is shown instead
     if (this.marks && !runs && tests?.passed.length) showMarks(highlightOf(tests.passed));
     else showNoMarks();
+    showTested(this.marks && tests?.code.length ? {tab: page.tab, code: tests.code} : undefined);
   }
 
   render() {
@@ -98,14 +106,18 @@ class TestsPanel extends PageElement {
         }
         <span role="status">${running ? "Tests run…" : summary(tests.tests)}</span>
         <span class="room"></span>
-        ${tests.passed.length ? html`<span class="faint">${covered(document, tests.passed)}</span>` : nothing}
-        <label
+        ${
+          tests.passed.length
+            ? html`<span class="faint">${covered(document, tests.passed, tests.code)}</span>`
+            : nothing
+        }
+        <label title="Mark what tests passed on the canvas, and beside lines of code"
           ><input
             type="checkbox"
             .checked=${this.marks}
             @change=${(/** @type {import("../element.js").From<HTMLInputElement>} */ {target}) => (this.marks = target.checked)}
           />
-          On the canvas</label
+          On canvas and code</label
         >
       </div>
       ${
@@ -114,8 +126,36 @@ class TestsPanel extends PageElement {
           : nothing
       }
       ${tests.error ? html`<pre class="trials-error" role="alert">${tests.error}</pre>` : nothing}
-      ${tests.tests.length ? this.#list(tests, running) : this.#none()}
+      ${
+        tests.tests.length
+          ? html`<div class="tests-scroll">${this.#list(tests, running)} ${this.#gaps(document, tests)}</div>`
+          : this.#none()
+      }
     </div>`;
+  }
+
+  /** What they have not passed. @param {OpenDocument} document @param {TestsPush} tests */
+  #gaps(document, tests) {
+    if (!tests.passed.length) return nothing;
+    const gaps = gapsIn(document, tests.passed, tests.code);
+    return html`<section aria-labelledby="gaps-title">
+      <h3 id="gaps-title" class="gaps-title">
+        ${gaps.length ? "Not passed yet" : "Everything was passed"}
+        ${
+          tests.code.length
+            ? html`<span class="tests-legend">
+                <span class="tested-sign passed"></span> line passed <span class="tested-sign missed"></span> not passed
+                <span class="tested-sign failed">×</span> a test failed here
+              </span>`
+            : nothing
+        }
+      </h3>
+      ${tests.unmeasured ? html`<p class="trials-note">Lines were not measured: ${tests.unmeasured}.</p>` : nothing}
+      <ol class="rows" aria-label="Not passed yet" @keydown=${moveAmongRows}>
+        ${gaps.slice(0, MOST_GAPS).map((gap) => gapRow(document, gap))}
+      </ol>
+      ${gaps.length > MOST_GAPS ? html`<p class="empty">${gaps.length - MOST_GAPS} more are not listed.</p>` : nothing}
+    </section>`;
   }
 
   /** @param {TestsPush} tests @param {boolean} running */
@@ -190,6 +230,25 @@ class TestsPanel extends PageElement {
       if (tab === page.tab && store.online) this.refusal = messageOf(error);
     }
   }
+}
+
+/** @param {OpenDocument} document @param {Gap} gap */
+function gapRow(document, {place, line, what, failed}) {
+  const path = wordsFor(document, place);
+  const isElement = place.kind !== "automaton";
+  const name = wordsFor(document, isElement ? {...place, part: ""} : place).at(-1);
+  const where = [...(isElement ? path : path.slice(0, -1)), line && `line ${line}`];
+  return html`<li>
+    <button type="button" class="row" @click=${() => page.jump(place, line ? {line, column: 1} : {})}>
+      <span
+        class="test-sign ${failed ? "failed" : ""}"
+        role="img"
+        aria-label=${failed ? "failed: " : "not passed: "}
+      ></span>
+      <span class="message"><strong>${name}</strong> ${what}</span>
+      <span class="where">${where.filter(Boolean).join(" › ")}</span>
+    </button>
+  </li>`;
 }
 
 /** The name of a test as a sentence. @param {string} name */

@@ -2,8 +2,10 @@
  * What tests passed in a document.
  *
  * @import {Live} from "../canvas/live-marks.js"
- * @import {Passed, TestView} from "../protocol.js"
+ * @import {Automaton, Passed, PassedCode, Place, TestView, Transition} from "../protocol.js"
  * @import {OpenDocument} from "../store.js"
+ * @typedef {{place: Place, line: number, what: string, failed: boolean}} Gap something that was not passed, or not
+ *   wholly: what, and where to look; a line of 0 is the element as a whole
  */
 
 /**
@@ -26,10 +28,10 @@ export function highlightOf(passed) {
 /**
  * How much of a document was passed, in words.
  *
- * @param {OpenDocument} document @param {readonly Passed[]} passed
+ * @param {OpenDocument} document @param {readonly Passed[]} passed @param {readonly PassedCode[]} code
  */
-export function covered(document, passed) {
-  const keys = new Set(passed.map(({automaton, kind, id}) => `${automaton} ${kind} ${id}`));
+export function covered(document, passed, code) {
+  const keys = new Set(passed.filter(({count}) => count).map(({automaton, kind, id}) => `${automaton} ${kind} ${id}`));
   let [states, allStates, transitions, allTransitions] = [0, 0, 0, 0];
   for (const automaton of document.automata.values()) {
     for (const {id} of automaton.states) states += Number(keys.has(`${automaton.id} state ${id}`));
@@ -37,7 +39,99 @@ export function covered(document, passed) {
     allStates += automaton.states.length;
     allTransitions += automaton.transitions.length;
   }
-  return `${states} of ${allStates} states, ${transitions} of ${allTransitions} transitions passed`;
+  const lines = code.length ? `, ${sumOf(code)} lines` : "";
+  return `${states} of ${allStates} states, ${transitions} of ${allTransitions} transitions${lines} passed`;
+}
+
+/**
+ * What tests have not passed of a document, in its order.
+ *
+ * @param {OpenDocument} document @param {readonly Passed[]} passed @param {readonly PassedCode[]} code
+ * @returns {Gap[]}
+ */
+export function gapsIn(document, passed, code) {
+  const known = new Map(passed.map((each) => [`${each.automaton} ${each.kind} ${each.id}`, each]));
+  /** @type {Map<string, PassedCode[]>} */
+  const pieces = new Map();
+  for (const each of code) {
+    const {automaton, kind, id = 0} = each.place;
+    const key = `${automaton} ${kind} ${id}`;
+    pieces.set(key, [...(pieces.get(key) ?? []), each]);
+  }
+  /** @type {Gap[]} */
+  const gaps = [];
+  for (const automaton of document.automata.values()) {
+    gaps.push(...linesOf(pieces.get(`${automaton.id} automaton 0`)));
+    for (const state of automaton.states) {
+      const key = `${automaton.id} state ${state.id}`;
+      if (known.get(key)?.count) gaps.push(...linesOf(pieces.get(key)));
+      else gaps.push(gapAt({kind: "state", automaton: automaton.id, id: state.id}, "never entered"));
+    }
+    for (const transition of automaton.transitions) {
+      const key = `${automaton.id} transition ${transition.id}`;
+      if (known.get(key)?.count) gaps.push(...linesOf(pieces.get(key)));
+      else gaps.push(neverFired(automaton, transition, known.get(key)));
+    }
+  }
+  return gaps;
+}
+
+/** @param {Place} place @param {string} what @returns {Gap} */
+const gapAt = (place, what) => ({place, line: place.part ? 1 : 0, what, failed: false});
+
+/** @param {Automaton} automaton @param {Transition} transition @param {Passed} [passed] */
+function neverFired(automaton, {id, type, guard}, passed) {
+  /** @type {Place} */
+  const place = {kind: "transition", automaton: automaton.id, id};
+  const part = type === "condition" ? "trigger" : guard.trim() ? "guard" : "";
+  if (!part) return gapAt(place, "never fired");
+  const word = type === "condition" ? "condition" : "guard";
+  const times = passed?.asked === 1 ? "once" : `${passed?.asked} times`;
+  const why = !passed?.asked
+    ? `its ${word} was never evaluated`
+    : passed.held
+      ? `though its ${word} was true`
+      : `its ${word} was evaluated ${times}, and was never true`;
+  return gapAt({...place, part}, `never fired: ${why}`);
+}
+
+/**
+ * The lines of one element, in all its code, unless tests passed all of them.
+ *
+ * @param {readonly PassedCode[]} [pieces]
+ * @returns {Gap[]}
+ */
+function linesOf(pieces = []) {
+  const broken = pieces.find(({failed}) => failed.length);
+  const first = broken ?? pieces.find(({missed}) => missed.length);
+  if (!first) return [];
+  const what = `${sumOf(pieces)} lines passed${broken ? "; a test failed in its code" : ""}`;
+  return [{place: first.place, line: (broken ? first.failed : first.missed)[0], what, failed: Boolean(broken)}];
+}
+
+/** @param {readonly PassedCode[]} pieces */
+function sumOf(pieces) {
+  const passed = pieces.reduce((sum, each) => sum + each.passed.length, 0);
+  const all = pieces.reduce((sum, each) => sum + each.missed.length + each.failed.length, passed);
+  return `${passed} of ${all}`;
+}
+
+/** What tests passed of a piece of code, as a sentence. @param {PassedCode} code */
+export function linesInWords(code) {
+  const {missed, failed} = code;
+  const parts = [`Tests passed ${sumOf([code])} lines`];
+  if (missed.length) parts.push(`not ${lineNumbers(missed)}`);
+  if (failed.length) parts.push(`and failed in ${lineNumbers(failed)}`);
+  return parts.join(", ");
+}
+
+const MOST_NUMBERS = 12;
+
+/** @param {readonly number[]} lines */
+function lineNumbers(lines) {
+  const shown = lines.slice(0, MOST_NUMBERS).join(", ");
+  const more = lines.length > MOST_NUMBERS ? ` and ${lines.length - MOST_NUMBERS} more` : "";
+  return `${lines.length === 1 ? "line" : "lines"} ${shown}${more}`;
 }
 
 /** How tests went, in words. @param {readonly TestView[]} tests */
