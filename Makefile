@@ -24,7 +24,7 @@ LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node hub clean
+.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -41,10 +41,10 @@ quick-tests:
 test: ## Run the linters and every test, and build the documentation
 	@$(MAKE) --no-print-directory --jobs=2 --keep-going all-tests lint docs
 
-all-tests: $(VENV)/dev.stamp packages hub
+all-tests: $(VENV)/dev.stamp packages node-modules
 	@$(BIN)/python -m pytest -n 5 --dist loadgroup -q --durations=10
 
-coverage: $(VENV)/dev.stamp packages hub ## Run every test and report what it covers of the packages and of the page
+coverage: $(VENV)/dev.stamp packages node-modules ## Run every test and report what it covers of the packages and of the page
 	@rm -rf coverage
 	@PAGE_COVERAGE=$(CURDIR)/coverage/page $(BIN)/coverage run -m pytest -n 5 --dist loadgroup -q || touch coverage/failed
 	@$(BIN)/coverage combine --quiet && $(BIN)/coverage report && $(BIN)/coverage html --quiet
@@ -79,7 +79,7 @@ lint-python: $(VENV)/dev.stamp
 	$(BIN)/lint-imports --no-cache
 	@$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 
-lint-page: node ## Check the modules of the page: format, mistakes, types
+lint-page: node-modules ## Check the modules of the page: format, mistakes, types
 	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory check-page; \
 	else echo "Node.js is not installed: the page is not checked"; fi
 
@@ -89,9 +89,10 @@ types: $(VENV)/dev.stamp
 check-page: tests/page/node_modules/.stamp
 	$(LATER) npm run --silent --prefix tests/page check
 
-hub: node
-	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory tests/hub/node_modules/.stamp; \
-	else echo "Node.js is not installed: the tests with a JupyterHub are skipped"; fi
+node-modules: node
+	@if command -v npm >/dev/null; then \
+		$(MAKE) --no-print-directory tests/hub/node_modules/.stamp tests/page/node_modules/.stamp; \
+	else echo "Node.js is not installed: the tests of catalogs and those with a JupyterHub are skipped"; fi
 
 tests/%/node_modules/.stamp: tests/%/package-lock.json
 	npm ci --silent --prefix tests/$*

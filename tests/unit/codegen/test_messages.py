@@ -56,7 +56,7 @@ def templates(draw: st.DrawFn) -> tuple[str, dict[str, Value]]:
 def messages(draw: st.DrawFn) -> Message:
     """Return a message, whose values may be messages."""
     template, values = draw(templates())
-    if values and draw(st.booleans()):
+    if draw(st.booleans()) and values:
         values[draw(st.sampled_from(sorted(values)))] = draw(messages())
     return Message(template, **values)
 
