@@ -12,7 +12,7 @@ from .loading import add_to_path, end_loading, load_extension, prepare_program, 
 
 prepare_program()  # before the slow imports
 
-from ._automaton import Automaton, Event, Input, State, Transition  # noqa: E402
+from ._automaton import Automaton, Event, Input, Output, State, Transition  # noqa: E402
 from .component import Component, Parameter, Proxy, Ros  # noqa: E402
 from .ending import report_abrupt_ends  # noqa: E402
 from .errors import ComponentError  # noqa: E402
@@ -32,6 +32,7 @@ __all__ = [
     "ComponentError",
     "Event",
     "Input",
+    "Output",
     "Parameter",
     "Proxy",
     "Ros",

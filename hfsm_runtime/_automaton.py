@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
@@ -20,7 +21,7 @@ _BY_PLACE: Final = -1
 """The id of a state or a transition whose place in the automaton becomes its id."""
 
 Arguments = Mapping[str, object] | Mapping[int, Mapping[str, object]]
-"""Values of inputs by name; for several automata, by the automaton's id and then by name."""
+"""Values of inputs or outputs by name; for several automata, by the automaton's id and then by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,15 +46,27 @@ class Input(msgspec.Struct, frozen=True, kw_only=True):
     default: object = REQUIRED
 
 
+class Output(msgspec.Struct, frozen=True, kw_only=True):
+    """A variable of an automaton that the state above it may take: of type int, float, bool, str or object.
+
+    It has the default from when the automaton starts until its code assigns it.
+    """
+
+    name: str
+    type: type = object
+    default: object = None
+
+
 @dataclass(frozen=True)
 class State:
     """A state: `code` runs once a cycle while it is the current one; it may own automata, its children.
 
     Its `id` is by default its place in the automaton, from 1. `entry` runs when the state is entered and
     `exit` when it is left. After the entry `arguments` returns the values for the inputs of the children: by
-    input name for an only child, otherwise by child id and then by input name. With `restart` the
-    children start again each time the state is entered, instead of resuming. An automaton in a `final` state
-    has finished.
+    input name for an only child, otherwise by child id and then by input name. `results` takes the outputs of
+    the children, in the same form, into variables of the automaton: at the entry, and at the beginning of
+    each cycle. With `restart` the children start again each time the state is entered, instead of resuming.
+    An automaton in a `final` state has finished.
     """
 
     name: str
@@ -67,6 +80,7 @@ class State:
     children: tuple[Automaton, ...] = ()
     restart: bool = False
     arguments: Callable[[], Arguments] | None = None
+    results: Callable[[Arguments], object] | None = None
 
 
 class _End:
@@ -123,7 +137,8 @@ class Transition:
 class Automaton:
     """An automaton; its `id` is unique in the component. Raises DefinitionError.
 
-    `period` is the time between its cycles in s. `set_inputs` takes a value for each of `inputs`, by name.
+    `period` is the time between its cycles in s. `set_inputs` takes a value for each of `inputs`, by name;
+    `set_outputs` does the same for `outputs`, and `get_outputs` returns their values.
     Transitions out of a state are tried by priority, 1 first, then those without a priority in their order.
     `source` names the file from which it was imported.
     """
@@ -136,6 +151,9 @@ class Automaton:
     transitions: tuple[Transition, ...] = ()
     inputs: tuple[Input, ...] = ()
     set_inputs: Callable[[Mapping[str, object]], object] | None = None
+    outputs: tuple[Output, ...] = ()
+    set_outputs: Callable[[Mapping[str, object]], object] | None = None
+    get_outputs: Callable[[], Mapping[str, object]] | None = None
     source: str = ""
     _by_id: dict[int, State] = field(init=False, repr=False, compare=False)
     _outgoing: dict[int, tuple[Transition, ...]] = field(init=False, repr=False, compare=False)
@@ -190,6 +208,10 @@ class Automaton:
         """Return the active time in ns from which a transition out of a state can fire, or infinity."""
         return self._soonest[state.id]
 
+    def first_outputs(self) -> dict[str, object]:
+        """Return the outputs as they are when the automaton starts; each call copies their defaults."""
+        return {each.name: copy.deepcopy(each.default) for each in self.outputs}
+
     def tree(self) -> Iterator[Automaton]:
         """Yield this automaton and all below it, each before its children."""
         yield self
@@ -205,6 +227,8 @@ class Automaton:
             raise DefinitionError(f"{label} needs exactly one initial state")
         if not _positive(self.period):
             raise DefinitionError(f"{label} has the period {self.period}: it is a positive number of seconds")
+        if self.outputs and (self.get_outputs is None or self.set_outputs is None):
+            raise DefinitionError(f"{label} has outputs, and needs `get_outputs` and `set_outputs`")
         for state in self.states:
             required = any(given.default is REQUIRED for child in state.children for given in child.inputs)
             if required and state.arguments is None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict, deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -106,6 +106,12 @@ class Run:
     """Number of dropped events."""
     last_dropped: tuple[Event, DropReason, int] | None = None
     """The newest dropped event, the reason, and the component time."""
+    outputs: Mapping[str, object] = field(default_factory=dict)
+    """The outputs at the end of the last finished cycle, or from the start."""
+    taken: Mapping[str, object] | None = None
+    """The outputs that the parent has taken last."""
+    unset: bool = False
+    """Whether the next cycle first gives the outputs their defaults, since the automaton has started."""
     guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
     """The last value of each guard out of the current state, and the time of its cycle."""
     last_slot: int = -1
@@ -138,13 +144,34 @@ class Run:
         """The automata that the current state owns."""
         return self.children.get(self.current.id, ())
 
+    @property
+    def takes(self) -> bool:
+        """Whether it takes outputs of the automata below the current state."""
+        return self.current.results is not None
+
+    @property
+    def hands_up(self) -> bool:
+        """Whether the automaton above takes its outputs."""
+        return self.owner is not None and self.owner.results is not None and bool(self.automaton.outputs)
+
+    @property
+    def below_finished(self) -> bool:
+        """Whether the automata of the current state have finished, and their last outputs have been taken."""
+        below = self.below
+        if not below or not all(child.finished for child in below):
+            return False
+        return not self.takes or all(child.taken is child.outputs for child in below)
+
     def active_time(self, now: int) -> int:
         """Return the active time since the entry into the current state in ns."""
         return self.waited + (0 if self.since is None else max(0, now - self.since))
 
     def may_change(self, now: int) -> bool:
-        """Return whether a cycle at a time may change anything: guards may hold, and any event may arrive."""
-        if self.owed or self.current.final:
+        """Return whether a cycle at a time may change anything that others notice.
+
+        Guards may hold, any event may arrive, and outputs are handed over.
+        """
+        if self.owed or self.current.final or self.takes or self.hands_up:
             return True
         return self.active_time(now) >= self.automaton.soonest(self.current)
 
@@ -167,6 +194,7 @@ class Run:
         An automaton that lost its state has not entered any state.
         """
         left, self.automaton = self.current, automaton
+        self.outputs = {each.name: self.outputs.get(each.name, each.default) for each in automaton.outputs}
         found = _counterpart(left, automaton)
         self.first = _counterpart(self.first, automaton) if self.first else None
         forced = self.forced

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Final, Protocol
 
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
-from ._variables import convert
-from .errors import ArgumentError, ComponentStoppedError, CycleCutError
+from ._variables import convert, functions_of
+from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
+from .source_map import PLACE, place_of_assignment
 from .tree import Run, Tree
 
 HAND_OVER: Final = 1.0
@@ -38,10 +39,11 @@ class Supervisor(Protocol):
 def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
     """Run one cycle of an automaton, which belongs to the component time `now`; a ghost runs none.
 
-    First, the entry into the current state is completed, if it is still owed. Then the transitions out of it
-    are tried, and the first that holds fires: the automata below the old state become ghosts and end their
-    running cycles; exit code, change of state, the transition's code and entry code follow; then the timers
-    of the new state start and the automata below it wake. Finally the code of the current state runs.
+    First, the entry into the current state is completed, if it is still owed, and the outputs of the automata
+    below are taken. Then the transitions out of it are tried, and the first that holds fires: the automata
+    below the old state become ghosts and end their running cycles; exit code, change of state, the
+    transition's code and entry code follow; then the timers of the new state start and the automata below it
+    wake. Finally the code of the current state runs, and the automaton's own outputs are handed up.
     If the entry ends within a period it counts as no time, so that timers keep to the schedule of cycles.
     Cycles that fall due while this one lasts are not made up for.
     """
@@ -73,8 +75,12 @@ def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
     if run.code_first:
         run.code_first = False
     else:
+        if run.unset:
+            run.unset = False
+            _set_outputs(run.automaton)
         if run.owed:
             _enter(tree, run, now, supervisor)
+        _take_results(tree, run, supervisor)
         if run.unseen and run.on_duty and not run.owed:
             run.unseen = False
             if _pauses(tree, run, None):
@@ -84,15 +90,20 @@ def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
             transition = _first_that_holds(tree, run, now, supervisor)
             if transition is not None and _fire(tree, run, transition, now, supervisor):
                 run.unseen = False
+                _take_results(tree, run, supervisor)
                 if _pauses(tree, run, transition):
                     tree.suspend(run, code_first=True)
                     return
-    if run.on_duty and not run.owed:
-        if run.current.final:
-            tree.finish(run, now)
-        elif run.current.code is not None:
-            tree.decide(run, now)  # nobody has to wait for the code
-            _call(tree, run, run.current.code, supervisor)
+    runs_on = run.on_duty and not run.owed
+    if runs_on and not run.current.final and run.current.code is not None:
+        tree.decide(run, now)  # nobody has to wait for the code, but who takes its outputs
+        _call(tree, run, run.current.code, supervisor)
+    if run.hands_up:
+        outputs = _call(tree, run, lambda: outputs_of(run), supervisor)
+        if isinstance(outputs, dict):
+            tree.hand_up(run, outputs)
+    if runs_on and run.current.final:
+        tree.finish(run, now)  # after the last outputs: who sees the end sees them
 
 
 def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
@@ -133,7 +144,7 @@ def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: S
     elif transition.event:
         triggered = run.event is not None and transition.event == run.event.name
     elif transition.finished:
-        triggered = bool(run.below) and all(child.finished for child in run.below)
+        triggered = run.below_finished
     else:
         triggered = True
     if not triggered or transition.guard is None:
@@ -224,6 +235,48 @@ def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervis
             observer.code_failed(run, error)
         supervisor.failed(run, error)
         return None
+
+
+def _set_outputs(automaton: Automaton) -> None:
+    if automaton.set_outputs is not None:
+        automaton.set_outputs(automaton.first_outputs())
+
+
+def _take_results(tree: Tree, run: Run, supervisor: Supervisor) -> None:
+    """Take the outputs of the automata below the current state into variables."""
+    results = run.current.results
+    if results is not None and run.awake:
+        outputs = tree.take(run)
+        _call(tree, run, lambda: results(outputs), supervisor)
+
+
+def outputs_of(run: Run) -> dict[str, object]:
+    """Return the present outputs of an automaton; raises ValueTypeError for one of another type.
+
+    The error has the place at which the value was most probably assigned.
+    """
+    automaton = run.automaton
+    assert automaton.get_outputs is not None
+    values = automaton.get_outputs()
+    outputs: dict[str, object] = {}
+    for declared in automaton.outputs:
+        what = f"the output {declared.name!r} of automaton {automaton.id} ({automaton.name!r})"
+        try:
+            outputs[declared.name] = convert(values[declared.name], declared.type, what)
+        except ValueTypeError as error:
+            place = place_of_assignment(_latest_code(run), declared.name)
+            if place:
+                setattr(error, PLACE, place)
+            raise
+    return outputs
+
+
+def _latest_code(run: Run) -> Iterator[Callable[..., object]]:
+    """Yield the code of an automaton, beginning with what ran last."""
+    state, automaton = run.current, run.automaton
+    fired = (each.code for each in automaton.transitions if each.id == run.last_transition)
+    yield from (code for code in (state.code, state.entry, *fired) if code is not None)
+    yield from functions_of(automaton)
 
 
 def hand_over(state: State, arguments: Arguments) -> None:

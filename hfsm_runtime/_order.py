@@ -3,7 +3,8 @@
 It concerns automata one below the other: the upper one decides whether the lower one is active, and may wait
 until that has finished. Virtual time has the same order. Each thread asks whether it is its turn. Nobody
 waits for a cycle that can change nothing, since no timer has expired; and a cycle follows another as soon as
-that has decided which transition fires: the code of states runs side by side.
+that has decided which transition fires: the code of states runs side by side. Only who takes the outputs of
+an automaton waits for the end of its earlier cycles.
 
 A late thread may hold the others up, code that hangs must not: a cycle that lasts longer than a period, its
 own or that of the automaton that waits, and longer than 0.1 s, is not waited for any more. Nor does an
@@ -57,6 +58,7 @@ def _late_below(run: Run, waiting: Run, now: int) -> Run | None:
         if late is not None:
             return late
         due = child.next_slot < waiting.next_slot and child.may_change(waiting.next_slot)
+        due |= run is waiting and child.hands_up and child.began is not None
         if due and not _lasts_too_long(child, waiting, now):
             return child
     return None

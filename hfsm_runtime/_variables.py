@@ -48,9 +48,9 @@ def values_of(automaton: Automaton) -> dict[str, object]:
 
 def functions_of(automaton: Automaton) -> list[Callable[..., object]]:
     """Return the code of an automaton."""
-    functions: list[Callable[..., object] | None] = [automaton.set_inputs]
+    functions: list[Callable[..., object] | None] = [automaton.set_inputs, automaton.get_outputs]
     for state in automaton.states:
-        functions += [state.entry, state.code, state.exit, state.arguments]
+        functions += [state.entry, state.code, state.exit, state.arguments, state.results]
     for transition in automaton.transitions:
         functions += [transition.guard, transition.code]
     return [each for each in functions if each is not None]
@@ -73,7 +73,7 @@ def assign(automaton: Automaton, name: str, value: object) -> None:
     Values arrive as JSON, which has no tuples: a list for a variable that is a tuple becomes a tuple.
 
     Raises UnknownElementError when it uses none of this name, or the name is that of a function, and
-    ValueTypeError when it is an input of another type.
+    ValueTypeError when it is an input or an output of another type.
     """
     cell = cells_of(automaton).get(name)
     if cell is None:
@@ -88,9 +88,10 @@ def assign(automaton: Automaton, name: str, value: object) -> None:
         value = _with_tuples(value, cell.cell_contents)
     except ValueError:  # nothing has been assigned
         pass
-    for declared in automaton.inputs:
-        if declared.name == name:
-            value = convert(value, declared.type, f"the input {name}")
+    for kind, declared in (("input", automaton.inputs), ("output", automaton.outputs)):
+        wanted = next((each.type for each in declared if each.name == name), None)
+        if wanted is not None:
+            value = convert(value, wanted, f"the {kind} {name}")
     cell.cell_contents = value
 
 
@@ -118,7 +119,7 @@ def check_kind(automaton: Automaton, name: str, value: object) -> None:
 
 
 def convert(value: object, wanted: type, what: str) -> object:
-    """Return a value as the type of a parameter or an input; raises ValueTypeError.
+    """Return a value as the type of a parameter, an input or an output; raises ValueTypeError.
 
     NumPy's numbers count as Python's.
     """

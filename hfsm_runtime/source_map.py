@@ -8,13 +8,14 @@ have a table of rows, which is used as it is.
 from __future__ import annotations
 
 import ast
+import dis
 import linecache
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import CodeType, FrameType, TracebackType
 from typing import Any, Final, NamedTuple
 
 from ._parsing import parse_expression
@@ -161,6 +162,26 @@ def line_of_frame(frame: FrameType, file: str) -> tuple[int, Row | None]:
             return line, _row_of(line, outer.f_globals, file)
         outer = outer.f_back
     return 0, None
+
+
+def place_of_assignment(functions: Iterable[Callable[..., object]], name: str) -> str:
+    """Return where the first function that assigns an outer variable does so last, in the form of `locate`.
+
+    The text is empty if none of them assigns it.
+    """
+    for function in functions:
+        code = getattr(function, "__code__", None)
+        if not isinstance(code, CodeType):
+            continue
+        stores = [
+            each.positions.lineno
+            for each in dis.get_instructions(code)
+            if each.opname == "STORE_DEREF" and each.argval == name and each.positions is not None
+        ]
+        if stores and (line := stores[-1]):
+            row = _row_of(line, getattr(function, "__globals__", {}), code.co_filename)
+            return _place(line, row, code.co_filename)
+    return ""
 
 
 def text_of_guard(guard: Callable[..., object]) -> str:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Mapping
 
 import msgspec
 
-from ._automaton import Automaton, Event, State, Transition
+from ._automaton import Arguments, Automaton, Event, State, Transition
 from ._automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
 from ._timeline import slot_from
 from .errors import UnknownElementError
@@ -200,6 +201,25 @@ class Tree:
                 self._changed(now, run, ChangeKind.FINISHED)
                 self._drop_all(run, DropReason.FINISHED, now)
 
+    def hand_up(self, run: Run, outputs: Mapping[str, object]) -> None:
+        """Let the automaton above take these outputs from its next cycle on.
+
+        Nothing changes in a cycle so late that the automaton is active again.
+        """
+        with self.lock:
+            if run.claimed == run.activations:
+                run.outputs = outputs
+
+    def take(self, run: Run) -> Arguments:
+        """Return the outputs of the automata below the current state, as its `results` expects them."""
+        with self.lock:
+            below = run.below
+            for child in below:
+                child.taken = child.outputs
+            if len(below) == 1:
+                return below[0].outputs
+            return {child.automaton.id: child.outputs for child in below}
+
     def suspend(self, run: Run, *, code_first: bool) -> None:
         """Let the next cycle continue where this one pauses: at the state's code, or at the transitions."""
         with self.lock:
@@ -255,6 +275,7 @@ class Tree:
             elif not run.active:
                 self._begin(run, now)
             elif run in restarted:
+                self._begin_outputs(run)
                 self._set(run, run.automaton.initial, now)
                 if not run.owed:
                     self._settle(run, now)
@@ -279,6 +300,7 @@ class Tree:
         run.next_slot = max(run.next_slot, slot_from(now, run.automaton.interval))
         if initial:
             run.last_transition = 0
+            self._begin_outputs(run)
             first, run.first = run.first, None
             self._set(run, first or run.automaton.initial, now)
         else:
@@ -323,6 +345,12 @@ class Tree:
         run.last_dropped = event, reason, now
         for observer in self.observers:
             observer.event_dropped(run, event, reason)
+
+    @staticmethod
+    def _begin_outputs(run: Run) -> None:
+        """Let the outputs of an automaton that starts have their defaults, which its first cycle sets."""
+        run.outputs = run.automaton.first_outputs()
+        run.unset = bool(run.outputs)
 
     @staticmethod
     def _dequeue(run: Run) -> Event:

@@ -17,7 +17,7 @@ __all__ = ["AutomatonWriter", "CodeLines", "Line", "Method"]
 
 _LONGEST_LINE: Final = 110
 _EVENT: Final = "event: Event"
-_OURS: Final = RESERVED | {"Event", "Input", "bool", "float", "int", "object", "str"}
+_OURS: Final = RESERVED | {"Event", "Input", "Output", "bool", "float", "int", "object", "str"}
 """Names that the generated method of an automaton may use."""
 
 
@@ -80,7 +80,8 @@ class AutomatonWriter:
         self._automaton = automaton = code.automaton
         self._path, self._source = path, source
         self._shared = {name for piece in code.by_owner.values() for name in code.shared_names(piece)}
-        self._taken = {item.name for item in automaton.inputs} | _OURS
+        self._shared |= code.results
+        self._taken = {*automaton.declared, *code.results, *_OURS}
         for piece in (*code.by_owner.values(), *([] if code.variables is None else [code.variables])):
             self._taken |= piece.bound | piece.used
         self._method = methods[automaton.id]
@@ -90,6 +91,9 @@ class AutomatonWriter:
         self._lines: list[Line] = []
         """The functions and the states and transitions that have them, in the order of the document."""
         self._set_inputs = self._unused("set_inputs") if automaton.inputs else ""
+        self._set_outputs = self._unused("set_outputs") if automaton.outputs else ""
+        self._get_outputs = self._unused("get_outputs") if automaton.outputs else ""
+        self._values = self._unused("values")
         # Named by numbers: what a state is called changes no other line.
         self._by_id = {state.id: self._unused(f"state_{state.id}") for state in automaton.states}
         for state in automaton.states:
@@ -97,6 +101,7 @@ class AutomatonWriter:
             self._lines += ["", *_call(f"{self._by_id[state.id]} = State", arguments)]
         self._transition_names = [self._transition(item) for item in automaton.transitions]
         self._write_inputs()
+        self._write_outputs()
 
     @property
     def needs(self) -> set[str]:
@@ -104,6 +109,7 @@ class AutomatonWriter:
         automaton = self._automaton
         names = {"Automaton", "State"}
         names |= {"Input"} if automaton.inputs else set()
+        names |= {"Output"} if automaton.outputs else set()
         names |= {"Transition"} if automaton.transitions else set()
         pieces = self._code.by_owner.values()
         names |= {"Event"} if any(piece.has_event for piece in pieces) else set()
@@ -118,11 +124,12 @@ class AutomatonWriter:
         source = f", from {self._source}" if self._source else ""
         yield f"    def {self._method.name}({parameters}) -> Automaton:"
         yield f'        """Return the automaton of {docstring(self._method.role + source)}."""'
-        declared = {item.name for item in automaton.inputs}
-        for item in automaton.inputs:
-            default = _default(item)
-            value = "" if default is None else f" = {default}"
-            yield f"        {item.name}: {item.type.text.strip()}{value}  # input"
+        declared = {*automaton.declared}
+        for kind, items in (("input", automaton.inputs), ("output", automaton.outputs)):
+            for item in items:
+                default = _default(item)
+                value = "" if default is None else f" = {default}"
+                yield f"        {item.name}: {item.type.text.strip()}{value}  # {kind}"
         if variables is not None:
             yield self._code_lines(variables.code.indented(2), ("variables", 0), variables.code)
             declared |= variables.bound
@@ -146,6 +153,14 @@ class AutomatonWriter:
                 yield f"                Input(name={quoted(item.name)}, type={type_name}{default}),"
             yield "            ),"
             yield f"            set_inputs={self._set_inputs},"
+        if automaton.outputs:
+            yield "            outputs=("
+            for item in automaton.outputs:
+                kind, default = item.type.text.strip(), _default(item)
+                yield f"                Output(name={quoted(item.name)}, type={kind}, default={default}),"
+            yield "            ),"
+            yield f"            set_outputs={self._set_outputs},"
+            yield f"            get_outputs={self._get_outputs},"
         yield from _tuple("states", [*self._by_id.values()])
         if automaton.transitions:
             yield from _tuple("transitions", self._transition_names)
@@ -156,14 +171,26 @@ class AutomatonWriter:
         inputs = self._automaton.inputs
         if not inputs:
             return
-        values = self._unused("values")
-        lines = self._lines
+        values, lines = self._values, self._lines
         lines += ["", f"        def {self._set_inputs}({values}):"]
         lines.append(f"            nonlocal {', '.join(sorted(item.name for item in inputs))}")
         for item in inputs:
             key = quoted(item.name)
             value = f"{values}[{key}]" if item.default.is_blank else f"{values}.get({key}, {item.name})"
             lines.append(f"            {item.name} = {value}")
+
+    def _write_outputs(self) -> None:
+        """Write the functions that set and return the outputs, if there are some."""
+        names = [item.name for item in self._automaton.outputs]
+        if not names:
+            return
+        values, lines = self._values, self._lines
+        lines += ["", f"        def {self._set_outputs}({values}):"]
+        lines.append(f"            nonlocal {', '.join(sorted(names))}")
+        lines += [f"            {name} = {values}[{quoted(name)}]" for name in names]
+        lines += ["", f"        def {self._get_outputs}():", "            return {"]
+        lines += [f"                {quoted(name)}: {name}," for name in names]
+        lines.append("            }")
 
     def _state(self, state: State) -> list[str]:
         """Write the code of a state as functions; return the arguments of its constructor."""
@@ -182,6 +209,8 @@ class AutomatonWriter:
         arguments += ["restart=True"] if state.history.text.strip() == "restart" else []
         if state.arguments:
             arguments.append(f"arguments={self._arguments(state)}")
+        if state.results and not state.final:
+            arguments.append(f"results={self._results(state)}")
         return arguments
 
     def _transition_code(self, transition: Transition) -> list[str]:
@@ -271,6 +300,22 @@ class AutomatonWriter:
         lines.append("            }")
         return function
 
+    def _results(self, state: State) -> str:
+        """Write the function that takes outputs of the automata below a state; return its name."""
+        function = self._unused(f"results_{identifier(state.name, str(state.id))}", state.id)
+        values = self._values
+        children = [child for child in state.children if child in self._automata]
+        variables = {result.variable.text.strip() for result in state.results}
+        lines = self._lines
+        lines += ["", f"        def {function}({values}):"]
+        lines.append(f"            nonlocal {', '.join(sorted(variables))}")
+        for result in state.results:
+            givers = (child for child in children if result.name in _outputs_of(self._automata[child]))
+            child = result.child or next(givers)
+            of_child = values if len(children) == 1 else f"{values}[{child}]"
+            lines.append(f"            {result.variable.text.strip()} = {of_child}[{quoted(result.name)}]")
+        return function
+
     def _expression(
         self, before: str, what: tuple[str, int], piece: Piece, end: str = "", name: str = ""
     ) -> list[Line]:
@@ -312,6 +357,10 @@ def _tuple(name: str, items: Sequence[str]) -> list[str]:
     return [f"            {name}=(", *(f"                {item}," for item in items), "            ),"]
 
 
+def _outputs_of(automaton: Automaton) -> set[str]:
+    return {item.name for item in automaton.outputs}
+
+
 def _default(item: Parameter) -> str | None:
-    """Return the default of an input as Python, or None if it has none."""
+    """Return the default of an input or an output as Python, or None if it has none."""
     return None if item.default.is_blank else literal(parse_value(item.type.text.strip(), item.default))

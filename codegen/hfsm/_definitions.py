@@ -103,7 +103,7 @@ class Definitions:
         self.functions: dict[str, ast.FunctionDef] = {}
         self.unclear_attributes: set[str] = set()
         """Names among the functions that are not plain functions, classes or constants."""
-        self.bound = {item.name for automaton in document.automata for item in automaton.inputs}
+        self.bound = {name for automaton in document.automata for name in automaton.declared}
         """Every name that the document binds."""
         self.shared: set[str] = set()
         """Variables that code assigns from within functions, or for the whole file."""

@@ -20,6 +20,7 @@ from ._evaluation import Evaluation
 from ._piece_effects import Effects, anything
 from ._possible_values import (
     COMPONENT,
+    NOTHING,
     PLAIN,
     UNSURE,
     Names,
@@ -55,7 +56,10 @@ class CodeEffects:
         self._last: dict[_Call, Effects] = {}
         """The effects of functions by the values of their parameters: of this pass, and of the last one."""
         self._names: dict[int, Names] = {
-            automaton.id: {"self": COMPONENT, **{item.name: _given(item) for item in automaton.inputs}}
+            automaton.id: {
+                "self": COMPONENT,
+                **{item.name: _given(item) for item in (*automaton.inputs, *automaton.outputs)},
+            }
             for automaton in document.automata
         }
         """The values of the variables of each automaton, by its id."""
@@ -114,6 +118,7 @@ class CodeEffects:
                 for piece in code.sharing():
                     self._by_piece[piece] = self._look(piece, names)
                 self._pass_arguments(code, names)
+                self._take_results(code, names)
             for piece in self.analysis.functions:
                 self._by_piece[piece] = self._look(piece, self.attributes)  # its names are attributes
 
@@ -153,6 +158,14 @@ class CodeEffects:
                     if child in self._names:
                         add_values(self._names[child], argument.name, values)
 
+    def _take_results(self, code: AutomatonCode, names: Names) -> None:
+        """Give the values of outputs to the variables that take them."""
+        for state in code.automaton.states:
+            for result in state.results:
+                for child in state.children if result.child == NO_CHILD else (result.child,):
+                    values = self._names.get(child, {}).get(result.name, NOTHING)
+                    add_values(names, result.variable.text.strip(), values)
+
     def called(self, name: str, passed: Names) -> Effects:
         """Return the effects of a function of the document for these values of its parameters."""
         function = self.definitions.functions[name]
@@ -178,7 +191,7 @@ class CodeEffects:
 
 
 def _given(item: Parameter) -> Values:
-    """Return the values of an input whose argument is unknown: the runtime checks the types."""
+    """Return the values of an input without an argument, or of an output: the runtime checks the types."""
     return PLAIN if item.type.text.strip() in PARAMETER_TYPES else UNSURE
 
 

@@ -110,9 +110,10 @@ class _Resolver:
     ) -> _Part | None:
         """Return the part that an automaton imports, or None after an error."""
         place = _place(imported, path)
-        if stub.states or stub.transitions or stub.inputs:
+        if stub.states or stub.transitions or stub.inputs or stub.outputs:
             message = Message(
-                "automaton {id} is imported, but also has states, transitions or inputs here", id=stub.id
+                "automaton {id} is imported, but also has states, transitions, inputs or outputs here",
+                id=stub.id,
             )
             note = Note(Message("they belong into the imported file"))
             self._error(Code.IMPORT_OF_WRONG_KIND, message, place, note)
@@ -290,13 +291,14 @@ def _graft(automata: Sequence[Automaton], stub: Automaton, taken: set[int]) -> I
 
 
 def _renumbered(state: State, numbers: Mapping[int, int]) -> State:
-    if not (state.children or state.arguments):
+    if not (state.children or state.arguments or state.results):
         return state
     arguments = (
         replace(argument, child=numbers.get(argument.child, argument.child)) for argument in state.arguments
     )
+    results = (replace(result, child=numbers.get(result.child, result.child)) for result in state.results)
     children = tuple(numbers[child] for child in state.children if child in numbers)
-    return replace(state, children=children, arguments=tuple(arguments))
+    return replace(state, children=children, arguments=tuple(arguments), results=tuple(results))
 
 
 def _other_functions(part: _Part) -> Iterator[Functions]:

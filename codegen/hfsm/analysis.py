@@ -210,6 +210,15 @@ class AutomatonCode:
     """The cyclic code, by its part and the `id` of its owner: a document in the editor may repeat numbers."""
     broken: bool = False
 
+    @cached_property
+    def results(self) -> frozenset[str]:
+        """The variables that take outputs of automata below."""
+        return frozenset(
+            result.variable.text.strip()
+            for state in self.automaton.states
+            for result in (() if state.final else state.results)
+        )
+
     def of(self, part: Part, owner: State | Argument | Transition) -> Piece | None:
         """Return a piece of cyclic code, or None."""
         return self.by_owner.get((part, id(owner)))
@@ -226,11 +235,29 @@ class AutomatonCode:
 
     @cached_property
     def names(self) -> frozenset[str]:
-        """The names of the automaton: its inputs and variables, and what its code shares."""
-        own = {item.name for item in self.automaton.inputs}
+        """The names of the automaton: inputs, outputs and variables, and what its code shares."""
+        own = {*self.automaton.declared, *self.results}
         if self.variables is not None:
             own |= self.variables.bound
         return frozenset(own).union(*(self.shared_names(piece) for piece in self.running()))
+
+    @property
+    def own_names(self) -> frozenset[str]:
+        """The names that its declarations or its code give a value, whatever takes an output."""
+        own = {*self.automaton.declared}
+        return frozenset(own).union(*(piece.bound for piece in self.sharing()))
+
+    def first_value(self, name: str) -> ast.expr | None:
+        """Return the expression that the variables first assign to a name, or None."""
+        for node in () if self.variables is None else self.variables.tree.body:
+            match node:
+                case ast.Assign(targets=targets, value=value):
+                    if any(isinstance(each, ast.Name) and each.id == name for each in targets):
+                        return value
+                case ast.AnnAssign(target=ast.Name(id=assigned), value=ast.expr() as value):
+                    if assigned == name:
+                        return value
+        return None
 
     def shared_names(self, piece: Piece) -> frozenset[str]:
         """Return the names that a piece of cyclic code binds and shares with other code or cycles."""
@@ -239,7 +266,7 @@ class AutomatonCode:
     @cached_property
     def _local(self) -> dict[Piece, frozenset[str]]:
         """The names that each piece binds only for itself, within one cycle."""
-        outside = {item.name for item in self.automaton.inputs}
+        outside = self.automaton.declared | self.results
         if self.variables is not None:
             outside |= self.variables.bound | self.variables.used
         uses = Counter(name for piece in self.by_owner.values() for name in piece.bound | piece.used)
@@ -327,8 +354,7 @@ class Analysis:
         """The names that code takes from the file of the component."""
         found = set[str]().union(*(piece.free for piece in self.functions))
         for code in self.automata:
-            bound = {item.name for item in code.automaton.inputs}
-            bound = bound.union(*(piece.bound for piece in code.sharing()))
+            bound = (code.automaton.declared | code.results).union(*(piece.bound for piece in code.sharing()))
             found |= set[str]().union(*(piece.free for piece in code.sharing())) - bound
         return frozenset(found)
 

@@ -88,6 +88,18 @@ class Argument(Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Result(Node):
+    """The `variable` of a state's automaton that takes the output `name` of one of the automata below.
+
+    It may also be an output of the state's automaton, which hands it on. `child` is as in an argument.
+    """
+
+    name: str
+    child: int = NO_CHILD
+    variable: Text = Text()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class State(Node):
     """A state: its position on the canvas in pixels, its code, and the automata that it owns.
 
@@ -108,6 +120,7 @@ class State(Node):
     code: Text = Text()
     exit: Text = Text()
     arguments: tuple[Argument, ...] = ()
+    results: tuple[Result, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,10 +148,11 @@ class Transition(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter(Node):
-    """A typed value: a parameter of a component (`self.name`, `--name`), or an input of an automaton.
+    """A typed value: a parameter of a component (`self.name`, `--name`), an input or output of an automaton.
 
-    `type` is `int`, `float`, `bool`, `str` or, for an input only, `object`; `default` is a Python literal.
-    The state that owns the automaton must pass a value to an input without a default.
+    `type` is `int`, `float`, `bool`, `str` or, not for a parameter, `object`; `default` is a Python literal.
+    The state that owns the automaton must pass a value to an input without a default. An output begins with
+    its default.
     """
 
     name: str
@@ -162,8 +176,8 @@ class Import(Node):
 class Automaton(Node):
     """An automaton; `father` is the id of the automaton above it, 0 for the root.
 
-    `inputs` are variables that the owning state sets each time it is entered. An automaton with `imported`
-    has no content in this document.
+    `inputs` are variables that the owning state sets each time it is entered, `outputs` are variables that
+    it may take. An automaton with `imported` has no content in this document.
     """
 
     id: int
@@ -171,10 +185,16 @@ class Automaton(Node):
     states: tuple[State, ...] = ()
     transitions: tuple[Transition, ...] = ()
     inputs: tuple[Parameter, ...] = ()
+    outputs: tuple[Parameter, ...] = ()
     imported: Import | None = None
     iteration_time: Text = Text(DEFAULT_PERIOD)
     variables: Text = Text()
     functions: Text = Text()
+
+    @property
+    def declared(self) -> frozenset[str]:
+        """The names of its inputs and outputs, which are variables of its code."""
+        return frozenset(item.name for item in (*self.inputs, *self.outputs))
 
     def state(self, id: int) -> State | None:
         """Return the state with this id, or None."""

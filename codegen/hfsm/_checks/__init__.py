@@ -31,6 +31,7 @@ from .flow import check_flow
 from .inputs import check_arguments, check_inputs
 from .names import check_names, check_reserved, check_start, check_variables
 from .old_names import check_old_names
+from .outputs import check_outputs, check_results, check_taken
 from .report import Report
 from .ros import check_ros, check_ros_uses
 from .scope import Above
@@ -79,6 +80,8 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
         check_arguments(state, automata, report)
     for code in analysis.automata:
         check_inputs(document, code, reserved, report)
+        check_outputs(code, reserved, report)
+        check_results(code, automata, report)
         check_reserved(code, reserved, report)
     _check_code(effects, interfaces, report)
 
@@ -100,7 +103,8 @@ def _check_code(effects: CodeEffects, interfaces: KnownInterfaces, report: Repor
     _check_names(analysis, report)
     for code in analysis.automata:
         check_flow(code, report, Above(analysis, code))
-        check_variables(code, report)
+        check_variables(code, Above(analysis, code), report)
+        check_taken(code, report)
     if analysis.is_complete:
         check_attributes(analysis, interfaces, report)
         check_ros_uses(analysis, interfaces.ros, report)
@@ -117,7 +121,7 @@ def _check_names(analysis: Analysis, report: Report) -> None:
         return
     interfaces = analysis.document.interfaces
     proxies = {interface.type.strip().rsplit("::", 1)[-1] + "Prx" for interface in interfaces}
-    known = {*RESERVED, *analysis.libraries, *proxies, "Event", "Input", "Parameter"}
+    known = {*RESERVED, *analysis.libraries, *proxies, "Event", "Input", "Output", "Parameter"}
     if analysis.document.ros_messages:
         known |= {*analysis.document.ros_messages, TF}
     for piece in analysis.functions:
@@ -125,7 +129,7 @@ def _check_names(analysis: Analysis, report: Report) -> None:
     for code in analysis.automata:
         if not code.broken:
             bound = (piece.bound for piece in code.sharing())
-            shared = known.union((item.name for item in code.automaton.inputs), *bound)
+            shared = known.union(code.automaton.declared, code.results, *bound)
             above = Above(analysis, code)
             for piece in code.sharing():
                 check_names(piece, shared, report, analysis.defined, above)

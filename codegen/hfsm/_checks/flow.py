@@ -212,7 +212,7 @@ class _Flow:
             piece: _Assignments(piece.tree.body, bound) for piece in plain
         }
         first = _Assignments(code.variables.tree.body).assigned if code.variables else set()
-        self._declared = frozenset(item.name for item in code.automaton.inputs).union(first)
+        self._declared = code.automaton.declared.union(first)
         self._late: _Names = frozenset(bound) - self._declared
         """The names without an initial value."""
         self._set_with: dict[str, _Names] = {}

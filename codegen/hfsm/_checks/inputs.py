@@ -5,16 +5,17 @@ from __future__ import annotations
 import ast
 import keyword
 from collections.abc import Collection, Mapping
+from typing import Literal
 
 from ...diagnostics import Note, did_you_mean
-from ...messages import NO_MESSAGE, Message, any_of
+from ...messages import NO_MESSAGE, Message, Value, any_of
 from ..analysis import AutomatonCode
 from ..code._values import INPUT_TYPES, ValueTextError, parse_value
 from ..codes import Code
-from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, State
-from .report import Report, state_label
+from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, Result, State
+from .report import Report
 
-__all__ = ["check_arguments", "check_inputs"]
+__all__ = ["check_arguments", "check_inputs", "named", "problem_of", "target_of"]
 
 
 def check_inputs(document: Document, code: AutomatonCode, reserved: Collection[str], report: Report) -> None:
@@ -22,35 +23,55 @@ def check_inputs(document: Document, code: AutomatonCode, reserved: Collection[s
     bound = code.variables.bound if code.variables is not None else frozenset()
     first: dict[str, Parameter] = {}
     for item in code.automaton.inputs:
-        name, type_name = item.name, item.type.text.strip()
+        name = item.name
         notes = [report.first(first[name])] if name in first else []
-        problem = NO_MESSAGE
-        if not name.isidentifier() or keyword.iskeyword(name) or name in reserved or name == "event":
-            problem = Message(
-                "`{name}` cannot be an input: it is not a valid name of a variable", name=name[:60]
-            )
-        elif name in first:
-            problem = Message("a second input has the name `{name}`", name=name)
-        elif name in bound:
-            problem = Message("the input `{name}` is also set by the variables: delete it there", name=name)
-        elif type_name not in INPUT_TYPES:
-            problem = Message(
-                "the type of the input `{name}` must be one of {known}",
-                name=name,
-                known=", ".join(INPUT_TYPES),
-            )
-        elif not item.default.is_blank:
-            try:
-                parse_value(type_name, item.default)
-            except ValueTextError as error:
-                problem = Message(
-                    "the default of the input `{name}`: {error}", name=name, error=error.message
-                )
-        elif document.owner(code.automaton) is None:
+        problem = problem_of("input", item, reserved, first, bound)
+        if not problem and item.default.is_blank and document.owner(code.automaton) is None:
             problem = Message("the input `{name}` needs a default: no state owns this automaton", name=name)
         if problem:
             report.error(Code.BAD_INPUT, problem, item, notes)
         first.setdefault(name, item)
+
+
+def problem_of(
+    kind: Literal["input", "output"],
+    item: Parameter,
+    reserved: Collection[str],
+    others: Collection[str],
+    bound: Collection[str],
+) -> Message:
+    """Return what is wrong with the declaration of an input or an output; empty if nothing is.
+
+    No name may be `reserved`, that of `others` before it, or `bound` by the variables.
+    """
+    name, type_name, is_input = item.name, item.type.text.strip(), kind == "input"
+    if not name.isidentifier() or keyword.iskeyword(name) or name in reserved or name == "event":
+        if is_input:
+            return Message(
+                "`{name}` cannot be an input: it is not a valid name of a variable", name=name[:60]
+            )
+        return Message("`{name}` cannot be an output: it is not a valid name of a variable", name=name[:60])
+    if name in others:
+        if is_input:
+            return Message("a second input has the name `{name}`", name=name)
+        return Message("a second output has the name `{name}`", name=name)
+    if name in bound:
+        if is_input:
+            return Message("the input `{name}` is also set by the variables: delete it there", name=name)
+        return Message("the output `{name}` is also set by the variables: delete it there", name=name)
+    if type_name not in INPUT_TYPES:
+        known = ", ".join(INPUT_TYPES)
+        if is_input:
+            return Message("the type of the input `{name}` must be one of {known}", name=name, known=known)
+        return Message("the type of the output `{name}` must be one of {known}", name=name, known=known)
+    if not item.default.is_blank:
+        try:
+            parse_value(type_name, item.default)
+        except ValueTextError as error:
+            if is_input:
+                return Message("the default of the input `{name}`: {error}", name=name, error=error.message)
+            return Message("the default of the output `{name}`: {error}", name=name, error=error.message)
+    return NO_MESSAGE
 
 
 def check_arguments(state: State, automata: Mapping[int, Automaton], report: Report) -> None:
@@ -59,12 +80,12 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
     below = [(child, item) for child in children for item in automata[child].inputs]
     given: dict[tuple[int, str], Argument] = {}
     for argument in state.arguments:
-        found = _target(state, argument, below, report)
+        found = target_of(state, argument, below, report)
         if found is None:
             continue
         child, declared = found
         if (child, argument.name) in given:
-            message = Message("{state} passes `{name}` twice", state=_label(state), name=argument.name)
+            message = Message("{state} passes `{name}` twice", state=named(state), name=argument.name)
             first = given[child, argument.name]
             report.error(Code.BAD_INPUT, message, argument, [report.first(first)])
         given.setdefault((child, argument.name), argument)
@@ -73,7 +94,7 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
         if item.default.is_blank and (child, item.name) not in given:
             message = Message(
                 "{state} has to pass `{name}` to automaton {child}: it has no default",
-                state=_label(state),
+                state=named(state),
                 name=item.name,
                 child=child,
             )
@@ -81,38 +102,47 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
             report.error(Code.BAD_INPUT, message, state, [note])
 
 
-def _target(
-    state: State, argument: Argument, below: list[tuple[int, Parameter]], report: Report
+def target_of(
+    state: State, argument: Argument | Result, below: list[tuple[int, Parameter]], report: Report
 ) -> tuple[int, Parameter] | None:
-    """Return the automaton and the input of an argument, or None after an error."""
-    named, label = argument.name, _label(state)
+    """Return the automaton and the input of an argument, or the output of a result; None after an error."""
+    named, label = argument.name, named(state)
+    is_input = isinstance(argument, Argument)
+    code = Code.BAD_INPUT if is_input else Code.BAD_RESULT
     found = {child: item for child, item in below if item.name == named}
     if argument.child in found:
         return argument.child, found[argument.child]
     if argument.child != NO_CHILD:
         if argument.child in state.children:
-            message = Message("automaton {child} has no input `{name}`", child=argument.child, name=named)
+            message = (
+                Message("automaton {child} has no input `{name}`", child=argument.child, name=named)
+                if is_input
+                else Message("automaton {child} has no output `{name}`", child=argument.child, name=named)
+            )
         else:
             message = Message("{state} does not own automaton {child}", state=label, child=argument.child)
     elif len(found) == 1:
         return next(iter(found.items()))
     elif found:
         ids = any_of([f'`child="{child}"`' for child in found])
-        message = Message(
-            "several automata of {state} have an input `{name}`: write {ids}",
-            state=label,
-            name=named,
-            ids=ids,
+        values: dict[str, Value] = {"state": label, "name": named, "ids": ids}
+        message = (
+            Message("several automata of {state} have an input `{name}`: write {ids}", **values)
+            if is_input
+            else Message("several automata of {state} have an output `{name}`: write {ids}", **values)
         )
-    else:
+    elif is_input:
         message = Message("no automaton of {state} has an input `{name}`", state=label, name=named)
+    else:
+        message = Message("no automaton of {state} has an output `{name}`", state=label, name=named)
     known = did_you_mean(named, [item.name for _, item in below])
-    report.error(Code.BAD_INPUT, message, argument, known)
+    report.error(code, message, argument, known)
     return None
 
 
-def _label(state: State) -> Message:
-    label = state_label(state)
+def named(state: State) -> Message:
+    """Return a state in messages, such as state `go`."""
+    label = statenamed(state)
     return Message("state {label}", label=label) if state.name.strip() else label
 
 

@@ -101,11 +101,12 @@ def _as_module(body: list[ast.stmt], head: str) -> ast.Module:
     return module
 
 
-def check_variables(code: AutomatonCode, report: Report) -> None:
+def check_variables(code: AutomatonCode, above: Above, report: Report) -> None:
     """Check the variables and inputs of one automaton; a name that starts with _ may be unused."""
     if code.broken:
         return
     read = set(RESERVED)  # check_reserved reports those that code assigns
+    read.update(item.name for item in code.automaton.outputs)  # the automaton above reads them
     for piece in code.sharing():
         read.update(piece.reads)
     if not read.isdisjoint(INSPECTING):
@@ -122,6 +123,8 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
             if name not in read and name not in reported and not name.startswith("_"):
                 reported.add(name)
                 message = Message("the variable `{name}` is never read", name=name)
+                if above.report(name, piece.place(target, len(name)), report):
+                    continue
                 report.warning(Code.UNREAD_VARIABLE, message, piece.place(target, len(name)))
 
 
@@ -132,9 +135,7 @@ def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Repor
         for name in sorted(piece.bound.intersection(reserved) - {"self"}):  # code cannot assign it at all
             message = Message("`{name}` is a reserved name: choose another", name=name)
             report.error(Code.RESERVED_NAME, message, Location(piece.path, piece.code.line))
-    shared = {item.name for item in code.automaton.inputs}.union(
-        *(piece.bound for piece in code.by_owner.values())
-    )
+    shared = code.automaton.declared.union(*(piece.bound for piece in code.by_owner.values()))
     for node in () if code.variables is None else own_nodes(code.variables.tree):
         for name in node.names if isinstance(node, ast.Global) else ():
             if name in shared:

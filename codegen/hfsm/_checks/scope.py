@@ -48,7 +48,9 @@ class Above:
         )
         own = self._label(self.automaton)
         is_read_only = all(name not in piece.bound for piece in self.automaton.sharing())
-        advice = Message("write `self.{name}` in both", name=name)
+        advice = Message(
+            "make it an output of {automaton}, or write `self.{name}` in both", automaton=own, name=name
+        )
         if is_read_only:
             advice = Message(
                 "pass it to {automaton} as an input, or write `self.{name}` in both", automaton=own, name=name

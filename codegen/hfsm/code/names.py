@@ -54,8 +54,11 @@ def reserved_names(document: Document) -> frozenset[str]:
         names.add("Parameter")
     if document.ros:
         names |= {"ROS_TYPES", "Ros"}
-    if any(automaton.inputs for automaton in document.automata):
-        names |= {"Input", "bool", "float", "int", "object", "str"}
+    for name, is_used in (
+        ("Input", any(automaton.inputs for automaton in document.automata)),
+        ("Output", any(automaton.outputs for automaton in document.automata)),
+    ):
+        names |= {name, "bool", "float", "int", "object", "str"} if is_used else set()
     return frozenset(names)
 
 

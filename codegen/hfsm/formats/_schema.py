@@ -120,6 +120,7 @@ STATE: Final = _kind(
     "initial id",
     "posx=x posy=y name idSubautomataSon=children child=children* final? history? entry? code exit?",
     argument=Items("arguments", _kind("argument", model.Argument, "name child?", text="value")),
+    result=Items("results", _kind("result", model.Result, "name child?", text="variable")),
 )
 TRANSITION: Final = _kind(
     "transition",
@@ -135,6 +136,7 @@ AUTOMATON: Final = NodeKind(
         "state": Items("states", STATE),
         "transition": Items("transitions", TRANSITION),
         "input": Items("inputs", replace(_PARAMETER, tag="input")),
+        "output": Items("outputs", replace(_PARAMETER, tag="output")),
         "import": Items("imported", _kind("import", model.Import, "automaton?", text="file"), one=True),
         **_leaves(model.Automaton, "iteration_time variables functions"),
     },
