@@ -16,6 +16,7 @@ from codegen.hfsm.document import (
     Library,
     Parameter,
     Property,
+    Result,
     Shelf,
     State,
     Text,
@@ -83,6 +84,7 @@ lists = _seldom(
 
 node = {"comments": comments, "extras": extras, "attributes": attributes}
 arguments = st.builds(Argument, name=texts, child=ids, value=code, comments=comments, attributes=attributes)
+results = st.builds(Result, name=texts, child=ids, variable=code, comments=comments, attributes=attributes)
 parameters = st.lists(
     st.builds(Parameter, name=texts, type=code, default=code, description=code, **node), max_size=2
 ).map(tuple)
@@ -101,6 +103,7 @@ states = st.builds(
     code=code,
     exit=code,
     arguments=st.lists(arguments, max_size=1).map(tuple),
+    results=st.lists(results, max_size=1).map(tuple),
     **node,
 )
 transitions = st.builds(
@@ -109,7 +112,7 @@ transitions = st.builds(
 )  # fmt: skip
 automata = st.builds(
     Automaton, id=ids, father=ids, states=st.lists(states, max_size=2).map(tuple),
-    transitions=st.lists(transitions, max_size=2).map(tuple), inputs=parameters,
+    transitions=st.lists(transitions, max_size=2).map(tuple), inputs=parameters, outputs=parameters,
     imported=imports, iteration_time=code, variables=code,
     functions=code, **node,
 )  # fmt: skip
@@ -152,7 +155,7 @@ _tree_states = st.builds(
     State, id=_few_ids, name=_names, initial=st.booleans(), x=numbers, y=numbers, final=st.sampled_from([False, False, True]),
     children=st.lists(st.integers(1, 5), max_size=3).map(tuple), entry=_code_lines, code=_code_lines, exit=_code_lines,
     history=st.sampled_from(["", "restart", "resume", "later"]).map(Text), arguments=st.lists(arguments, max_size=1).map(tuple),
-    **_awkward,
+    results=st.lists(results, max_size=1).map(tuple), **_awkward,
 )  # fmt: skip
 _triggers = st.sampled_from(
     ["", "500", "8000", " 1.50 ", "0", "later", "x > 1", "return x", "go home", "a", "a.b", "done.state.a", "*", "timeout.a"]
@@ -165,7 +168,7 @@ _tree_transitions = st.builds(
 )  # fmt: skip
 _tree_automata = st.builds(
     Automaton, id=st.integers(1, 5), father=_few_ids, states=st.lists(_tree_states, max_size=3).map(tuple),
-    transitions=st.lists(_tree_transitions, max_size=4).map(tuple), inputs=parameters, imported=imports,
+    transitions=st.lists(_tree_transitions, max_size=4).map(tuple), inputs=parameters, outputs=parameters, imported=imports,
     iteration_time=st.sampled_from(["100", "", "50"]).map(Text), variables=_code_lines, functions=_code_lines,
     **_awkward,
 )  # fmt: skip

@@ -106,18 +106,18 @@ def target_of(
     state: State, argument: Argument | Result, below: list[tuple[int, Parameter]], report: Report
 ) -> tuple[int, Parameter] | None:
     """Return the automaton and the input of an argument, or the output of a result; None after an error."""
-    named, label = argument.name, named(state)
+    name, label = argument.name, named(state)
     is_input = isinstance(argument, Argument)
     code = Code.BAD_INPUT if is_input else Code.BAD_RESULT
-    found = {child: item for child, item in below if item.name == named}
+    found = {child: item for child, item in below if item.name == name}
     if argument.child in found:
         return argument.child, found[argument.child]
     if argument.child != NO_CHILD:
         if argument.child in state.children:
             message = (
-                Message("automaton {child} has no input `{name}`", child=argument.child, name=named)
+                Message("automaton {child} has no input `{name}`", child=argument.child, name=name)
                 if is_input
-                else Message("automaton {child} has no output `{name}`", child=argument.child, name=named)
+                else Message("automaton {child} has no output `{name}`", child=argument.child, name=name)
             )
         else:
             message = Message("{state} does not own automaton {child}", state=label, child=argument.child)
@@ -125,24 +125,24 @@ def target_of(
         return next(iter(found.items()))
     elif found:
         ids = any_of([f'`child="{child}"`' for child in found])
-        values: dict[str, Value] = {"state": label, "name": named, "ids": ids}
+        values: dict[str, Value] = {"state": label, "name": name, "ids": ids}
         message = (
             Message("several automata of {state} have an input `{name}`: write {ids}", **values)
             if is_input
             else Message("several automata of {state} have an output `{name}`: write {ids}", **values)
         )
     elif is_input:
-        message = Message("no automaton of {state} has an input `{name}`", state=label, name=named)
+        message = Message("no automaton of {state} has an input `{name}`", state=label, name=name)
     else:
-        message = Message("no automaton of {state} has an output `{name}`", state=label, name=named)
-    known = did_you_mean(named, [item.name for _, item in below])
+        message = Message("no automaton of {state} has an output `{name}`", state=label, name=name)
+    known = did_you_mean(name, [item.name for _, item in below])
     report.error(code, message, argument, known)
     return None
 
 
 def named(state: State) -> Message:
     """Return a state in messages, such as state `go`."""
-    label = statenamed(state)
+    label = state_label(state)
     return Message("state {label}", label=label) if state.name.strip() else label
 
 

@@ -135,6 +135,7 @@ class _Writer:
             self._children(each, depth + 1)
             self._omit(Message("code that runs in every cycle"), [] if state.code.is_blank else [state.code])
             self._omit(Message("the argument of a state"), state.arguments)
+            self._omit(Message("the result of a state"), state.results)
         for transition in (each for leaving in outgoing.values() for each in leaving):
             message = Message("transition {id} cannot be exported: it leaves no state", id=transition.id)
             self._warn(transition, message)
@@ -144,6 +145,7 @@ class _Writer:
             [] if automaton.imported is None else [automaton.imported],
         )
         self._omit(Message("the input of an automaton"), automaton.inputs)
+        self._omit(Message("the output of an automaton"), automaton.outputs)
         if not states:
             return ""
         first = next((each for each in states if each.state.initial), states[0])

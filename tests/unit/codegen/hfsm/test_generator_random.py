@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from codegen.hfsm import write_document
-from codegen.hfsm.document import Argument, Automaton, Document, Parameter, State, Text, Transition
+from codegen.hfsm.document import Argument, Automaton, Document, Parameter, Result, State, Text, Transition
 from hfsm_runtime import Automaton as Made
 from hfsm_runtime import VirtualRun
 from tests.support.documents import compile_to, load
@@ -27,6 +27,7 @@ CONDITIONS = st.sampled_from(
 )
 TYPES = {"int": "3", "float": "0.5", "bool": "True", "str": '"red"', "object": "(1, 'a')"}
 INPUTS = {type_name: f"given_{type_name}" for type_name in TYPES}
+OUTPUTS = {type_name: f"found_{type_name}" for type_name in TYPES}
 
 
 @st.composite
@@ -63,6 +64,12 @@ def documents(draw: st.DrawFn) -> Document:
                         if (given := not item.default.is_blank and draw(st.booleans()))
                         or item.default.is_blank
                     ),
+                    results=tuple(
+                        Result(name=item.name, child=child.id, variable=Text(f"taken_{child.id}_{item.name}"))
+                        for child in children
+                        for item in child.outputs
+                        if draw(st.booleans())
+                    ),
                 )
             )
         made = Automaton(
@@ -81,7 +88,15 @@ def documents(draw: st.DrawFn) -> Document:
                 )
                 for name in draw(st.lists(st.sampled_from(sorted(TYPES)), unique=True, max_size=3))
             ),
-            variables=Text("x = 0"),
+            outputs=tuple(
+                Parameter(name=OUTPUTS[name], type=Text(name), default=Text(TYPES[name]))
+                for name in draw(st.lists(st.sampled_from(sorted(TYPES)), unique=True, max_size=2))
+            ),
+            variables=Text(
+                "\n".join(
+                    ["x = 0", *(f"{each.variable.text} = None" for state in states for each in state.results)]
+                )
+            ),
         )
         automata.append(made)
         return made
@@ -131,11 +146,14 @@ def assert_same(automaton: Automaton, made: Made) -> None:
         assert state.children == tuple(child.id for child in found.children)
         assert found.restart == (state.history.text == "restart")
         assert (found.arguments is not None) == bool(state.arguments)
+        assert (found.results is not None) == bool(state.results and not state.final)
         for text, code in ((state.entry, found.entry), (state.code, found.code), (state.exit, found.exit)):
             assert (code is None) == text.is_blank
         assert_tried_alike(automaton, made, state.id)
     for item, declared in zip(automaton.inputs, made.inputs, strict=True):
         assert (item.name, item.type.text) == (declared.name, declared.type.__name__)
+    for item, output in zip(automaton.outputs, made.outputs, strict=True):
+        assert (item.name, item.type.text) == (output.name, output.type.__name__)
     for transition, fired in zip(automaton.transitions, made.transitions, strict=True):
         assert (transition.name, transition.origin, transition.destination) == (
             fired.name,

@@ -41,8 +41,10 @@ OF_ROOT = "`hits` is a variable of the root automaton, and each automaton has it
 GETS = "it gets its value here"
 
 
-def test_one_that_is_assigned_from_itself_is_to_be_shared(path: Path) -> None:
-    assert found(path, *nested("hits += 1")) == [(OF_ROOT, [GETS, "write `self.hits` in both"])]
+@pytest.mark.parametrize("code", ["hits += 1", "hits = 1"])
+def test_one_that_is_assigned_may_be_an_output(path: Path, code: str) -> None:
+    advice = "make it an output of the automaton of the state `look`, or write `self.hits` in both"
+    assert found(path, *nested(code)) == [(OF_ROOT, [GETS, advice])]
 
 
 def test_one_that_is_only_read_may_be_passed_at_each_place(path: Path) -> None:
@@ -62,7 +64,7 @@ def test_own_ones_are_no_problem(path: Path, code: str) -> None:
 
 def test_the_nearest_automaton_above_is_the_owner(path: Path) -> None:
     root, middle, deepest = nested("hits += 1")
-    middle = sub(2, 1, state(1, "look", "hits = 1", initial=True, child=3))
+    middle = sub(2, 1, state(1, "look", "print(hits)", initial=True, child=3), variables="hits = 1")
     ((message, _),) = found(path, root, middle, deepest)
     assert (
         message == "`hits` is a variable of the automaton of the state `play`, and each automaton has its own"
