@@ -21,16 +21,18 @@ from ._piece_effects import Effects, anything
 from ._possible_values import (
     COMPONENT,
     NOTHING,
+    NUMBER,
     PLAIN,
     UNSURE,
     Names,
     Values,
     add_values,
+    as_values,
     defaults_of,
     parameters_of,
 )
 from .analysis import Analysis, AutomatonCode, Piece
-from .code._values import PARAMETER_TYPES
+from .code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from .document import NO_CHILD, Argument, Parameter, State, Text
 
 __all__ = ["CodeEffects"]
@@ -58,7 +60,8 @@ class CodeEffects:
         self._names: dict[int, Names] = {
             automaton.id: {
                 "self": COMPONENT,
-                **{item.name: _given(item) for item in (*automaton.inputs, *automaton.outputs)},
+                **{item.name: _given(item) for item in automaton.inputs},
+                **{item.name: _first(item) for item in automaton.outputs},
             }
             for automaton in document.automata
         }
@@ -191,8 +194,20 @@ class CodeEffects:
 
 
 def _given(item: Parameter) -> Values:
-    """Return the values of an input without an argument, or of an output: the runtime checks the types."""
+    """Return the values of an input whose argument is unknown: the runtime checks the types."""
     return PLAIN if item.type.text.strip() in PARAMETER_TYPES else UNSURE
+
+
+def _first(item: Parameter) -> Values:
+    """Return the values of an output until code assigns it."""
+    type_name = item.type.text.strip()
+    try:
+        value = parse_value(type_name if type_name in INPUT_TYPES else "object", item.default)
+    except ValueTextError:
+        return UNSURE
+    if isinstance(value, str):
+        return as_values([value])
+    return NUMBER if isinstance(value, int | float) or value is None else UNSURE
 
 
 def _passed(state: State) -> Iterator[tuple[int, Argument]]:

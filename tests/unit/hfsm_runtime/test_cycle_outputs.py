@@ -231,7 +231,7 @@ def test_a_cycle_that_pauses_in_between_hands_nothing_up() -> None:
     child, above = Child(), Above()
 
     class Pause(Observer):
-        def entered(self, run: Run, transition: object) -> bool:  # noqa: ARG002
+        def entered(self, run: Run, transition: object) -> bool:
             if run.current.name == "y":
                 virtual.pause()
             return run.current.name == "y"
@@ -261,7 +261,7 @@ def test_a_step_of_all_automata_takes_what_the_step_before_has_left() -> None:
 
 
 def test_outputs_without_the_functions_for_them_are_refused() -> None:
-    with pytest.raises(DefinitionError, match="automaton 1 .* has outputs, and needs"):
+    with pytest.raises(DefinitionError, match=r"automaton 1 .* has outputs, and needs"):
         automaton(1, "root", [State(id=1, name="a")], outputs=(N,))
 
 

@@ -144,6 +144,13 @@ def inputs_and_arguments(run: VirtualRun) -> None:
 
 
 @behavior
+def outputs(run: VirtualRun) -> None:
+    run.advance(1)
+    first = [(False, 1.0, 0), (False, 1.0, 1), (False, 1.0, 2), "lost"]
+    assert notes(run) == [*first, (False, 1.0, 0), (True, 2.0, 1), "found at 2.0 m"]
+
+
+@behavior
 def imports(run: VirtualRun) -> None:
     run.advance(2)
     assert run.errors == ()

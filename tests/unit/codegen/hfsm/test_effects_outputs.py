@@ -1,0 +1,60 @@
+"""Outputs carry values from automaton to automaton: what follows for events and conditions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm._definitions import Answer
+from codegen.hfsm._effects import CodeEffects
+from codegen.hfsm.analysis import analyze
+from codegen.hfsm.formats.reader import read_document
+from tests.support.documents import document, state, sub, transition
+
+
+def effects_of(tmp_path: Path, code: str, type_name: str, default: str) -> CodeEffects:
+    """Return the effects of a document in which the root takes `what` of an automaton with this code."""
+    root = state(1, "ask", "self.send(what)", initial=True, child=2)
+    root = root.replace("</state>", '<result name="said">what</result></state>')
+    below = f"<output><name>said</name><type>{type_name}</type><default>{default}</default></output>"
+    path = tmp_path / "ask.xml"
+    path.write_text(
+        document(
+            sub(1, 0, root, transition(1, 1, 1, "what == 1"), variables="what = None"),
+            sub(2, 1, state(1, "hear", code, initial=True), below),
+        )
+    )
+    read = read_document(path, Diagnostics())
+    assert read is not None
+    return CodeEffects(analyze(read, path))
+
+
+def test_the_texts_of_an_output_are_the_events_that_the_automaton_above_sends(tmp_path: Path) -> None:
+    effects = effects_of(tmp_path, "said = 'left' if self.turned else 'right'", "str", '"none"')
+    sends = effects.of(effects.analysis.document.automata[0].states[0].code)
+    assert set(sends.events) == {"left", "right", "none"}
+    assert not sends.any_event
+
+
+def test_a_text_that_is_unknown_below_may_be_any_event_above(tmp_path: Path) -> None:
+    effects = effects_of(tmp_path, "said = self.hear()", "str", '""')
+    assert effects.of(effects.analysis.document.automata[0].states[0].code).any_event
+
+
+@pytest.mark.parametrize(
+    ("type_name", "default", "code", "answer"),
+    [
+        ("int", "0", "said = 1", Answer.SAME),
+        ("object", "None", "said = 1", Answer.SAME),
+        ("object", "[]", "said = 1", Answer.OTHER),
+        ("object", "None", "said = [1]", Answer.OTHER),
+    ],
+)
+def test_a_condition_on_an_object_from_below_may_answer_differently(
+    tmp_path: Path, type_name: str, default: str, code: str, answer: Answer
+) -> None:
+    effects = effects_of(tmp_path, code, type_name, default)
+    condition = effects.analysis.document.automata[0].transitions[0].trigger
+    assert (effects.of(condition).answer == Answer.SAME) == (answer == Answer.SAME)
