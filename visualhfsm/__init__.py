@@ -45,9 +45,11 @@ if TYPE_CHECKING:
     from ._editing.commands.states import MarkFinal as MarkFinal
     from ._editing.commands.states import MarkInitial as MarkInitial
     from ._editing.commands.states import RemoveArgument as RemoveArgument
+    from ._editing.commands.states import RemoveResult as RemoveResult
     from ._editing.commands.states import RenameState as RenameState
     from ._editing.commands.states import SetArgument as SetArgument
     from ._editing.commands.states import SetHistory as SetHistory
+    from ._editing.commands.states import SetResult as SetResult
     from ._editing.commands.states import SetStateCode as SetStateCode
     from ._editing.commands.text import ReplaceText as ReplaceText
     from ._editing.commands.transitions import AddTransition as AddTransition
@@ -57,8 +59,10 @@ if TYPE_CHECKING:
     from ._editing.commands.transitions import SetPriority as SetPriority
     from ._editing.commands.transitions import SetTransitionCode as SetTransitionCode
     from ._editing.commands.transitions import SetTransitionType as SetTransitionType
+    from ._editing.commands.variables import HandUpVariable as HandUpVariable
     from ._editing.commands.variables import PassVariable as PassVariable
     from ._editing.commands.variables import ShareVariable as ShareVariable
+    from ._editing.commands.variables import TakeOutput as TakeOutput
     from ._editing.places import Place as Place
     from ._editing.problems import CounterexampleView as CounterexampleView
     from ._editing.problems import Findings as Findings
@@ -126,6 +130,7 @@ _MODULES: Final = {
     "Findings": "._editing.problems",
     "ForbiddenPathError": "._errors",
     "GroupStates": "._editing.commands.group",
+    "HandUpVariable": "._editing.commands.variables",
     "MarkFinal": "._editing.commands.states",
     "MarkInitial": "._editing.commands.states",
     "MissingError": "._errors",
@@ -143,6 +148,7 @@ _MODULES: Final = {
     "ReadyState": "._sessions.shelf",
     "RemoveArgument": "._editing.commands.states",
     "RemoveEntry": "._editing.commands.component",
+    "RemoveResult": "._editing.commands.states",
     "RenameState": "._editing.commands.states",
     "RenameTransition": "._editing.commands.transitions",
     "ReorderEntry": "._editing.commands.component",
@@ -160,6 +166,7 @@ _MODULES: Final = {
     "SetImport": "._editing.commands.automata",
     "SetPeriod": "._editing.commands.automata",
     "SetPriority": "._editing.commands.transitions",
+    "SetResult": "._editing.commands.states",
     "SetStateCode": "._editing.commands.states",
     "SetTransitionCode": "._editing.commands.transitions",
     "SetTransitionType": "._editing.commands.transitions",
@@ -167,6 +174,7 @@ _MODULES: Final = {
     "Signature": "._code_help.answers",
     "Step": "._sessions.session",
     "StepView": "._editing.problems",
+    "TakeOutput": "._editing.commands.variables",
     "TooManyError": "._errors",
     "UnsavedError": "._errors",
     "Version": ".project._version",

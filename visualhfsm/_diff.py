@@ -153,8 +153,8 @@ def _named(difference: Difference, document: Document) -> str:
             items = automaton.states
         name = next((item.name for item in items if item.id == place.id), "")
         words = f"{place.kind} {f'`{name}`' if name else place.id} of {words}"
-    if place.part == "argument":
-        return f"{words}: argument `{place.name}`"
+    if place.part in ("argument", "result"):
+        return f"{words}: {place.part} `{place.name}`"
     if place.part:
         entry = getattr(automaton or document, place.part)[place.index]
         return f"{words}: {place.part} `{shown(entry)}`"

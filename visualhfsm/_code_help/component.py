@@ -136,7 +136,8 @@ def generate_around(
         text = _COMPONENT.sub(lambda found: f"{classes}{found[0]}    ros: Types\n", text, count=1)
     internal = {name for names in _WRITTEN.findall(text) for name in _LAST_WORD.findall(",".join(names))}
     own = {each.name for each in reduced.all_interfaces} | ({"ros"} if reduced.ros else set())
-    own.update(each.name for each in (*reduced.parameters, *reduced.automata[0].inputs))
+    own.update(each.name for each in reduced.parameters)
+    own.update(reduced.automata[0].declared)
     own.update(*map(_assigned, shared), *map(_DEFINED.findall, functions))
     for placeholder, texts in ((_FUNCTIONS, functions), (_SHARED, shared)):
         code = "\n".join(textwrap.dedent(_lines(each)) for each in texts)
@@ -179,13 +180,14 @@ def _with_placeholders(automaton: Automaton, place: Place) -> Automaton:
         states=(State(id=1, name=""),),
         transitions=(transition,),
         inputs=tuple(_usable(automaton.inputs)),
+        outputs=tuple(_usable(automaton.outputs)),
         variables=Text(variables),
         functions=Text(functions),
     )
 
 
 def _usable(parameters: Iterable[Parameter]) -> Iterator[Parameter]:
-    """Yield parameters or inputs with a type and a default that can be generated."""
+    """Yield parameters, inputs or outputs with a type and a default that can be generated."""
     for each in parameters:
         if _is_name(each.name):
             kind = each.type.text.strip()

@@ -11,7 +11,17 @@ from typing import Any, Final, Literal, TypeVar
 
 import msgspec
 
-from codegen.hfsm.document import Argument, Automaton, Document, Import, Node, State, Text, Transition
+from codegen.hfsm.document import (
+    Argument,
+    Automaton,
+    Document,
+    Import,
+    Node,
+    Result,
+    State,
+    Text,
+    Transition,
+)
 
 from .places import Place
 
@@ -23,12 +33,14 @@ KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
     "transitions": lambda transition: transition.id,
     "parameters": lambda parameter: parameter.name,
     "inputs": lambda parameter: parameter.name,
+    "outputs": lambda parameter: parameter.name,
     "events": lambda event: event.name,
     "properties": lambda item: item.name,
     "libraries": lambda library: library.name.text,
     "interfaces": lambda interface: interface.name,
     "ros": lambda interface: interface.name,
     "arguments": lambda argument: (argument.name, argument.child),
+    "results": lambda result: (result.name, result.child),
 }
 """The key by which elements are matched, for each field that holds some."""
 
@@ -141,6 +153,8 @@ def _place_of(parent: Place, name: str, item: Node, index: int) -> Place:
             return Place(kind="transition", automaton=parent.automaton, id=item.id)
         case Argument():
             return msgspec.structs.replace(parent, part="argument", name=item.name, child=item.child)
+        case Result():
+            return msgspec.structs.replace(parent, part="result", name=item.name, child=item.child)
     return Place(kind=parent.kind, automaton=parent.automaton, part=name, index=index)
 
 

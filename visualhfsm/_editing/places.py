@@ -10,13 +10,13 @@ from typing import Final, Literal, NamedTuple
 
 import msgspec
 
-from codegen.hfsm.document import Automaton, Document, Node, Parameter, State, Text, Transition
+from codegen.hfsm.document import Automaton, Document, Node, State, Text, Transition
 from codegen.messages import Message
 
 CODE: Final = frozenset(
-    ("argument", "code", "entry", "exit", "fired", "functions", "guard", "trigger", "variables")
+    ("argument", "code", "entry", "exit", "fired", "functions", "guard", "result", "trigger", "variables")
 )
-"""The parts that hold code."""
+"""The parts that hold code, or the name of a variable."""
 TEXTS: Final = CODE | frozenset(
     ("description", "import", "language", "name", "onError", "onRefused", "period", "priority", "world")
 )
@@ -52,10 +52,10 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
 
     `id` is that of a state or a transition of the `automaton`. `part` is one of its fields: of a document
     `description`, `onError`, `onRefused`, `world`, `language`, or a list, such as `parameters`; of an
-    automaton `period`, `variables`, `functions`, `import` or the list `inputs`; of a state `name`,
-    `entry`, `code`, `exit` or `argument`; of a transition `name`, `trigger`, `guard`, `fired` or
-    `priority`. It is blank for the element itself. `index` is that in a list, `name` the field of an entry
-    or the name of an argument, `child` the automaton that gets the argument.
+    automaton `period`, `variables`, `functions`, `import` or the lists `inputs` and `outputs`; of a state
+    `name`, `entry`, `code`, `exit`, `argument` or `result`; of a transition `name`, `trigger`, `guard`,
+    `fired` or `priority`. It is blank for the element itself. `index` is that in a list, `name` the field of
+    an entry or the name of an argument or a result, `child` the automaton that it is for.
     """
 
     kind: Literal["document", "automaton", "state", "transition"]
@@ -102,8 +102,9 @@ def _automaton(automaton: Automaton) -> Iterator[Spot]:
         yield from _state(automaton, state)
     for transition in automaton.transitions:
         yield from _transition(automaton, transition)
-    inputs: tuple[Parameter, ...] = automaton.inputs
-    yield from _list(place, "inputs", inputs, ("name", "type", "default", "description"))
+    fields = ("name", "type", "default", "description")
+    yield from _list(place, "inputs", automaton.inputs, fields)
+    yield from _list(place, "outputs", automaton.outputs, fields)
     if automaton.imported is not None:
         yield from _text(_part(place, "import"), automaton.imported.file)
     yield from _text(_part(place, "period"), automaton.iteration_time)
@@ -121,6 +122,10 @@ def _state(automaton: Automaton, state: State) -> Iterator[Spot]:
     for argument in state.arguments:
         at = msgspec.structs.replace(place, part="argument", name=argument.name, child=argument.child)
         yield from _text(at, argument.value)
+    for result in state.results:
+        at = msgspec.structs.replace(place, part="result", name=result.name, child=result.child)
+        yield Spot(at, None, result.line, result.column)
+        yield from _text(at, result.variable)
 
 
 def _transition(automaton: Automaton, transition: Transition) -> Iterator[Spot]:
@@ -276,7 +281,7 @@ def _owned(document: Document) -> Iterator[tuple[Spot, Place]]:
     for spot in spots(document):
         if spot.text is None:
             element = spot.place
-        is_about_automaton = spot.place.kind == "automaton" and spot.place.part != "inputs"
+        is_about_automaton = spot.place.kind == "automaton" and spot.place.part not in ("inputs", "outputs")
         owner = Place(kind="automaton", automaton=spot.place.automaton) if is_about_automaton else element
         if spot.line:
             yield spot, owner

@@ -96,7 +96,8 @@ def renumbered_state(state: State, numbers: Mapping[int, int]) -> State:
     arguments = tuple(
         replace(argument, child=numbers.get(argument.child, NO_CHILD)) for argument in state.arguments
     )
-    return replace(state, children=children, arguments=arguments)
+    results = tuple(replace(result, child=numbers.get(result.child, NO_CHILD)) for result in state.results)
+    return replace(state, children=children, arguments=arguments, results=results)
 
 
 def _without_children(state: State, ids: set[int]) -> State:
@@ -106,6 +107,7 @@ def _without_children(state: State, ids: set[int]) -> State:
         state,
         children=tuple(child for child in state.children if child not in ids),
         arguments=tuple(argument for argument in state.arguments if argument.child not in ids),
+        results=tuple(result for result in state.results if result.child not in ids),
     )
 
 

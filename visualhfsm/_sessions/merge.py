@@ -148,6 +148,7 @@ def _with_children(state: State, numbers: dict[int, int]) -> State:
         state,
         children=tuple(numbers.get(child, child) for child in state.children),
         arguments=tuple(replace(each, child=numbers.get(each.child, each.child)) for each in state.arguments),
+        results=tuple(replace(each, child=numbers.get(each.child, each.child)) for each in state.results),
     )
 
 

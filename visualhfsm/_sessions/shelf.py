@@ -17,7 +17,7 @@ import msgspec
 from codegen.diagnostics import Diagnostics
 from codegen.files import read_regular
 from codegen.hfsm import parse_document, resolve, write_document
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Document, Parameter
 from codegen.hfsm.document import Shelf as ShelfEntry
 from visualhfsm._errors import EditError, MissingError
 from zenoh_ice.text import printable
@@ -39,8 +39,8 @@ _SENTENCE: Final = re.compile(r"(?<=[.!?]) ")
 _PACKAGE: Final = Path(__file__).parents[1]
 
 
-class ReadyInput(msgspec.Struct, frozen=True):
-    """What can be set of a ready state: an input of its automaton."""
+class ReadyValue(msgspec.Struct, frozen=True):
+    """What can be set of a ready state, or taken from it: an input or an output of its automaton."""
 
     name: str
     type: str
@@ -72,7 +72,8 @@ class ReadyState(msgspec.Struct, frozen=True, kw_only=True):
     text: str = ""
     icon: str = ""
     words: str = ""
-    inputs: tuple[ReadyInput, ...] = ()
+    inputs: tuple[ReadyValue, ...] = ()
+    outputs: tuple[ReadyValue, ...] = ()
     needs: tuple[Need, ...] = ()
     ends: bool = False
     trouble: str = ""
@@ -234,18 +235,16 @@ def _described(named: ReadyState, document: Document) -> ReadyState:
         text=text,
         icon=_line(shelf.icon.text),
         words=_line(shelf.words.text, _LONGEST_TEXT),
-        inputs=tuple(
-            ReadyInput(
-                each.name,
-                _line(each.type.text),
-                each.default.text.strip(),
-                _line(each.description.text, _LONGEST_TEXT),
-            )
-            for each in root.inputs
-        ),
+        inputs=tuple(map(_value, root.inputs)),
+        outputs=tuple(map(_value, root.outputs)),
         needs=tuple(Need(each.identity.strip(), each.type.strip()) for each in document.interfaces),
         ends=any(each.final for each in root.states),
     )
+
+
+def _value(declared: Parameter) -> ReadyValue:
+    type_name, default = _line(declared.type.text), declared.default.text.strip()
+    return ReadyValue(declared.name, type_name, default, _line(declared.description.text, _LONGEST_TEXT))
 
 
 def _line(text: str, longest: int = _LONGEST_TITLE) -> str:

@@ -107,8 +107,8 @@ class SetImport(AutomatonCommand, frozen=True, kw_only=True):
         if automaton.father == NO_CHILD:
             why = "it is the root"
             raise EditError("Cannot import this automaton", why, "import into an automaton of a state")
-        if automaton.states or automaton.transitions or automaton.inputs:
-            why = "it has states, transitions or inputs"
+        if automaton.states or automaton.transitions or automaton.inputs or automaton.outputs:
+            why = "it has states, transitions, inputs or outputs"
             raise EditError("Cannot import this automaton", why, "import into an empty one")
         file = checked(self.file, "the name of the file")
         if automaton.imported is None:

@@ -7,13 +7,14 @@ An entry of a list is named by the list and its index.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from typing import Any, Final, Literal, NamedTuple, Self, get_args
+from collections.abc import Callable, Hashable, Mapping
+from typing import Any, Final, Literal, NamedTuple, Self, TypeVar, get_args
 
 import msgspec
 
 from codegen.hfsm.document import (
     NO_CHILD,
+    Automaton,
     Document,
     Event,
     Interface,
@@ -30,10 +31,13 @@ from visualhfsm._errors import EditError
 from ..nodes import changed, find_automaton, free_name, with_automaton
 from .base import Command, Id, Index, only_text
 
-ListName = Literal["parameters", "events", "properties", "libraries", "interfaces", "ros", "inputs"]
+ListName = Literal[
+    "parameters", "events", "properties", "libraries", "interfaces", "ros", "inputs", "outputs"
+]
 PropertyKind = Literal["always", "eventually", "never"]
 RosKind = Literal["publish", "subscribe", "service", "action"]
 Entries = tuple[Any, ...]
+_OwnerT = TypeVar("_OwnerT", Document, Automaton)
 
 
 class _List(NamedTuple):
@@ -53,12 +57,15 @@ _PARAMETER_FIELDS: Final = ("name", "type", "default", "description")
 _LISTS: Final[dict[str, _List]] = {
     "parameters": _List("parameter", _PARAMETER, _PARAMETER_FIELDS, "_"),
     "inputs": _List("input", _PARAMETER, _PARAMETER_FIELDS, "_"),
+    "outputs": _List("output", _PARAMETER, _PARAMETER_FIELDS, "_"),
     "events": _List("event", Event(name=""), ("name", "description"), " "),
     "properties": _List("property", Property(), ("name", "kind", "within", "expression"), " "),
     "libraries": _List("library", Library(name=Text("math")), ("name",)),
     "interfaces": _List("interface", Interface(name="", proxy=""), ("name", "proxy", "type"), "_"),
     "ros": _List("topic", RosInterface(name=""), ("name", "kind", "target", "type", "qos", "stop"), "_"),
 }
+_OF_AUTOMATON: Final[Mapping[str, str]] = {"inputs": "arguments", "outputs": "results"}
+"""The lists of an automaton, each with the list of the states above that names its entries."""
 _FIELDS: Final[dict[str, tuple[str, str]]] = {
     "description": ("description", "description"),
     "onError": ("on_error", "behavior after errors"),
@@ -84,17 +91,18 @@ class SetComponentText(Command, frozen=True, kw_only=True):
 
 
 class _EntryCommand(Command, frozen=True, kw_only=True):
-    """A change of a list of the component, or of the inputs of an `automaton`."""
+    """A change of a list of the component, or of the inputs or outputs of an `automaton`."""
 
     list: ListName
     automaton: Id = NO_CHILD
 
     def changed_list(self, document: Document, change: Callable[[Entries], Entries]) -> Document:
-        if self.list != "inputs":
-            return changed(document, **{self.list: change(getattr(document, self.list))})
-        return with_automaton(
-            document, self.automaton, lambda each: changed(each, inputs=change(each.inputs))
-        )
+        def change_it(owner: _OwnerT) -> _OwnerT:
+            return changed(owner, **{self.list: change(getattr(owner, self.list))})
+
+        if self.list not in _OF_AUTOMATON:
+            return change_it(document)
+        return with_automaton(document, self.automaton, change_it)
 
     def noun(self) -> str:
         noun = _LISTS[self.list].noun
@@ -107,9 +115,9 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
     fields: dict[str, str] = msgspec.field(default_factory=dict)
 
     def apply(self, document: Document) -> Document:
-        if self.list == "inputs" and find_automaton(document, self.automaton).imported is not None:
+        if self.list in _OF_AUTOMATON and find_automaton(document, self.automaton).imported is not None:
             why = "its content comes from another file"
-            raise EditError("Cannot add an input", why, "change that file, or inline it first")
+            raise EditError(f"Cannot add {self.noun()}", why, "change that file, or inline it first")
 
         def add(entries: Entries) -> Entries:
             noun, blank, _, separator = _LISTS[self.list]
@@ -127,7 +135,7 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
 class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
     """Change fields of an entry.
 
-    When an input is renamed, so are the arguments of states for it.
+    When an input or an output is renamed, so are the arguments and results of states for it.
     """
 
     index: Index
@@ -147,9 +155,9 @@ class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
 
         document = self.changed_list(document, change)
         name = self.fields.get("name", former)
-        if self.list != "inputs" or name == former:
+        if self.list not in _OF_AUTOMATON or name == former:
             return document
-        return _with_renamed_arguments(document, self.automaton, former, name)
+        return _with_renamed(document, self.automaton, self.list, former, name)
 
     def title(self, document: Document) -> str:
         return f"Change {self.noun()}"
@@ -226,26 +234,27 @@ def _entry_of(entries: Entries, list_name: str, index: int) -> Any:  # noqa: ANN
     return entries[index]
 
 
-def _with_renamed_arguments(document: Document, automaton: int, former: str, name: str) -> Document:
-    """Return a document in which the arguments for an input of an automaton are renamed."""
+def _with_renamed(document: Document, automaton: int, kind: ListName, former: str, name: str) -> Document:
+    """Return a document in which the arguments for an input, or the results for an output, are renamed."""
     others = {
         each.id
         for each in document.automata
-        if each.id != automaton and any(i.name == former for i in each.inputs)
+        if each.id != automaton and any(item.name == former for item in getattr(each, kind))
     }
+    field = _OF_AUTOMATON[kind]
 
     def rename(state: State) -> State:
         if automaton not in state.children:
             return state
-        # Without a `child` an argument is for the only automaton of the state that has the input.
+        # Without a `child` it is about the only automaton of the state that has the input or output.
         is_only = others.isdisjoint(state.children)
-        arguments = tuple(
+        renamed = tuple(
             changed(each, name=name)
             if each.name == former and (each.child == automaton or (each.child == NO_CHILD and is_only))
             else each
-            for each in state.arguments
+            for each in getattr(state, field)
         )
-        return changed(state, arguments=arguments)
+        return changed(state, **{field: renamed})
 
     automata = tuple(
         changed(each, states=tuple(rename(state) for state in each.states))

@@ -126,6 +126,7 @@ def _words(parts: Iterable[State | Transition]) -> set[str]:
     for part in parts:
         if isinstance(part, State):
             texts += (part.entry, part.code, part.exit, *(argument.value for argument in part.arguments))
+            texts += (result.variable for result in part.results)
         else:
             texts += (part.trigger, part.guard, part.code)
     return {word for text in texts for word in _WORD.findall(text.text)}

@@ -189,6 +189,7 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
             states=tuple(renumbered_state(state, numbers) for state in top.states),
             transitions=top.transitions,
             inputs=top.inputs,
+            outputs=top.outputs,
             imported=None,
             iteration_time=top.iteration_time,
             variables=top.variables,

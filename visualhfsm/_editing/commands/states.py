@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import ClassVar, Final, Literal
 
-from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, State, Text
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Result, State, Text
 from visualhfsm._errors import EditError
 
 from ..nodes import (
@@ -180,3 +180,44 @@ class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> str:
         return f"Remove the argument {self.name[:30]} of {self.label(document)}"
+
+
+class SetResult(_StateCommand, frozen=True, kw_only=True):
+    """Set the variable that takes an output of a state's automata; `child` 0 is the one with the output."""
+
+    name: str
+    variable: str
+    child: Id = NO_CHILD
+
+    def changed_state(self, state: State) -> State:
+        variable = checked(self.variable, "the variable")
+        former = [each for each in state.results if (each.name, each.child) == (self.name, self.child)]
+        if former:
+            results = tuple(
+                changed(each, variable=variable) if each is former[0] else each for each in state.results
+            )
+            return changed(state, results=results)
+        if not self.name.strip():
+            raise EditError(
+                "Cannot add the result", "it has no name", "name an output of the automaton below"
+            )
+        name = checked(self.name, "the name of the result")
+        new = Result(name=name, child=self.child, variable=Text(variable))
+        return changed(state, results=(*state.results, new))
+
+    def title(self, document: Document) -> str:
+        return f"Take the output {self.name[:30]} in {self.label(document)}"
+
+
+class RemoveResult(_StateCommand, frozen=True, kw_only=True):
+    """Take an output no longer."""
+
+    name: str
+    child: Id = NO_CHILD
+
+    def changed_state(self, state: State) -> State:
+        kept = tuple(each for each in state.results if (each.name, each.child) != (self.name, self.child))
+        return changed(state, results=kept)
+
+    def title(self, document: Document) -> str:
+        return f"Leave the output {self.name[:30]} in {self.label(document)}"

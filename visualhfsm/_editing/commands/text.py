@@ -14,7 +14,7 @@ from ..places import CODE, Place, pattern_for, spots
 from ..serialization import MAX_SIZE
 from .automata import SetAutomatonCode
 from .base import Command, Index
-from .states import SetArgument, SetStateCode
+from .states import SetArgument, SetResult, SetStateCode
 from .transitions import SetTransitionCode
 
 _Short = Annotated[str, msgspec.Meta(max_length=1000)]
@@ -70,6 +70,8 @@ def with_code(document: Document, place: Place, code: str) -> Document:
     match place.kind, place.part:
         case "state", "argument":
             command = SetArgument(**where, state=place.id, name=place.name, value=code, child=place.child)
+        case "state", "result":
+            command = SetResult(**where, state=place.id, name=place.name, variable=code, child=place.child)
         case "state", "entry" | "code" | "exit" as part:
             command = SetStateCode(**where, state=place.id, part=part, text=code)
         case "transition", "trigger" | "guard" | "fired" as part:

@@ -1,4 +1,4 @@
-"""Give an automaton a variable of one above it: as an input, or for both as an attribute of the component."""
+"""Exchange variables with an automaton above: as inputs, as outputs, or both keep them in the component."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from typing import Annotated, Final
 import msgspec
 
 from codegen.hfsm.analysis import Analysis, AutomatonCode, Piece, analyze
-from codegen.hfsm.document import Argument, Automaton, Document, Parameter, Text
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, Text
 from visualhfsm._errors import EditError
 
-from ..nodes import changed, find_automaton, with_automaton
+from ..nodes import changed, find_automaton, find_state, free_name, with_automaton
 from ..places import CODE, Place, spots
 from .base import Command, Id
+from .states import SetResult
 from .text import with_code
 
 _Name = Annotated[str, msgspec.Meta(max_length=1000)]
@@ -70,6 +71,84 @@ class PassVariable(Command, frozen=True, kw_only=True):
         return with_automaton(document, automaton.father, pass_on)
 
 
+class HandUpVariable(Command, frozen=True, kw_only=True):
+    """Hand a variable up to the nearest automaton above that has one of this name, as an output."""
+
+    automaton: Id
+    name: _Name
+
+    def apply(self, document: Document) -> Document:
+        analysis = analyze(document, _NOWHERE)
+        owner = _owner(analysis, self.automaton, self.name)
+        target = find_automaton(document, self.automaton)
+        what = f"Cannot hand “{self.name}” up"
+        variables = _code(analysis, target).variables
+        if variables is not None and self.name in variables.bound:
+            raise EditError(
+                what, "this automaton's variables set it", "delete it there: an output has a default"
+            )
+        if any(each.name == self.name for each in owner.automaton.inputs):
+            raise EditError(what, "it is an input of the automaton above", "give the output another name")
+        declared = Parameter(
+            name=self.name,
+            type=Text(_type(owner, self.name)),
+            default=Text(_default(owner, self.name)),
+            description=Text(),
+        )
+        for each in (target, *document.above(target)):
+            if each.id == owner.automaton.id:
+                break
+            if self.name not in each.declared:
+                document = with_automaton(
+                    document,
+                    each.id,
+                    lambda automaton: changed(automaton, outputs=(*automaton.outputs, declared)),
+                )
+            document = self._taken(document, each)
+        return document
+
+    def title(self, document: Document) -> str:  # noqa: ARG002
+        return f"Hand “{self.name}” up as an output"
+
+    def _taken(self, document: Document, automaton: Automaton) -> Document:
+        state = document.owner(automaton)
+        if state is None:
+            raise EditError(f"Cannot hand “{self.name}” up", "no state owns the automaton")
+        child = automaton.id if len(state.children) > 1 else NO_CHILD
+        command = SetResult(
+            automaton=automaton.father, state=state.id, name=self.name, variable=self.name, child=child
+        )
+        return command.apply(document)
+
+
+class TakeOutput(Command, frozen=True, kw_only=True):
+    """Take an output below a state into a new variable, which begins with the default of the output."""
+
+    automaton: Id
+    state: Id
+    name: _Name
+    child: Id = NO_CHILD
+
+    def apply(self, document: Document) -> Document:
+        above = find_automaton(document, self.automaton)
+        state = find_state(above, self.state)
+        below = (document.automaton(child) for child in state.children if self.child in (NO_CHILD, child))
+        found = [item for each in below if each for item in each.outputs if item.name == self.name]
+        default = found[0].default.text.strip() if found else "None"
+        taken = _code(analyze(document, _NOWHERE), above).names
+        variable = free_name(self.name, taken, "_") if self.name in taken else self.name
+        lines = above.variables.text.rstrip()
+        written = f"{lines}\n{variable} = {default}" if lines else f"{variable} = {default}"
+        document = with_automaton(document, above.id, lambda each: changed(each, variables=written))
+        command = SetResult(
+            automaton=above.id, state=state.id, name=self.name, variable=variable, child=self.child
+        )
+        return command.apply(document)
+
+    def title(self, document: Document) -> str:  # noqa: ARG002
+        return f"Take the output {self.name[:30]} into a new variable"
+
+
 class ShareVariable(Command, frozen=True, kw_only=True):
     """Keep a variable of the nearest automaton above that has it in the component, as `self.name`.
 
@@ -104,6 +183,8 @@ class ShareVariable(Command, frozen=True, kw_only=True):
             )
         if any(each.name == self.name for each in owner.automaton.inputs):
             self._refuse("it is an input of the automaton above", "pass it on as an input")
+        if self.name in owner.results or self.name in owner.automaton.declared:
+            self._refuse("outputs of automata are taken into it", "hand it up as an output")
 
     def _refuse(self, why: str, hint: str) -> None:
         raise EditError(f"Cannot share “{self.name}”", why, hint)
@@ -114,8 +195,8 @@ class ShareVariable(Command, frozen=True, kw_only=True):
         for each in analysis.document.automata:
             if each.father == owner.id and each.id != owner.id:
                 code = _code(analysis, each)
-                own = {item.name for item in each.inputs}
-                if self.name not in own | (frozenset() if code.variables is None else code.variables.bound):
+                own = each.declared | (frozenset() if code.variables is None else code.variables.bound)
+                if self.name not in own:
                     yield from self._users(analysis, each)
 
     def _changed(self, document: Document, place: Place, text: Text, piece: Piece) -> Document:
@@ -213,14 +294,25 @@ def _all_texts(document: Document) -> Iterable[Text]:
 
 
 def _type(owner: AutomatonCode, name: str) -> str:
-    """Return the type of an input for a variable: that of its first value if it is a literal."""
-    for item in owner.automaton.inputs:
+    """Return the type of an input or output for a variable: that of its first value if it is a literal."""
+    for item in (*owner.automaton.inputs, *owner.automaton.outputs):
         if item.name == name:
             return item.type.text
-    for node in () if owner.variables is None else owner.variables.tree.body:
-        match node:
-            case ast.Assign(targets=[ast.Name(id=assigned)], value=ast.Constant(value=value)) if (
-                assigned == name
-            ):
-                return _TYPES.get(type(value), "object")
-    return "object"
+    return _TYPES.get(type(_literal(owner, name)), "object")
+
+
+def _default(owner: AutomatonCode, name: str) -> str:
+    """Return the default of an output for a variable: the variable's first value if it is a literal."""
+    for item in owner.automaton.outputs:
+        if item.name == name:
+            return item.default.text
+    return repr(_literal(owner, name))
+
+
+def _literal(owner: AutomatonCode, name: str) -> object:
+    """Return the first value of a variable; None if it is no literal."""
+    first = owner.first_value(name)
+    try:
+        return None if first is None else ast.literal_eval(first)
+    except (ValueError, TypeError, MemoryError, RecursionError):
+        return None

@@ -14,6 +14,7 @@ export interface Automaton {
   states: State[];
   transitions: Transition[];
   inputs: Parameter[];
+  outputs: Parameter[];
   imported: Import | null;
   period: string;
   variables: string;
@@ -88,26 +89,26 @@ export interface Commands {
   setComponentText: {part: "description" | "language" | "onError" | "onRefused" | "world"; text: string};
   /** Add an entry to a list; without a name it gets a free one. */
   addEntry: {
-    list: "events" | "inputs" | "interfaces" | "libraries" | "parameters" | "properties" | "ros";
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
     automaton?: number;
     fields?: Record<string, string>;
   };
   /** Change fields of an entry. */
   changeEntry: {
-    list: "events" | "inputs" | "interfaces" | "libraries" | "parameters" | "properties" | "ros";
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
     automaton?: number;
     index: number;
     fields: Record<string, string>;
   };
   /** Remove an entry of a list. */
   removeEntry: {
-    list: "events" | "inputs" | "interfaces" | "libraries" | "parameters" | "properties" | "ros";
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
     automaton?: number;
     index: number;
   };
   /** Move an entry of a list to another index. */
   reorderEntry: {
-    list: "events" | "inputs" | "interfaces" | "libraries" | "parameters" | "properties" | "ros";
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
     automaton?: number;
     index: number;
     to: number;
@@ -165,6 +166,10 @@ export interface Commands {
   setArgument: {automaton: number; state: number; name: string; value: string; child?: number};
   /** Remove the argument for an input. */
   removeArgument: {automaton: number; state: number; name: string; child?: number};
+  /** Set the variable that takes an output of a state's automata; `child` 0 is the one with the output. */
+  setResult: {automaton: number; state: number; name: string; variable: string; child?: number};
+  /** Take an output no longer. */
+  removeResult: {automaton: number; state: number; name: string; child?: number};
   /** Replace a text in all code of the document, or in a `line` of it, from 1, at a `place`. */
   replaceText: {text: string; by: string; whole?: boolean; place?: Place | null; line?: number};
   /** Add a transition between two states, or from one to itself; its handle gets a default place. */
@@ -196,6 +201,10 @@ export interface Commands {
   reorderTransition: {automaton: number; transition: number; index: number};
   /** Pass a variable of the nearest automaton above that has it down to this one, as an input. */
   passVariable: {automaton: number; name: string};
+  /** Hand a variable up to the nearest automaton above that has one of this name, as an output. */
+  handUpVariable: {automaton: number; name: string};
+  /** Take an output below a state into a new variable, which begins with the default of the output. */
+  takeOutput: {automaton: number; state: number; name: string; child?: number};
   /** Keep a variable of the nearest automaton above that has it in the component, as `self.name`. */
   shareVariable: {automaton: number; name: string};
 }
@@ -482,7 +491,7 @@ export interface OutsidePush {
   message: string;
 }
 
-/** A typed value: a parameter of a component (`self.name`, `--name`), or an input of an automaton. */
+/** A typed value: a parameter of a component (`self.name`, `--name`), an input or output of an automaton. */
 export interface Parameter {
   name: string;
   type: string;
@@ -611,14 +620,6 @@ export type Push =
   | TrialsPush
   | WorkspacePush;
 
-/** What can be set of a ready state: an input of its automaton. */
-export interface ReadyInput {
-  name: string;
-  type: string;
-  default: string;
-  description: string;
-}
-
 /** A document of a shelf, as people see it there. */
 export interface ReadyState {
   id: string;
@@ -630,10 +631,19 @@ export interface ReadyState {
   text: string;
   icon: string;
   words: string;
-  inputs: ReadyInput[];
+  inputs: ReadyValue[];
+  outputs: ReadyValue[];
   needs: Need[];
   ends: boolean;
   trouble: string;
+}
+
+/** What can be set of a ready state, or taken from it: an input or an output of its automaton. */
+export interface ReadyValue {
+  name: string;
+  type: string;
+  default: string;
+  description: string;
 }
 
 /** A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970. */
@@ -777,6 +787,13 @@ export interface Requests {
   undo: {tab: number};
 }
 
+/** The `variable` of a state's automaton that takes the output `name` of one of the automata below. */
+export interface Result {
+  name: string;
+  child: number;
+  variable: string;
+}
+
 /** Constants: the cameras' names, and the limits of the joints once they are known. */
 export interface RobotFacts {
   cameras: string[];
@@ -892,6 +909,7 @@ export interface State {
   code: string;
   exit: string;
   arguments: Argument[];
+  results: Result[];
 }
 
 /** A state of an automaton. */

@@ -26,6 +26,7 @@ def test_the_page_gets_all_that_it_draws() -> None:
     assert automaton["states"][1] == {
         "id": 2, "name": "work", "x": 300.0, "y": 100.0, "initial": False, "final": False, "children": [2, 3],
         "history": "", "entry": "", "code": "", "exit": "", "arguments": [{"name": "n", "child": 0, "value": "1"}],
+        "results": [],
     }  # fmt: skip
     assert automaton["transitions"][0] == {
         "id": 1, "name": "go", "x": 200.0, "y": 80.0, "origin": 1, "destination": 2, "type": "condition",

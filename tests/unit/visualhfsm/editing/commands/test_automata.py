@@ -45,7 +45,7 @@ def test_an_empty_automaton_imports_and_no_more() -> None:
     with pytest.raises(EditError, match="comes from another file"):
         AddState(automaton=5, x=0, y=0).apply(document)
     assert automaton(SetImport(automaton=5, file="").apply(document), 5).imported is None
-    with pytest.raises(EditError, match="states, transitions or inputs"):
+    with pytest.raises(EditError, match="states, transitions, inputs or outputs"):
         SetImport(automaton=2, file="search.xml").apply(document)
     with pytest.raises(EditError, match="it is the root"):
         SetImport(automaton=1, file="search.xml").apply(document)

@@ -17,7 +17,7 @@ from visualhfsm._editing.commands.component import (
     ReorderEntry,
     SetComponentText,
 )
-from visualhfsm._editing.commands.states import SetArgument
+from visualhfsm._editing.commands.states import SetArgument, SetResult
 from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import EditError
 
@@ -31,6 +31,16 @@ def test_a_renamed_input_takes_its_arguments_along() -> None:
     document = ChangeEntry(list="inputs", automaton=2, index=0, fields={"name": "rounds"}).apply(document)
     assert automaton(document, 2).inputs == (Parameter(name="rounds", type=Text("int"), default=Text("1")),)
     assert [each.name for each in state(document, 2).arguments] == ["rounds", "rounds", "times"]
+
+
+def test_a_renamed_output_takes_its_results_along() -> None:
+    fields = {"name": "found", "type": "bool", "default": "False"}
+    document = AddEntry(list="outputs", automaton=2, fields=fields).apply(tree())
+    for child in (0, 2, 3):
+        document = SetResult(automaton=1, state=2, name="found", variable="x", child=child).apply(document)
+    document = ChangeEntry(list="outputs", automaton=2, index=0, fields={"name": "seen"}).apply(document)
+    assert [each.name for each in automaton(document, 2).outputs] == ["seen"]
+    assert [each.name for each in state(document, 2).results] == ["seen", "seen", "found"]
 
 
 def test_the_data_of_a_component_is_set() -> None:

@@ -7,12 +7,12 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from codegen.hfsm.document import Argument, Automaton, Document, State, Text
+from codegen.hfsm.document import Argument, Automaton, Document, Result, State, Text
 from tests.support.editing import large_document, tree
 from visualhfsm._editing.commands.automata import AddAutomaton, SetImport
 from visualhfsm._editing.commands.items import DeleteItems
 from visualhfsm._editing.commands.paste import AddReadyState, FillAutomaton, PasteStates
-from visualhfsm._editing.commands.states import RenameState, SetArgument
+from visualhfsm._editing.commands.states import RenameState, SetArgument, SetResult
 from visualhfsm._editing.serialization import copy_states, parse, written
 from visualhfsm._errors import EditError
 from visualhfsm._sessions.session import DocumentSession
@@ -26,10 +26,12 @@ def automaton(document: Document, id: int) -> Automaton:
 
 def test_a_state_is_pasted_with_its_whole_sub_tree_under_new_numbers() -> None:
     document = SetArgument(automaton=1, state=2, name="n", value="1", child=3).apply(tree())
+    document = SetResult(automaton=1, state=2, name="o", variable="x", child=3).apply(document)
     document = PasteStates(automaton=1, content=copy_states(document, 1, [2])).apply(document)
     pasted = automaton(document, 1).states[2]
     assert (pasted.id, pasted.name, pasted.children) == (3, "work 2", (5, 7))
     assert pasted.arguments == (Argument(name="n", child=7, value=Text("1")),)
+    assert pasted.results == (Result(name="o", child=7, variable=Text("x")),)
     assert [(each.id, each.father) for each in document.automata[4:]] == [(5, 1), (6, 5), (7, 1)]
     assert automaton(document, 5).states[0].children == (6,)
     assert automaton(document, 6).states == automaton(document, 4).states

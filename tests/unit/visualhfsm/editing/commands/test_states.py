@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from codegen.hfsm.document import Argument, Automaton, Document, Text, Transition
+from codegen.hfsm.document import Argument, Automaton, Document, Result, Text, Transition
 from tests.support.editing import automaton, state, tree
 from visualhfsm._editing.commands.automata import AddRoot
 from visualhfsm._editing.commands.states import (
@@ -12,9 +12,11 @@ from visualhfsm._editing.commands.states import (
     MarkFinal,
     MarkInitial,
     RemoveArgument,
+    RemoveResult,
     RenameState,
     SetArgument,
     SetHistory,
+    SetResult,
     SetStateCode,
 )
 from visualhfsm._errors import EditError
@@ -80,3 +82,12 @@ def test_arguments_are_added_changed_and_removed() -> None:
     )
     with pytest.raises(EditError, match="it has no name"):
         SetArgument(automaton=1, state=2, name=" ", value="").apply(document)
+
+
+def test_results_are_added_changed_and_removed() -> None:
+    document = SetResult(automaton=1, state=2, name="found", variable="x", child=2).apply(tree())
+    document = SetResult(automaton=1, state=2, name="found", variable="seen", child=2).apply(document)
+    assert state(document, 2).results == (Result(name="found", child=2, variable=Text("seen")),)
+    assert state(RemoveResult(automaton=1, state=2, name="found", child=2).apply(document), 2).results == ()
+    with pytest.raises(EditError, match="it has no name"):
+        SetResult(automaton=1, state=2, name=" ", variable="x").apply(document)

@@ -13,7 +13,7 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.document import Document
 from tests.support.documents import document, problems, state, sub, transition
 from visualhfsm._editing.commands.base import Command
-from visualhfsm._editing.commands.variables import PassVariable, ShareVariable
+from visualhfsm._editing.commands.variables import HandUpVariable, PassVariable, ShareVariable, TakeOutput
 from visualhfsm._editing.serialization import written
 from visualhfsm._errors import EditError
 
@@ -90,6 +90,37 @@ def test_a_variable_is_passed_down_through_all_automata_between(
 
 
 @pytest.mark.parametrize(
+    ("variables", "type", "default"),
+    [
+        ("hits = -1", "int", "-1"), ("hits = 0.5", "float", "0.5"), ("hits = True", "bool", "True"),
+        ("hits = 'a'", "str", "'a'"), ("hits = []", "object", "[]"), ("hits = f()", "object", "None"),
+    ],
+)  # fmt: skip
+def test_a_variable_is_handed_up_through_all_automata_between(
+    tmp_path: Path, variables: str, type: str, default: str
+) -> None:
+    before = tree(code="pass", variables=variables, deepest="hits = hits")
+    assert "W535" in found_in(tmp_path, before)
+    after = HandUpVariable(automaton=3, name="hits").apply(before)
+    for automaton in after.automata[1:]:
+        declared = [(each.name, each.type.text, each.default.text) for each in automaton.outputs]
+        assert declared == [("hits", type, default)]
+    for automaton in after.automata[:2]:
+        (result,) = automaton.states[0].results
+        assert (result.name, result.variable.text) == ("hits", "hits")
+    assert not {"W535", "E528", "E529", "W537"}.intersection(found_in(tmp_path, after))
+
+
+def test_an_output_is_taken_into_a_variable_that_is_declared_with_its_default(tmp_path: Path) -> None:
+    before = HandUpVariable(automaton=2, name="hits").apply(tree())
+    after = TakeOutput(automaton=1, state=1, name="hits").apply(before)
+    root = after.automata[0]
+    assert root.variables.text == "hits = 0\nhits_2 = 0"
+    assert [each.variable.text for each in root.states[0].results] == ["hits_2"]
+    assert not {"E528", "E529"}.intersection(found_in(tmp_path, after))
+
+
+@pytest.mark.parametrize(
     ("command", "before", "why"),
     [
         (ShareVariable(automaton=2, name="hat"), tree(), "no automaton above has such a variable"),
@@ -98,6 +129,17 @@ def test_a_variable_is_passed_down_through_all_automata_between(
         (ShareVariable(automaton=2, name="hits"), tree(code="[hits for hits in x]"), "another way"),
         (ShareVariable(automaton=2, name="hits"), tree(code="import a as hits"), "another way"),
         (PassVariable(automaton=2, name="hits"), tree(), "this automaton also assigns it"),
+        (HandUpVariable(automaton=2, name="hat"), tree(), "no automaton above has such a variable"),
+        (
+            HandUpVariable(automaton=2, name="hits"),
+            tree(middle="hits = 1"),
+            "this automaton's variables set it",
+        ),
+        (
+            ShareVariable(automaton=2, name="hits"),
+            HandUpVariable(automaton=2, name="hits").apply(tree()),
+            "outputs of automata are taken into it",
+        ),
     ],
 )
 def test_what_cannot_be_done_is_refused(command: Command, before: Document, why: str) -> None:
