@@ -1,8 +1,8 @@
 """Child processes that answer questions, and end with this process.
 
-Such a process isolates work that may take long or fail. Questions and answers are one line each. The process
-ends when its input ends; its time and memory are limited. At the end it is killed with all processes that it
-has started, unless they have left its group.
+Such a process isolates work that may take long or fail. Questions and answers are one line each, after an
+empty one when it is ready. The process ends when its input ends; its time and memory are limited. At the end
+it is killed with all processes that it has started, unless they have left its group.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ _MEMORY: Final = 4 << 30
 _LONGEST_ANSWER: Final = 64 << 20  # bytes
 _NEW_OBJECTS: Final = 100_000
 """New objects between two garbage collections: Python's default of 700 cost a quarter of the time."""
+_START_LIMIT: Final = 60.0
+"""Limit in seconds for the process to be ready."""
 _END_PERIOD: Final = 0.01  # s
 _KILL_LIMIT: Final = 2.0
 """Limit in seconds for the process to end after SIGKILL."""
@@ -41,7 +43,7 @@ class TooSlowError(NoAnswerError):
 
 
 class KilledError(NoAnswerError):
-    """The process was killed by someone else, or by the system for want of memory."""
+    """The process was killed by someone else, or by the system for want of memory, or could not start."""
 
 
 class LineProcess:
@@ -58,7 +60,7 @@ class LineProcess:
         self._closed = False
 
     def ask(self, question: bytes, patience: float) -> bytes:
-        """Return the answer to a question, a line without its newline, within `patience` s.
+        """Return the answer to a question, a line without its newline, within `patience` s of being ready.
 
         Raises NoAnswerError.
         """
@@ -66,7 +68,7 @@ class LineProcess:
             if self._closed:
                 raise NoAnswerError("it has been ended")
             try:
-                return self._ask(question, time.monotonic() + patience)
+                return self._ask(question, patience)
             except (OSError, EOFError) as error:
                 killed = self._process is not None and _was_killed(self._process)
                 self._stop()
@@ -84,16 +86,18 @@ class LineProcess:
         with self._lock:
             self._stop()
 
-    def _ask(self, question: bytes, until: float) -> bytes:
+    def _ask(self, question: bytes, patience: float) -> bytes:
         if self._process is not None and _has_ended(self._process):
             self._stop()
         process = self._process or self._start()
         assert process.stdin is not None
         assert process.stdout is not None
+        until = time.monotonic() + patience
         _write(process.stdin.fileno(), question + b"\n", until)
         return _read_line(process.stdout.fileno(), until)
 
     def _start(self) -> subprocess.Popen[bytes]:
+        """Start the process, and wait until it is ready."""
         # With -P, modules are not imported from the working directory, which may contain documents.
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", self._module],
@@ -104,7 +108,14 @@ class LineProcess:
             start_new_session=True,
         )
         assert self._process.stdin is not None
+        assert self._process.stdout is not None
         os.set_blocking(self._process.stdin.fileno(), False)  # a pipe that is full is waited for with a limit
+        until = time.monotonic() + _START_LIMIT
+        try:
+            while _read_line(self._process.stdout.fileno(), until):
+                pass  # what is printed before
+        except TooSlowError as error:
+            raise KilledError(f"it was not ready within {_START_LIMIT:g} s") from error
         return self._process
 
     def _stop(self) -> None:
@@ -119,9 +130,9 @@ class LineProcess:
 
 
 def answer_lines(answer: Callable[[bytes], bytes], memory: int = _MEMORY) -> None:
-    """Answer questions from stdin until it ends; other output goes to stderr.
+    """Say that the process is ready, and answer questions from stdin until it ends.
 
-    `memory` is the limit of the address space in bytes.
+    Other output goes to stderr. `memory` is the limit of the address space in bytes.
     """
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     output = os.fdopen(os.dup(1), "wb")
@@ -129,13 +140,18 @@ def answer_lines(answer: Callable[[bytes], bytes], memory: int = _MEMORY) -> Non
     os.nice(5)
     gc.freeze()  # imported modules are never garbage
     gc.set_threshold(_NEW_OBJECTS)
-    for line in sys.stdin.buffer:
-        answered = answer(line) + b"\n"
+
+    def is_read(line: bytes) -> bool:
         try:
-            output.write(answered)
+            output.write(line + b"\n")
             output.flush()
         except BrokenPipeError:  # the process that asked has ended
-            return
+            return False
+        return True
+
+    goes_on = is_read(b"")
+    while goes_on and (question := sys.stdin.buffer.readline()):
+        goes_on = is_read(answer(question))
 
 
 def _has_ended(process: subprocess.Popen[bytes]) -> bool:

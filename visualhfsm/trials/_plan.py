@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -16,6 +17,7 @@ from msgspec import Meta, Struct
 
 from visualhfsm.simulation import CameraKind, RobotKind
 from zenoh_ice.toml_file import parse_toml, read_text
+from zenoh_ice.toml_file import place as place_in
 
 from ._errors import TrialsError
 from ._quantities import Choice, Quantity, Same, Spread, Value, Values, draw_all, read_quantities, varies
@@ -25,6 +27,10 @@ PARAMETERS: Final = "parameters."
 """Beginning of the names of quantities that are parameters of the component."""
 CARRIED: Final = ("pan", "distance", "height")
 """The coordinates of a carried ball: rad, m and m."""
+SAMPLED: Final = ("mean", "max")
+"""What is kept of samples."""
+_KEPT: Final = ("number", "success", "reason", "states", "time", "calls", "cycles", "distance")
+"""What the table has of each trial in any case."""
 _KINDS: Final = ("push", "move", "offline", "late")
 _MOST_DRAWS: Final = 10_000
 
@@ -163,6 +169,25 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
         """The names of the quantities that differ from trial to trial."""
         return tuple(name for name, each in self.quantities.items() if varies(each))
 
+    def check_names(self, where: Callable[[str, str], str] = "{}.{}".format) -> None:
+        """Raise TrialsError if two columns of the table would have the same name.
+
+        `where` says where a name is written, which has a table of the file and itself.
+        """
+        taken = {*_KEPT, *self.quantities}
+        columns = [
+            *(("groups", name, name) for name in self.groups),
+            *(("numbers", name, name) for name in self.numbers),
+            *(("samples", name, f"{name} {kind}") for name in self.samples for kind in SAMPLED),
+        ]
+        for key, name, column in columns:
+            if column in taken:
+                raise TrialsError(
+                    f"{where(key, name)}: the table of trials has a column {column} already: "
+                    "write another name"
+                )
+            taken.add(column)
+
     def draw(self, number: int, accept: Callable[[Values], object] | None = None) -> dict[str, Value]:
         """Return the values of a trial; `accept` is the loaded function. Raises TrialsError."""
         for attempt in range(_MOST_DRAWS):
@@ -194,6 +219,7 @@ def read_plan(path: Path, *, document: Path | None = None) -> Plan:
     for section in ("scene", "parameters"):
         fields[section] = read_quantities(fields[section], section, source, text, TrialsError)
     plan = Plan(**fields)
+    plan.check_names(partial(place_in, source, text))
     own = {name: each for name, each in plan.quantities.items() if not isinstance(each, Same)}
     for name, each in plan.quantities.items():
         if isinstance(each, Same) and each.same not in own:

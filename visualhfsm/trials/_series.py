@@ -82,6 +82,7 @@ class Series:
 
         Raises TrialsError.
         """
+        plan.check_names()
         self.plan: Final = plan
         self.snapshot: Final[Snapshot] = take_snapshot(Path(plan.document), content)
 

@@ -25,7 +25,7 @@ from ._disturbances import Disturbances
 from ._errors import TrialsError
 from ._functions import FunctionFailed, call_function, load_function
 from ._outcomes import Change, Outcome
-from ._plan import Plan
+from ._plan import SAMPLED, Plan
 from ._quantities import Value, Values
 from ._scene import Scene
 
@@ -245,7 +245,9 @@ class _Trial:
         if self._place is not None:
             noted["distance"] = self._distance
         for name, samples in self._samples.items():
-            noted |= {f"{name} mean": samples.mean, f"{name} max": samples.highest}
+            noted |= dict(
+                zip((f"{name} {kind}" for kind in SAMPLED), (samples.mean, samples.highest), strict=True)
+            )
         noted |= {name: float(self._call(each)) for name, each in self._plan.numbers.items()}
         return {name: number for name, number in noted.items() if math.isfinite(number)}
 

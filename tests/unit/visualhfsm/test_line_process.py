@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.limits import START_LIMIT
-from visualhfsm._line_process import LineProcess, NoAnswerError, TooSlowError
+from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
 
 ANSWERS = """
 import os, time
@@ -62,10 +62,28 @@ def test_a_process_that_fails_or_hangs_is_replaced(
 def test_a_process_that_does_not_read_is_given_up_at_the_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "deaf.py").write_text("import time; time.sleep(3600)")
+    (tmp_path / "deaf.py").write_text("import time; print(flush=True); time.sleep(3600)")
     monkeypatch.syspath_prepend(tmp_path)
     with contextlib.closing(LineProcess("deaf")) as deaf, pytest.raises(TooSlowError):
         deaf.ask(b"x" * (1 << 20), 0.1)  # a pipe holds 64 kB
+
+
+def test_what_a_process_takes_to_start_does_not_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "late.py").write_text(f"import time; print('hello'); time.sleep(0.5)\n{ANSWERS}")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("visualhfsm._line_process._START_LIMIT", START_LIMIT)
+    with contextlib.closing(LineProcess("late")) as late:
+        assert late.ask(b"abc", 0.4) == b"cba"
+
+
+def test_a_process_that_does_not_start_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "absent.py").write_text("import time; time.sleep(3600)")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("visualhfsm._line_process._START_LIMIT", 0.1)
+    with contextlib.closing(LineProcess("absent")) as absent, pytest.raises(KilledError, match="not ready"):
+        absent.ask(b"abc", START_LIMIT)
 
 
 def test_a_long_question_arrives_whole(process: LineProcess) -> None:

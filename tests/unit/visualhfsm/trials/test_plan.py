@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from visualhfsm.trials import Plan, Spread, Success, TrialsError, plan_of, read_plan
+from visualhfsm.trials._series import Series
 
 PLAN = """
 runs = 20
@@ -136,3 +137,32 @@ def test_a_plan_that_makes_no_sense_is_refused_with_its_place(place: Path, text:
         read_plan(place)
     assert message in str(caught.value)
     assert str(place) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("written", "where", "column"),
+    [
+        ('[numbers]\nreason = "judge.py:aim"', ":2: numbers.reason", "reason"),
+        ('[numbers]\nsuccess = "judge.py:aim"', ":2: numbers.success", "success"),
+        ('[numbers]\ntime = "judge.py:aim"', ":2: numbers.time", "time"),
+        ('scene.robot.x = 1\n[groups]\n"robot.x" = "judge.py:aim"', ":3: groups.", "robot.x"),
+        ('groups.side = "judge.py:aim"\n[numbers]\nside = "judge.py:aim"', ":3: numbers.side", "side"),
+        ('numbers."aim max" = "judge.py:aim"\n[samples]\naim = "judge.py:aim"', ":3: samples.aim", "aim max"),
+    ],
+)
+def test_a_name_that_the_table_has_already_is_refused(
+    place: Path, written: str, where: str, column: str
+) -> None:
+    place.write_text(written)
+    with pytest.raises(TrialsError) as refused:
+        read_plan(place)
+    assert where in str(refused.value)
+    assert f"has a column {column} already: write another name" in str(refused.value)
+
+
+def test_a_plan_made_in_python_has_such_names_neither(place: Path) -> None:
+    plan = Plan(document=str(place.parent / "follow.xml"), numbers={"reason": "judge.py:aim"})
+    with pytest.raises(
+        TrialsError, match=r"numbers\.reason: the table of trials has a column reason already"
+    ):
+        Series(plan)
