@@ -1,13 +1,15 @@
 """A run as a test for pytest: the states that it reached, with their times.
 
-Events that come from outside are sent as they came. What else one did to a run, such as forcing a transition,
-is not known here, and conditions may depend on a world that the robot of the test has not.
+The test has the parameters of the run, and sends the events that came from outside as they came. What else
+one did to the run, such as forcing a transition, is not known here, and conditions may depend on a world that
+the robot of the test has not.
 """
 
 from __future__ import annotations
 
+import ast
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Final
@@ -26,19 +28,29 @@ _MOST_LEVELS: Final = 64
 _EVENT: Final = "event"
 
 
-def run_as_test(document: Document, path: str, timeline: Timeline, robot: str | None) -> str:
+def run_as_test(
+    document: Document,
+    path: str,
+    timeline: Timeline,
+    robot: str | None,
+    parameters: Mapping[str, str] | None = None,
+) -> str:
     """Return the text of a test, in which a document does what it did in a run.
 
-    `path` is where a test finds it. Raises VisualHfsmError for a run that was not seen from its beginning, or
-    in which nothing happened.
+    `path` is where a test finds it, `parameters` are those of the run, each as Python's repr. Raises
+    VisualHfsmError for a run that was not seen from its beginning, or in which nothing happened.
     """
     if timeline.start > _LATEST_START:
-        raise VisualHfsmError(f"the run was seen only from {timeline.start:.1f} s on: run it again")
+        raise VisualHfsmError(
+            f"the run was seen from {timeline.start:.1f} s on, not from its beginning: run it again"
+        )
     steps = [*islice(_steps(document, timeline), _MOST_CHANGES)]
     if not steps:
         raise VisualHfsmError("the run has not changed its state yet: a test would have nothing to expect")
     name = component_name(Path(path).stem)
     options = "" if robot is None else f", robot={json.dumps(robot)}"
+    if given := [*_given(document, parameters or {})]:
+        options += f", parameters={{{', '.join(given)}}}"
     lines = [
         f'"""{name} does what it did in a run, which the editor wrote down."""',
         "",
@@ -50,6 +62,21 @@ def run_as_test(document: Document, path: str, timeline: Timeline, robot: str | 
         *(f"    {line}" for step in steps for line in step),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _given(document: Document, parameters: Mapping[str, str]) -> Iterator[str]:
+    """Yield the parameters whose values are not their defaults, as items of a dictionary."""
+    for parameter in document.parameters:
+        try:
+            value = ast.literal_eval(parameters[parameter.name])
+        except (KeyError, SyntaxError, ValueError):  # it has none, or a long one was cut
+            continue
+        try:
+            is_default = value == ast.literal_eval(parameter.default.text.strip())
+        except (SyntaxError, ValueError):
+            is_default = False
+        if not is_default and isinstance(value, bool | int | float | str):
+            yield f"{json.dumps(parameter.name)}: {json.dumps(value) if isinstance(value, str) else value}"
 
 
 def _steps(document: Document, timeline: Timeline) -> Iterator[list[str]]:

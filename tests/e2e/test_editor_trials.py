@@ -17,6 +17,7 @@ from tests.support.monitor import expect_current, patient_services
 from tests.support.processes import free_endpoint
 from tests.support.waiting_trials import PLAN, WAITS
 from visualhfsm._web.services import make_services
+from visualhfsm.trials import plan_of, run_trial
 from zenoh_ice import Settings
 
 ENDED = RUN_LIMIT * 1000
@@ -212,3 +213,27 @@ def test_a_run_becomes_a_test_that_passes(browser: Browser, path: Path) -> None:
         panel = page.get_by_role("region", name="Panel below the canvas")
         expect(panel).to_contain_text("1 passed", timeout=ENDED)
         assert 'b.run_until("done"' in path.with_name("test_waits_run.py").read_text()
+
+
+def test_a_recording_becomes_a_test_of_the_document_as_it_is(browser: Browser, path: Path) -> None:
+    plan = path.with_name("waits.trials.toml")
+    plan.write_text(PLAN.replace("limit = 1", "limit = 3"))
+    recorded = run_trial(plan_of(plan), 2, path.with_name("second.mcap"))
+    assert recorded.success
+    with editor_in(browser, path, realm="test-recording-test") as shown:
+        page = shown.page
+        shown.state("done").wait_for()
+        shown.press("Alt+r")
+        page.get_by_role("option", name="second.mcap").dblclick()
+        expect(page.get_by_role("tab", name="second.mcap")).to_have_attribute("aria-selected", "true")
+        shown.press("Alt+x")
+        panel = page.get_by_role("region", name="Panel below the canvas")
+        make = panel.get_by_role("button", name="Make this recording a test")
+        expect(make).to_be_enabled()
+        assert shown.violations(".bottom") == []
+        make.click()
+        expect(panel).to_contain_text("1 passed", timeout=ENDED)
+        expect(page.get_by_role("tab", name="waits", exact=True)).to_have_attribute("aria-selected", "true")
+        text = path.with_name("test_waits_run.py").read_text()
+        assert f'parameters={{"patience": {recorded.values["parameters.patience"]}}}' in text
+        assert 'b.run_until("done"' in text

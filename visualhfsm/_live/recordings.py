@@ -74,6 +74,7 @@ class RecordedRun:
 
     `complete` says whether all of it was read: a long recording takes too long. `world` are the shapes that a
     simulation showed, and `pictures` what the component saw. `described` is the robot, or the Nao if none is.
+    `parameters` are those of the component at its start, each as Python's repr.
     """
 
     name: str
@@ -84,6 +85,7 @@ class RecordedRun:
     world: Sequence[Shape]
     pictures: RecordedPictures
     described: DescribedRobot
+    parameters: Mapping[str, str]
 
     def exported(self, document: Document | None, imported: Sequence[Mapping[str, Any]] = ()) -> Run:
         """Return the run to export, with the document that it shows. Raises VisualHfsmError."""
@@ -174,8 +176,20 @@ def open_recording(path: Path) -> RecordedRun:
     if run.log.newest is None:
         raise VisualHfsmError(f"the recording {path.name} holds no state of {recording.name}")
     return RecordedRun(
-        recording.name, run.structure, run.log, text, complete, run.world, run.pictures, run.described
-    )
+        recording.name, run.structure, run.log, text, complete, run.world, run.pictures, run.described,
+        _parameters(recording, run.log.newest),
+    )  # fmt: skip
+
+
+def _parameters(recording: RecordingFile, newest: LiveSnapshot) -> dict[str, str]:
+    """Return what a component has recorded of its parameters, or what its monitor has shown."""
+    try:
+        found = msgspec.json.decode(
+            recording.metadata.get("parameters", "{}"), type=dict[str, bool | int | float | str]
+        )
+    except msgspec.MsgspecError:
+        found = {}
+    return newest.component.parameters | {name: repr(value) for name, value in found.items()}
 
 
 class _Automaton:

@@ -325,6 +325,13 @@ class Monitoring:
         """Return what a component that is followed, or a recording, did. Raises VisualHfsmError."""
         return self._log(component).timeline()
 
+    def parameters(self, component: str) -> Mapping[str, str]:
+        """Return the parameters of such a component, each as Python's repr. Raises VisualHfsmError."""
+        if (run := self._recordings.get(component)) is not None:
+            return run.parameters
+        newest = self._log(component).newest
+        return {} if newest is None else newest.component.parameters
+
     def _log(self, component: str) -> RunLog:
         run = self._recordings.get(component)
         return run.log if run is not None else self._follower(component).log

@@ -318,7 +318,7 @@ class RunTests(_Request):
 
 
 class SaveTest(_Request):
-    """Write what a followed component did as a new test of the document; the answer has its `name`."""
+    """Write what a followed component, or a recorded one, did as a new test; the answer has its `name`."""
 
     tab: TabId
     component: Name

@@ -56,12 +56,13 @@ async def run_tests(workspace: Workspace, _: Window, request: p.RunTests) -> Non
 
 
 async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dict[str, str]:
-    """Write a test of what a component did."""
+    """Write a test of what a component, or that of a recording, did."""
     source = workspace.tabs.get(request.tab).source
     timeline = workspace.services.live.timeline(request.component)
     robot = "fake" if source.document.interfaces else None
+    parameters = workspace.services.live.parameters(request.component)
     name = await workspace.services.tests.add(
-        source, lambda path: run_as_test(source.document, path, timeline, robot)
+        source, lambda path: run_as_test(source.document, path, timeline, robot, parameters)
     )
     return {"name": name}
 

@@ -54,7 +54,7 @@ def test_a_document_that_does_something_else_fails_it(pytester: pytest.Pytester)
 @pytest.mark.parametrize(
     ("seen", "words"),
     [
-        (timeline(DONE, start=2.0), "seen only from 2.0 s"),
+        (timeline(DONE, start=2.0), "seen from 2.0 s on, not from its beginning"),
         (timeline([]), "has not changed its state"),
         (timeline([(1.0, 99, 1, 2, 4)]), "has not changed its state"),
     ],
@@ -62,6 +62,21 @@ def test_a_document_that_does_something_else_fails_it(pytester: pytest.Pytester)
 def test_a_run_that_makes_no_test_says_why(seen: Timeline, words: str) -> None:
     with pytest.raises(VisualHfsmError, match=words):
         run_as_test(parse(CLAPS, "Cannot read"), "claps.xml", seen, None)
+
+
+def test_parameters_that_are_not_their_defaults_are_those_of_the_run() -> None:
+    head = "".join(
+        f"<parameter><name>{name}</name><type>{type_}</type><default>{default}</default></parameter>"
+        for name, type_, default in [
+            ("name", "str", '"Nao"'), ("speed", "float", "1"), ("turns", "int", "3"), ("wide", "bool", "True"),
+        ]
+    )  # fmt: skip
+    content = CLAPS.replace("<SubAutomata", f"<parameters>{head}</parameters>\n<SubAutomata", 1)
+    values = {"name": "'a \"robot\"'", "speed": "1.0", "turns": "4", "wide": "False", "gone": "3"}
+    text = run_as_test(parse(content, "Cannot read"), "claps.xml", timeline(DONE), None, values)
+    assert 'parameters={"name": "a \\"robot\\"", "turns": 4, "wide": False})' in text
+    cut = run_as_test(parse(content, "Cannot read"), "claps.xml", timeline(DONE), None, {"name": "'aaa"})
+    assert "parameters" not in cut
 
 
 def test_the_robot_is_the_fake_one_where_the_document_needs_one(tmp_path: Path) -> None:

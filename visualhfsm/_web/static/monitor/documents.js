@@ -34,6 +34,14 @@ export async function openFollowed() {
     );
 }
 
+/** The path of the document of the recording that is shown; a notice says so if there is none. */
+export async function recordedDocument() {
+  const name = monitor.structure?.document.replace(/^.*\//, "") ?? "";
+  const path = name && (await find(name));
+  if (!path) notify(`No ${name || "document"} lies below ${store.greeting.root ?? "the root"}.`, "error");
+  return path;
+}
+
 /** The path of a document by the name of its file, first of all of an open one. @param {string} name */
 async function find(name) {
   const open = store.workspace.tabs.find(({path}) => path.replace(/^.*\//, "") === name);
@@ -101,8 +109,6 @@ export async function play(path) {
 
 /** Compare what a recording contains, which is shown, with the document of that name as it is now. @param {HfsmCanvas} canvas */
 export async function compareRecorded(canvas) {
-  const name = monitor.structure?.document.replace(/^.*\//, "") ?? "";
-  const path = name && (await find(name));
+  const path = await recordedDocument();
   if (path) await (await import("../canvas/comparison.js")).compareWith(canvas, path);
-  else notify(`No ${name || "document"} lies below ${store.greeting.root ?? "the root"}.`, "error");
 }

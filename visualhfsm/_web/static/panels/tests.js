@@ -66,7 +66,7 @@ class TestsPanel extends PageElement {
   render() {
     const {document, tabState} = page;
     if (!document || !tabState) return html`<p class="empty">No document is open.</p>`;
-    if (tabState.recording) return html`<p class="empty">A recording contains this document.</p>`;
+    if (tabState.recording) return this.#ofRecording();
     if (this.refusal) return html`<p class="empty">${this.refusal}.</p>`;
     const tests = store.tests.get(page.tab);
     if (!tests) return html`<p class="empty" role="status">The tests are being looked for…</p>`;
@@ -211,10 +211,39 @@ class TestsPanel extends PageElement {
     await ask("runTests", {tab, names});
   }
 
-  /** Write what the followed run did as a test, and run it. */
-  async #keepRun() {
+  /** A recording has no tests, but can become one. */
+  #ofRecording() {
+    return html`<div class="list-panel">
+      <div class="list-tools">
+        <button
+          type="button"
+          class="tool"
+          ?disabled=${!monitor.recording || monitor.tab !== page.tab || !store.online}
+          @click=${() => this.#keepRecording()}
+        >
+          Make this recording a test
+        </button>
+      </div>
+      <p class="empty">
+        The test runs the document as it is now, without a robot, with the parameters and the events from outside of the
+        recording. It expects the same states in the same order, each within half a second of its time.
+      </p>
+    </div>`;
+  }
+
+  /** Write what the shown recording contains as a test of the document of its name, and run it. */
+  async #keepRecording() {
+    const {component} = monitor;
+    const path = await (await import("../monitor/documents.js")).recordedDocument();
+    if (!path) return;
+    await (await import("../files.js")).openPath(path);
+    if (page.tabState?.path === path) await this.#keepRun(component);
+  }
+
+  /** Write what a run did as a test of the shown document, and run it. */
+  async #keepRun(component = monitor.component) {
     const {tab} = page;
-    const saved = await ask("saveTest", {tab, component: monitor.component});
+    const saved = await ask("saveTest", {tab, component});
     if (!saved) return;
     notify(`The run is now the test ${saved.name.replace("::", ", ")}.`);
     await this.#run([saved.name]);
