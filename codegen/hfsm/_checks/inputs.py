@@ -13,7 +13,7 @@ from ..analysis import AutomatonCode
 from ..code._values import INPUT_TYPES, ValueTextError, parse_value
 from ..codes import Code
 from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, Result, State
-from .report import Report
+from .report import Report, state_label
 
 __all__ = ["check_arguments", "check_inputs", "named", "problem_of", "target_of"]
 

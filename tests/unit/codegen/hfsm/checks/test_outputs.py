@@ -120,8 +120,8 @@ def test_nothing_is_said_of_what_is_right(tmp_path: Path, text: str) -> None:
     [
         (nested(code="print(1)"), "W536", "the output `found` is never assigned: it keeps its default"),
         (nested(results=result(), variables="seen = 'no'"), "W537",
-         "`seen` begins as a text, and takes the output `found`, a truth value"),
-        (nested(results=result(), variables="seen = 3"), "W537", "`seen` begins as a number"),
+         "`seen` begins as `'no'`, and takes the output `found`, which is bool"),
+        (nested(results=result(), variables="seen = 3"), "W537", "`seen` begins as `3`"),
         (nested(results=result(), above="print(seen)\nseen = False"), "W538",
          "`seen` is overwritten in the next cycle: state `search` takes an output into it"),
     ],
