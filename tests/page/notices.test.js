@@ -67,7 +67,7 @@ class Element {
 
 class Text {}
 const body = new Element();
-Object.assign(globalThis, {Text, document: {createElement: () => new Element(), body}});
+Object.assign(globalThis, {Text, document: {...globalThis.document, createElement: () => new Element(), body}});
 
 const {clearErrors, notify, notifyError, OFFLINE, showNoticesOf} = await import(new URL("notices.js", STATIC).href);
 const {RequestError} = await import(new URL("store.js", STATIC).href);

@@ -23,9 +23,9 @@ const PROPERTIES = new Set(["label", "title", "hint", "help", "placeholder", "ar
 const CALLS = new Set(["notify", "announce"]);
 /** Elements whose content is not for translators. */
 const CODE = new Set(["code", "kbd", "samp", "style", "script"]);
-/** Names and units, which are the same in every language. */
+/** Names and units, which are the same in every language; `short` is how a button shows its action. */
 const SAME = new Set(
-  "VisualHFSM Nao NAOqi Python ROS ROS 2 Pupper STOP SVG PNG JPEG XML HTML SCXML JSON CSV PDF ms s min h m cm rad Hz kB MB °C x y z".split(
+  "short VisualHFSM Nao NAOqi Python ROS ROS 2 Pupper STOP SVG PNG JPEG XML HTML SCXML JSON CSV PDF ms s min h m cm rad Hz kB MB °C x y z".split(
     " ",
   ),
 );
@@ -102,11 +102,12 @@ export function textsOf(source, file) {
   return {messages, unwrapped: unwrapped.sort((one, other) => one.start - other.start)};
 }
 
-/** Whether a text has words of a language. @param {string} text */
-function isWords(text) {
-  const words = text.trim();
-  return /\p{L}/u.test(words) && !SAME.has(words);
-}
+/** Whether a text, with `{}` for its values, has words of a language. @param {string} text */
+const isWords = (text) =>
+  text
+    .split("{}")
+    .map((piece) => piece.replace(/^[^\p{L}]+|[^\p{L}\d]+$/gu, ""))
+    .some((piece) => /\p{L}{2}/u.test(piece) && !SAME.has(piece));
 
 /** @param {Node} node @returns {Node[]} */
 function childrenOf(node) {
@@ -140,6 +141,8 @@ function leavesOf(node) {
   const {type, start, end} = node;
   if (type === "ConditionalExpression") return [...leavesOf(node.consequent), ...leavesOf(node.alternate)];
   if (type === "LogicalExpression") return [...leavesOf(node.left), ...leavesOf(node.right)];
+  const whole = type === "BinaryExpression" ? constant(node) : undefined;
+  if (whole !== undefined) return [{text: whole, start, end}];
   if (type === "BinaryExpression")
     return node.operator === "+" ? [...leavesOf(node.left), ...leavesOf(node.right)] : [];
   if (type === "Literal") return typeof node.value === "string" ? [{text: node.value, start, end}] : [];

@@ -36,7 +36,7 @@ const frames = [];
 Object.assign(globalThis, {
   Element,
   WheelEvent: {DOM_DELTA_PIXEL: 0, DOM_DELTA_LINE: 1},
-  document: {createElementNS: () => new Element()},
+  document: {...globalThis.document, createElementNS: () => new Element()},
   requestAnimationFrame: (action) => frames.push(action),
   localStorage: {getItem: () => null, setItem: () => {}},
 });

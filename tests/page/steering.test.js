@@ -16,7 +16,10 @@ const element = () => ({
   querySelectorAll: () => [],
 });
 globalThis.setTimeout = () => 0; // nothing waits here
-Object.assign(globalThis, {Text: class {}, document: {createElement: element, body: {append() {}}}});
+Object.assign(globalThis, {
+  Text: class {},
+  document: {...globalThis.document, createElement: element, body: {append() {}}},
+});
 
 const {monitor} = await import(new URL("monitor/monitor.js", STATIC).href);
 const {store} = await import(new URL("store.js", STATIC).href);

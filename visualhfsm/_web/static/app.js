@@ -35,6 +35,7 @@ import {actionButton, banner, keepStopInView, resizer, restoreSizes} from "./she
 import {initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
 import {laterStyles} from "./styles.js";
+import {t} from "./texts.js";
 
 /**
  * An element that is loaded when it is first shown: a panel, or a part of the monitor.
@@ -61,18 +62,18 @@ const LAZY = {
 };
 const UNHURRIED = 500; // ms after the first picture until more is loaded
 const SIDE = [
-  ["hfsm-code-panel", "Code"],
-  ["hfsm-data-panel", "Data"],
-  ["hfsm-monitor-panel", "Live"],
+  ["hfsm-code-panel", t("Code")],
+  ["hfsm-data-panel", t("Data")],
+  ["hfsm-monitor-panel", t("Live")],
 ];
 const BOTTOM = [
-  ["hfsm-problems", "Problems"],
-  ["hfsm-search", "Search"],
-  ["hfsm-output", "Output"],
-  ["hfsm-tests-panel", "Tests"],
-  ["hfsm-trials-panel", "Trials"],
-  ["hfsm-undo-steps", "Undo steps"],
-  ["hfsm-monitor-timeline", "Timeline"],
+  ["hfsm-problems", t("Problems")],
+  ["hfsm-search", t("Search")],
+  ["hfsm-output", t("Output")],
+  ["hfsm-tests-panel", t("Tests")],
+  ["hfsm-trials-panel", t("Trials")],
+  ["hfsm-undo-steps", t("Undo steps")],
+  ["hfsm-monitor-timeline", t("Timeline")],
 ];
 
 export class HfsmApp extends PageElement {
@@ -183,7 +184,7 @@ export class HfsmApp extends PageElement {
   async generate({quiet = false} = {}) {
     const done = await askTab("generate");
     if (!done) this.#showErrors();
-    else if (!quiet) notify(`Generated ${done.path}.`);
+    else if (!quiet) notify(t("Generated {path}.", {path: done.path}));
     return done;
   }
 
@@ -322,15 +323,15 @@ export class HfsmApp extends PageElement {
       <hfsm-monitor-bar></hfsm-monitor-bar>
       ${banner(this.context)}
       <div class="work ${this.side && !starting ? "beside" : ""} ${this.tree}">
-        <aside class="left" aria-label="Automata and shelf" ?hidden=${starting}>
+        <aside class="left" aria-label=${t("Automata and shelf")} ?hidden=${starting}>
           <div class="stacked">
-            <nav aria-label="Tree of automata"><hfsm-tree></hfsm-tree></nav>
+            <nav aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
             ${(starting ? undefined : this.elements.get("hfsm-shelf")) ?? nothing}
           </div>
-          ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
+          ${resizer({name: t("Width of the tree"), variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
-        <main aria-label="Canvas">
-          <div class="toolbar" role="toolbar" aria-label="View" ?hidden=${starting}>
+        <main aria-label=${t("Canvas")}>
+          <div class="toolbar" role="toolbar" aria-label=${t("View")} ?hidden=${starting}>
             ${actionButton("up", this.context, {label: false})}
             <hfsm-breadcrumbs></hfsm-breadcrumbs><span class="room"></span>
             ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
@@ -342,14 +343,14 @@ export class HfsmApp extends PageElement {
             ${
               this.side
                 ? html`${resizer({
-                      name: "Width of the panel",
+                      name: t("Width of the panel"),
                       variable: "--side",
                       along: "x",
                       sign: -1,
                       smallest: 260,
                       largest: 1200,
                     })}
-                    <section class="side" aria-label="Panel beside the canvas">
+                    <section class="side" aria-label=${t("Panel beside the canvas")}>
                       ${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}
                       <div class="content">${this.elements.get(this.side)}</div>
                     </section>`
@@ -364,14 +365,14 @@ export class HfsmApp extends PageElement {
           ${
             this.bottom && !starting
               ? html`${resizer({
-                    name: "Height of the panel",
+                    name: t("Height of the panel"),
                     variable: "--bottom",
                     along: "y",
                     sign: -1,
                     smallest: 90,
                     largest: 700,
                   })}
-                  <section class="bottom" aria-label="Panel below the canvas">
+                  <section class="bottom" aria-label=${t("Panel below the canvas")}>
                     ${this.#panelTabs(BOTTOM, this.bottom, (tag) => this.showBottom(tag))}
                     <div class="content">${this.elements.get(this.bottom)}</div>
                   </section>`
@@ -386,7 +387,7 @@ export class HfsmApp extends PageElement {
   /** @param {string[][]} list @param {string} shown @param {(tag: string) => void} show */
   #panelTabs(list, shown, show) {
     return html`<div class="panel-tabs">
-      <div role="tablist" aria-label="Panels">
+      <div role="tablist" aria-label=${t("Panels")}>
         ${list.map(
           ([tag, name]) =>
             html` <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>
@@ -397,8 +398,8 @@ export class HfsmApp extends PageElement {
       <button
         type="button"
         class="action bare"
-        aria-label="Close the panel"
-        title="Close the panel"
+        aria-label=${t("Close the panel")}
+        title=${t("Close the panel")}
         @click=${() => {
           show("");
           this.canvas.focusSelected();
@@ -432,7 +433,7 @@ export class HfsmApp extends PageElement {
     try {
       await Promise.all([import(LAZY[tag]), laterStyles()]);
     } catch (error) {
-      notifyError(new Error(`${LAZY[tag]} could not be loaded: ${messageOf(error)}`));
+      notifyError(new Error(t("{file} could not be loaded: {reason}", {file: LAZY[tag], reason: messageOf(error)})));
       return undefined;
     }
     if (!this.elements.has(tag)) {
@@ -534,7 +535,7 @@ function takeDrops(element) {
   sign.className = "drop-sign";
   sign.hidden = true;
   sign.setAttribute("aria-hidden", "true");
-  render(html`<p><strong>Drop to open</strong><br />a document (.xml) or SCXML (.scxml)</p>`, sign);
+  render(html`<p><strong>${t("Drop to open")}</strong><br />${t("a document (.xml) or SCXML (.scxml)")}</p>`, sign);
   document.body.append(sign);
   element.addEventListener("dragover", (event) => {
     if (!holdsFiles(event)) return; // text goes where it is dropped

@@ -11,6 +11,7 @@ import {messageOf, notify, notifyError, clearErrors} from "./notices.js";
 import {page} from "./page.js";
 import {Sequence} from "./sequence.js";
 import {store} from "./store.js";
+import {t} from "./texts.js";
 
 /**
  * Requests that messages are about alike: when one succeeds, what was said of another is over.
@@ -177,7 +178,7 @@ async function takeStep(op, tab, isHere) {
     if (!isShown) page.open(changed[0][0]);
     else if (!isText) return;
   }
-  notify(`${op === "undo" ? "Undone" : "Redone"}: ${name}.`);
+  notify(op === "undo" ? t("Undone: {name}.", {name}) : t("Redone: {name}.", {name}));
 }
 
 /** The beginning of the text of a document, which may have been sent by mail. */
@@ -204,7 +205,7 @@ export async function paste(point, text = "") {
 export async function extract(automaton) {
   const path = page.tabState?.path;
   if (!path) {
-    notifyError(new Error("Save the document first: imports are relative to its file."));
+    notifyError(new Error(t("Save the document first: imports are relative to its file.")));
     return;
   }
   const {chooseFile} = await import("./dialogs/files.js");
@@ -221,18 +222,20 @@ export async function extract(automaton) {
     }
   };
   const file = await chooseFile({
-    title: "Move the sub-automaton to a file",
-    verb: "Move",
+    title: t("Move the sub-automaton to a file"),
+    verb: t("Move"),
     suggestion: `${directory}${name}.xml`,
     attempt,
   });
-  if (file) notify(`Moved the sub-automaton to ${file}. It is imported from there.`);
+  if (file) notify(t("Moved the sub-automaton to {file}. It is imported from there.", {file}));
 }
 
 /** Copy the content of an imported automaton into the document. @param {Automaton} automaton */
 export async function inline(automaton) {
   if (await askTab("inline", {automaton: automaton.id}))
-    notify(`Copied the content of ${automaton.imported?.file} into this document. The file is unchanged.`);
+    notify(
+      t("Copied the content of {file} into this document. The file is unchanged.", {file: automaton.imported?.file}),
+    );
 }
 
 /** Show a sub-automaton of a state; create it when there is none. @param {State} state */

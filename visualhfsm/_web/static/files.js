@@ -8,6 +8,7 @@ import {notify, notifyError, clearErrors} from "./notices.js";
 import {page} from "./page.js";
 import {browserStorage} from "./storage.js";
 import {RequestError, store} from "./store.js";
+import {n, t} from "./texts.js";
 
 const RECENT = "visualhfsm.recent";
 const MOST_RECENT = 8;
@@ -48,11 +49,22 @@ export async function openPath(path) {
 function shown({tab, remarks}, name) {
   page.show(tab);
   if ([...(store.documents.get(tab)?.automata.values() ?? [])].some(isHeaped))
-    notify(`${name} has no positions for its states: Shift+L arranges all automata.`);
+    notify(t("{name} has no positions for its states: Shift+L arranges all automata.", {name}));
   if (!remarks) return;
   const [first = "", ...others] = remarks;
-  const more = others.length ? `, and ${others.length} more` : "";
-  notify(`${name} was imported as a new document.${first && ` Some of it has no equivalent here: ${first}${more}.`}`);
+  const values = {name, first};
+  notify(
+    others.length
+      ? n(
+          "{name} was imported as a new document. Some of it has no equivalent here: {first}, and {count} more.",
+          "{name} was imported as a new document. Some of it has no equivalent here: {first}, and {count} more.",
+          others.length,
+          values,
+        )
+      : first
+        ? t("{name} was imported as a new document. Some of it has no equivalent here: {first}.", values)
+        : t("{name} was imported as a new document.", values),
+  );
 }
 
 export async function openNew(template = "empty") {
@@ -61,7 +73,7 @@ export async function openNew(template = "empty") {
 }
 
 export async function openFile() {
-  const path = await chooseFile({title: "Open a document", verb: "Open"});
+  const path = await chooseFile({title: t("Open a document"), verb: t("Open")});
   if (path) await openPath(path);
 }
 
@@ -74,13 +86,16 @@ export async function openDropped(dropped) {
   for (const file of dropped) {
     if (/\.mcap$/i.test(file.name)) {
       notify(
-        `${file.name} is a recording: put it into the folder of the editor and open it with ${keyOf("openRecording")}.`,
+        t("{name} is a recording: put it into the folder of the editor and open it with {key}.", {
+          name: file.name,
+          key: keyOf("openRecording"),
+        }),
         "error",
       );
       continue;
     }
     if (file.size > LARGEST) {
-      notify(`${file.name} is too large for a document.`, "error");
+      notify(t("{name} is too large for a document.", {name: file.name}), "error");
       continue;
     }
     const done = await ask("openText", {name: file.name, text: await file.text()});
@@ -120,10 +135,10 @@ export async function saveAs(tab = page.tab, wanted = "") {
     const done = await saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab);
     return done === true ? "" : done || OTHER_NAME;
   };
-  return Boolean(await chooseFile({title: "Save the document as", verb: "Save", suggestion, attempt}));
+  return Boolean(await chooseFile({title: t("Save the document as"), verb: t("Save"), suggestion, attempt}));
 }
 
-const OTHER_NAME = "Choose another name.";
+const OTHER_NAME = t("Choose another name.");
 
 /**
  * Save, and ask before overwriting something.
@@ -138,7 +153,7 @@ async function saving(request, path, tab, overwrite = false) {
     const done = await request(overwrite);
     remember(done.path);
     if (done.tab) page.show(done.tab); // a copy
-    notify(`Saved ${done.path}.`);
+    notify(t("Saved {path}.", {path: done.path}));
     return true;
   } catch (error) {
     const {kind = "", message = String(error)} = /** @type {Partial<RequestError>} */ (error);
@@ -148,21 +163,25 @@ async function saving(request, path, tab, overwrite = false) {
     const choices =
       kind === "exists"
         ? [
-            ["overwrite", "Overwrite", "danger"],
-            ["saveAs", "Save as…", "primary"],
+            ["overwrite", t("Overwrite"), "danger"],
+            ["saveAs", t("Save as…"), "primary"],
           ]
         : isGone
           ? [
-              ["saveAs", "Save as…"],
-              ["overwrite", "Write it again", "primary"],
+              ["saveAs", t("Save as…")],
+              ["overwrite", t("Write it again"), "primary"],
             ]
           : [
-              ["theirs", "Take theirs", "danger"],
-              ["overwrite", "Keep mine", "danger"],
-              ["merge", "Merge both", "primary"],
+              ["theirs", t("Take theirs"), "danger"],
+              ["overwrite", t("Keep mine"), "danger"],
+              ["merge", t("Merge both"), "primary"],
             ];
     const title =
-      kind === "exists" ? `Write over ${path}?` : `Another program ${isGone ? "deleted" : "changed"} ${path}`;
+      kind === "exists"
+        ? t("Write over {path}?", {path})
+        : isGone
+          ? t("Another program deleted {path}", {path})
+          : t("Another program changed {path}", {path});
     const choice = await confirm({title, text: message, choices});
     if (choice === "overwrite") return saving(request, path, tab, true);
     if (choice === "theirs" || choice === "merge") {
@@ -182,7 +201,7 @@ async function saving(request, path, tab, overwrite = false) {
 export async function resolve(choice, tab = page.tab) {
   const done = await ask("resolve", {tab, choice});
   const conflicts = done?.conflicts ?? [];
-  if (conflicts.length) notify(`Merged. Both sides had changed ${conflicts.join("; ")}.`);
+  if (conflicts.length) notify(t("Merged. Both sides had changed {parts}.", {parts: conflicts.join("; ")}));
   return done !== undefined;
 }
 
@@ -195,13 +214,13 @@ export async function closeTab(tab) {
       notifyError(error);
       return;
     }
-    const title = store.workspace.tabs.find((each) => each.tab === tab)?.title ?? "the document";
+    const title = store.workspace.tabs.find((each) => each.tab === tab)?.title ?? t("the document");
     const choice = await confirm({
-      title: `Save ${title} before closing?`,
-      text: "It has unsaved changes.",
+      title: t("Save {title} before closing?", {title}),
+      text: t("It has unsaved changes."),
       choices: [
-        ["discard", "Close without saving", "danger"],
-        ["save", "Save", "primary"],
+        ["discard", t("Close without saving"), "danger"],
+        ["save", t("Save"), "primary"],
       ],
     });
     if (choice === "discard" || (choice === "save" && (await save(tab))))

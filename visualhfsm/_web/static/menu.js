@@ -8,6 +8,7 @@ import {spoken} from "./keys.js";
 import {actionOf, isPossible} from "./registry.js";
 import {required} from "./required.js";
 import {laterStyles} from "./styles.js";
+import {t} from "./texts.js";
 
 await laterStyles();
 
@@ -57,7 +58,7 @@ export function dropMenu(button, {beside, stay, ...content}, context) {
 }
 
 /** @param {Content} content */
-const nameOf = ({title, label}) => title || label || selectionTitle() || "Automaton";
+const nameOf = ({title, label}) => title || label || selectionTitle() || t("Automaton");
 
 /**
  * Show a menu with the actions on the selection, or with others.

@@ -12,6 +12,7 @@ import {PageElement} from "./element.js";
 import {page} from "./page.js";
 import {monitor} from "./monitor/monitor.js";
 import {actionButton, menuButton} from "./shell.js";
+import {t} from "./texts.js";
 
 const menu = () => import("./menu.js");
 
@@ -27,7 +28,7 @@ class Menubar extends PageElement {
   }
 
   render() {
-    return html`<div role="menubar" aria-label="Menus" @keydown=${this.#key}>
+    return html`<div role="menubar" aria-label=${t("Menus")} @keydown=${this.#key}>
         ${MENUS.map(
           ({title}, index) =>
             html`<button
@@ -43,7 +44,7 @@ class Menubar extends PageElement {
             </button>`,
         )}
       </div>
-      ${menuButton("Menus", "menu", this.#openAll, {kind: "bare all-menus"})}`;
+      ${menuButton(t("Menus"), "menu", this.#openAll, {kind: "bare all-menus"})}`;
   }
 
   /** @returns {NodeListOf<HTMLElement>} */
@@ -73,7 +74,7 @@ class Menubar extends PageElement {
       icon: "",
       run: () => dropMenu(button, {groups, title}, this.context),
     }));
-    dropMenu(button, {groups: [titles], label: "Menus"}, this.context);
+    dropMenu(button, {groups: [titles], label: t("Menus")}, this.context);
   };
 
   /** @param {KeyboardEvent} event */
@@ -99,10 +100,13 @@ class Tools extends PageElement {
 
   render() {
     if (!page.document) return nothing;
-    const title = `Actions on ${selectionTitle() || "the automaton"} (right mouse button, Shift+F10)`;
-    return html`<div class="tools" role="group" aria-label="Drawing tools">
+    const selection = selectionTitle();
+    const title = selection
+      ? t("Actions on {selection} (right mouse button, Shift+F10)", {selection})
+      : t("Actions on the automaton (right mouse button, Shift+F10)");
+    return html`<div class="tools" role="group" aria-label=${t("Drawing tools")}>
       ${TOOLS.map((id) => actionButton(id, this.context))}
-      ${menuButton("Actions", "dots", this.#more, {kind: "more", title, label: true})}
+      ${menuButton(t("Actions"), "dots", this.#more, {kind: "more", title, label: true})}
     </div>`;
   }
 

@@ -1,3 +1,4 @@
+import {n, t} from "./texts.js";
 /** Short messages in a corner of the page, which screen readers announce. */
 
 /**
@@ -42,7 +43,7 @@ export function notify(text, kind = "info", link = undefined, {tab = 0, about = 
       }),
     );
   const close = button("×", "close", end);
-  close.setAttribute("aria-label", "Dismiss");
+  close.setAttribute("aria-label", t("Dismiss"));
   notice.append(close);
   list.append(notice);
   if (kind === "info") setTimeout(end, SHOWN);
@@ -84,7 +85,7 @@ function makeOlder(all) {
       all.classList.toggle("open");
       showNewest(all);
     }),
-    button("Dismiss all", "link", () => {
+    button(t("Dismiss all"), "link", () => {
       for (const each of errorsOf(all)) each.remove();
       showNewest(all);
     }),
@@ -107,7 +108,7 @@ function showNewest(all) {
   if (!more) all.classList.remove("open");
   const isOpen = all.classList.contains("open");
   for (const [index, each] of errors.entries()) each.hidden = index < more && !isOpen;
-  count.textContent = isOpen ? "Fewer" : `${more} older error${more === 1 ? "" : "s"}`;
+  count.textContent = isOpen ? t("Fewer") : n("{count} older error", "{count} older errors", more);
   count.setAttribute("aria-expanded", String(isOpen));
 }
 

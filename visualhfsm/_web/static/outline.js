@@ -5,6 +5,8 @@
  * @import {OpenDocument} from "./store.js"
  */
 
+import {t} from "./texts.js";
+
 /**
  * The automaton that no state owns, or the first of an invalid document.
  *
@@ -29,7 +31,7 @@ export function ownerOf(document, automaton) {
  */
 export function titleOf(document, automaton, component = "root") {
   if (automaton.father === 0) return component;
-  return ownerOf(document, automaton)?.name || `automaton ${automaton.id}`;
+  return ownerOf(document, automaton)?.name || t("automaton {id}", {id: automaton.id});
 }
 
 /** The automata from the root to one. @param {OpenDocument} document @param {Automaton} automaton */

@@ -10,6 +10,7 @@ import {TRIGGERS} from "./canvas/glyphs.js";
 import {picture} from "./canvas/export.js";
 import {outgoing, ownerOf} from "./outline.js";
 import {page} from "./page.js";
+import {t} from "./texts.js";
 import {spokenTime} from "./times.js";
 
 /** Show the print dialog of the browser with the pages of the shown document. */
@@ -32,11 +33,11 @@ function content() {
   const {fields, automata} = page.shownDocument;
   return html`<h1>${page.component}</h1>
     ${fields.description ? html`<p class="lead">${fields.description}</p>` : nothing}
-    ${table("Parameters", ["name", "type", "default", "description"], fields.parameters)}
-    ${table("Events", ["name", "description"], fields.events)}
-    ${table("Interfaces", ["name", "identity", "type"], fields.interfaces)}
-    ${table("Interfaces of ROS", ["name", "kind", "target", "type", "qos"], fields.ros)}
-    ${table("Properties", ["name", "kind", "within", "expression"], fields.properties)}
+    ${table(t("Parameters"), ["name", "type", "default", "description"], fields.parameters)}
+    ${table(t("Events"), ["name", "description"], fields.events)}
+    ${table(t("Interfaces"), ["name", "identity", "type"], fields.interfaces)}
+    ${table(t("Interfaces of ROS"), ["name", "kind", "target", "type", "qos"], fields.ros)}
+    ${table(t("Properties"), ["name", "kind", "within", "expression"], fields.properties)}
     ${[...automata.values()].map(automatonPage)}`;
 }
 
@@ -45,41 +46,50 @@ function automatonPage(automaton) {
   const owner = ownerOf(page.shownDocument, automaton);
   return html`<section>
     <h2>
-      ${page.title(automaton)}${
-        owner && owner.children.length > 1 ? `, automaton ${owner.children.indexOf(automaton.id) + 1}` : ""
+      ${
+        owner && owner.children.length > 1
+          ? t("{title}, automaton {number}", {
+              title: page.title(automaton),
+              number: owner.children.indexOf(automaton.id) + 1,
+            })
+          : page.title(automaton)
       }
     </h2>
     <p>
       ${
         automaton.imported
-          ? `Comes from ${automaton.imported.file || "another document"}.`
-          : `A cycle every ${automaton.period} ms.`
+          ? t("Comes from {file}.", {file: automaton.imported.file || t("another document")})
+          : t("A cycle every {period} ms.", {period: automaton.period})
       }
-      ${owner ? `Part of the state ${owner.name}.` : ""}
+      ${owner ? t("Part of the state {name}.", {name: owner.name}) : ""}
     </p>
     ${automaton.states.length ? html`<figure>${picture(automaton)}</figure>` : nothing}
-    ${table("Inputs", ["name", "type", "default", "description"], automaton.inputs)}
-    ${code("Variables", automaton.variables)}${code("Functions", automaton.functions)}
+    ${table(t("Inputs"), ["name", "type", "default", "description"], automaton.inputs)}
+    ${code(t("Variables"), automaton.variables)}${code(t("Functions"), automaton.functions)}
     ${automaton.states.map((state) => statePart(automaton, state))}
   </section>`;
 }
 
 /** A state with its code and the transitions out of it. @param {Automaton} automaton @param {State} state */
 export const statePart = (automaton, state) =>
-  html`<h3>State ${state.name}${state.initial ? ", initial" : ""}${state.final ? ", final" : ""}</h3>
-    ${code("Entry", state.entry)}${code("Each cycle", state.code)}${code("Exit", state.exit)}
+  html`<h3>
+      ${[t("State {name}", {name: state.name}), state.initial && t("initial"), state.final && t("final")].filter(Boolean).join(", ")}
+    </h3>
+    ${code(t("Entry"), state.entry)}${code(t("Each cycle"), state.code)}${code(t("Exit"), state.exit)}
     ${outgoing(automaton.transitions.filter(({origin}) => origin === state.id)).map((each) =>
       transitionPart(automaton, each),
     )}`;
 
 /** A transition with its code. @param {Automaton} automaton @param {Transition} transition */
 export function transitionPart(automaton, {name, destination, type, trigger, guard, code: fired}) {
-  const to = automaton.states.find((each) => each.id === destination)?.name ?? "nothing";
-  const what = type === "time" ? `after ${spokenTime(trigger) || "no time"}` : (TRIGGERS[type]?.word ?? type);
+  const to = automaton.states.find((each) => each.id === destination)?.name ?? t("nothing");
+  const what =
+    type === "time" ? t("after {time}", {time: spokenTime(trigger) || t("no time")}) : (TRIGGERS[type]?.word ?? type);
   return html`<p class="arc">
-      → <strong>${to}</strong>: ${name ? `${name}, ` : ""}${type === "event" ? `on the event ${trigger}` : what}
+      → <strong>${to}</strong>:
+      ${name ? `${name}, ` : ""}${type === "event" ? t("on the event {trigger}", {trigger}) : what}
     </p>
-    ${type === "condition" ? code("", trigger) : nothing}${code("If", guard)}${code("When it fires", fired)}`;
+    ${type === "condition" ? code("", trigger) : nothing}${code(t("If"), guard)}${code(t("When it fires"), fired)}`;
 }
 
 /** @param {string} title @param {string} text */

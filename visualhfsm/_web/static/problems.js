@@ -4,6 +4,11 @@
  * @import {Problem} from "./protocol.js"
  */
 
+import {t} from "./texts.js";
+
+/** Severities in words. @type {Record<string, string>} */
+export const SEVERITIES = {error: t("error"), warning: t("warning"), note: t("note")};
+
 /** The code of a problem that a run has shown. */
 export const FAILED = "run";
 

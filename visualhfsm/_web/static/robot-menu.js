@@ -10,6 +10,7 @@ import {bodies, chooseBody, chosenBody, simulate} from "./robot.js";
 import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
 import {laterStyles} from "./styles.js";
+import {t} from "./texts.js";
 
 await laterStyles();
 
@@ -21,9 +22,9 @@ const SPEEDS = ["0.5", "1", "2", "5", "max"];
 const ADDRESS = "visualhfsm.robot";
 /** The first action of a real robot, as `naoserver-naoqi --start`. @type {[string, string][]} */
 const STARTS = [
-  ["leave", "stays as it is"],
-  ["stiffen", "holds its joints where they are"],
-  ["stand", "stands up; it crouches when the connection ends"],
+  ["leave", t("stays as it is")],
+  ["stiffen", t("holds its joints where they are")],
+  ["stand", t("stands up; it crouches when the connection ends")],
 ];
 
 class RobotMenu extends PageElement {
@@ -74,7 +75,7 @@ class RobotMenu extends PageElement {
     return html`<div
       class="menu robot-menu"
       role="dialog"
-      aria-label="Robot"
+      aria-label=${t("Robot")}
       tabindex="-1"
       @keydown=${this.#key}
       @focusout=${this.#left}
@@ -82,11 +83,11 @@ class RobotMenu extends PageElement {
       ${
         isForeign
           ? html`<p class="hint">
-              This robot was not started here. To simulate another one, end it where it was started.
+              ${t("This robot was not started here. To simulate another one, end it where it was started.")}
             </p>`
           : [
               choice(
-                "Robot",
+                t("Robot"),
                 body,
                 bodies().map(({name, title}) => [name, title, name]),
                 (chosen) => {
@@ -95,15 +96,15 @@ class RobotMenu extends PageElement {
                 },
               ),
               choice(
-                "World",
+                t("World"),
                 world,
                 worlds.map(({name, description}) => [name, name, description]),
                 (chosen) => (this.world = chosen),
               ),
               choice(
-                "Speed",
+                t("Speed"),
                 speed,
-                speeds.map((each) => [each, each === "max" ? "as fast as possible" : `${each} x`]),
+                speeds.map((each) => [each, each === "max" ? t("as fast as possible") : `${each} x`]),
                 (chosen) => (this.speed = chosen),
               ),
             ]
@@ -111,7 +112,7 @@ class RobotMenu extends PageElement {
       ${
         (isForeign ? store.robot.hasBalls : known?.balls)
           ? html`<label
-              ><span>Balls move</span
+              ><span>${t("Balls move")}</span
               ><input
                 type="checkbox"
                 .checked=${balls}
@@ -122,7 +123,7 @@ class RobotMenu extends PageElement {
       ${
         runs && changed
           ? html`<p class="hint" role="status">
-              Robot, world and speed change with a restart: the robot stands where it began.
+              ${t("Robot, world and speed change with a restart: the robot stands where it began.")}
             </p>`
           : nothing
       }
@@ -131,23 +132,29 @@ class RobotMenu extends PageElement {
           ? nothing
           : this.#button(
               runs ? "reload" : "run",
-              runs ? `Restart the simulation${changed ? " with these" : ""}` : "Start a simulation",
+              !runs
+                ? t("Start a simulation")
+                : changed
+                  ? t("Restart the simulation with these")
+                  : t("Restart the simulation"),
               () => simulate(this.wanted),
               changed || !runs ? "primary" : "",
             )
       }
-      ${isHere && simulated ? this.#button("up", "Put the robot upright", () => control("standRobot")) : nothing}
-      ${isHere && store.robot.stopped ? this.#button("reload", "Reset the emergency stop", () => control("resetEmergencyStop")) : nothing}
+      ${isHere && simulated ? this.#button("up", t("Put the robot upright"), () => control("standRobot")) : nothing}
+      ${isHere && store.robot.stopped ? this.#button("reload", t("Reset the emergency stop"), () => control("resetEmergencyStop")) : nothing}
       ${
         started
-          ? this.#button("stop", runs ? "Stop the simulation" : "End the connection", () => store.request("endRobot"))
+          ? this.#button("stop", runs ? t("Stop the simulation") : t("End the connection"), () =>
+              store.request("endRobot"),
+            )
           : nothing
       }
       ${
         isForeign
           ? nothing
           : html`<div role="separator"></div>
-              ${this.#button("link", "Connect to a real robot", connect)}`
+              ${this.#button("link", t("Connect to a real robot"), connect)}`
       }
     </div>`;
   }
@@ -208,7 +215,7 @@ export async function connect() {
   let start = "leave";
   let isSafe = false;
   const agreed = await showDialog({
-    title: "Connect to a real robot",
+    title: t("Connect to a real robot"),
     content: (/** @type {Close<boolean>} */ close, redraw) =>
       html`<form
         class="robot-form"
@@ -219,7 +226,7 @@ export async function connect() {
         }}
       >
         <label
-          ><span>Address</span
+          ><span>${t("Address")}</span
           ><input
             type="text"
             autofocus
@@ -231,7 +238,7 @@ export async function connect() {
             }}
         /></label>
         <label
-          ><span>At first it</span
+          ><span>${t("At first it")}</span
           ><select
             @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => (start = /** @type {Requests["connectRobot"]["start"]} */ (target.value))}
           >
@@ -247,12 +254,11 @@ export async function connect() {
               redraw();
             }}
           /><span
-            >The robot has free space around it, somebody stands beside it, and nobody is within reach of its
-            arms.</span
+            >${t("The robot has free space around it, somebody stands beside it, and nobody is within reach of its arms.")}</span
           ></label
         >
         <div class="submit">
-          <button type="submit" class="button primary" ?disabled=${!isSafe || !address.trim()}>Connect</button>
+          <button type="submit" class="button primary" ?disabled=${!isSafe || !address.trim()}>${t("Connect")}</button>
         </div>
       </form>`,
   });

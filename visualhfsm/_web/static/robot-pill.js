@@ -8,6 +8,7 @@ import {keyOf} from "./keys.js";
 import {notify, notifyError, clearErrors} from "./notices.js";
 import {ROBOT, shownOf, simulate} from "./robot.js";
 import {store} from "./store.js";
+import {t} from "./texts.js";
 
 export class RobotPill extends PageElement {
   static properties = {open: {state: true}};
@@ -37,7 +38,7 @@ export class RobotPill extends PageElement {
       <button
         type="button"
         class="robot-now"
-        title=${store.robot.trouble || (kind === "none" ? "Start a simulated robot" : word)}
+        title=${store.robot.trouble || (kind === "none" ? t("Start a simulated robot") : word)}
         aria-label=${word}
         ?disabled=${!store.online}
         @click=${() => (kind === "none" ? this.#start() : this.toggle())}
@@ -48,8 +49,8 @@ export class RobotPill extends PageElement {
       <button
         type="button"
         class="robot-more"
-        aria-label="Robot"
-        title="Robot: which one, world, speed, balls, a real one (${keyOf("robot")})"
+        aria-label=${t("Robot")}
+        title=${t("Robot: which one, world, speed, balls, a real one ({key})", {key: keyOf("robot")})}
         aria-keyshortcuts="Alt+B"
         aria-haspopup="dialog"
         aria-expanded=${Boolean(this.open)}

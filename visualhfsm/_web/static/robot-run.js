@@ -8,6 +8,7 @@ import {page} from "./page.js";
 import {connect} from "./robot-menu.js";
 import {chosenBody, isElsewhere, isReadyFor, needsRobot, ROBOT, robotComes, simulate, simulationFor} from "./robot.js";
 import {store} from "./store.js";
+import {t} from "./texts.js";
 
 /** @import {HfsmApp} from "./app.js" */
 /** @import {Fields} from "./messages.js" */
@@ -58,7 +59,7 @@ export async function watchDance(app) {
   if (page.tabState?.title !== DANCE) return;
   if (isFree) chosen = "simulate";
   if (await coming) await app.run();
-  else if (status === "present") notify("A real robot is connected. Press Run when it may move.");
+  else if (status === "present") notify(t("A real robot is connected. Press Run when it may move."));
 }
 
 /** Run the shown document, on a simulated robot where there is none. @param {HfsmApp} app */
@@ -77,38 +78,38 @@ async function begin(request) {
   }
   const came = await robotComes();
   if (!came && !store.robot.trouble)
-    notify("The robot did not appear. Press Run again when it is there.", "error", undefined, {about: ROBOT});
+    notify(t("The robot did not appear. Press Run again when it is there."), "error", undefined, {about: ROBOT});
   return came;
 }
 
 const choose = () =>
   confirm({
-    title: "There is no robot here",
-    text: "Start a simulated one and run? This is asked once.",
+    title: t("There is no robot here"),
+    text: t("Start a simulated one and run? This is asked once."),
     choices: [
-      ["without", "Run anyway"],
-      ["connect", "Use a real one"],
-      ["dryRun", "Try it without one"],
-      ["simulate", "Start and run", "primary"],
+      ["without", t("Run anyway")],
+      ["connect", t("Use a real one")],
+      ["dryRun", t("Try it without one")],
+      ["simulate", t("Start and run"), "primary"],
     ],
   });
 
 /** @param {string} world */
 const moveTo = (world) =>
   confirm({
-    title: "The simulation has another world",
-    text: `This behavior is made for the world ${world}. Restart the simulation there and run?`,
+    title: t("The simulation has another world"),
+    text: t("This behavior is made for the world {world}. Restart the simulation there and run?", {world}),
     choices: [
-      ["without", "Run here"],
-      ["restart", "Restart and run", "primary"],
+      ["without", t("Run here")],
+      ["restart", t("Restart and run"), "primary"],
     ],
   });
 
 async function resetStop() {
   const choice = await confirm({
-    title: "The robot is stopped",
-    text: `It refuses commands: ${store.robot.stopped}. Check the robot first.`,
-    choices: [["reset", "Reset the emergency stop and run", "primary"]],
+    title: t("The robot is stopped"),
+    text: t("It refuses commands: {reason}. Check the robot first.", {reason: store.robot.stopped}),
+    choices: [["reset", t("Reset the emergency stop and run"), "primary"]],
   });
   if (choice !== "reset") return false;
   return (await ask("control", {component: "", action: "resetEmergencyStop", arguments: {}})) !== undefined;

@@ -2,6 +2,7 @@
 
 import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
+import {decimal, language, t} from "./texts.js";
 
 /**
  * @import {Fields} from "./messages.js"
@@ -9,7 +10,8 @@ import {store} from "./store.js";
  */
 
 /** A time of the day without its seconds. @param {number} seconds since 1970 */
-const minutes = (seconds) => new Date(seconds * 1000).toLocaleTimeString([], {hour: "2-digit", minute: "2-digit"});
+const minutes = (seconds) =>
+  new Date(seconds * 1000).toLocaleTimeString(language, {hour: "2-digit", minute: "2-digit"});
 
 /**
  * The status of a robot: in words, in fewer words for narrow windows, and as a color.
@@ -19,26 +21,33 @@ const minutes = (seconds) => new Date(seconds * 1000).toLocaleTimeString([], {ho
  */
 export function shownOf(robot) {
   const {status, simulated, name, title, speed, since, stopped, started} = robot;
-  const what = simulated ? "simulation" : "robot";
   switch (status) {
     case "present": {
-      const found = simulated ? `Simulated ${title || "robot"}` : name || (title && `Real ${title}`) || "Real robot";
-      if (stopped) return {word: `${found}, stopped`, short: "Stopped", kind: "stopped"};
-      const pace = simulated && speed ? `, ${speed.toFixed(1)} x` : "";
-      return {word: `${found}${pace}`, short: simulated ? "Simulated" : title || "Robot", kind: "here"};
+      const found = simulated
+        ? title
+          ? t("Simulated {title}", {title})
+          : t("Simulated robot")
+        : name || (title ? t("Real {title}", {title}) : t("Real robot"));
+      if (stopped) return {word: t("{robot}, stopped", {robot: found}), short: t("Stopped"), kind: "stopped"};
+      const pace = simulated && speed ? `, ${decimal(speed, 1)} x` : "";
+      return {word: `${found}${pace}`, short: simulated ? t("Simulated") : title || t("Robot"), kind: "here"};
     }
     case "starting":
       return {
-        word: started === "real" ? `Connecting to ${name}` : "Starting the simulation",
-        short: "Starting",
+        word: started === "real" ? t("Connecting to {name}", {name}) : t("Starting the simulation"),
+        short: t("Starting"),
         kind: "busy",
       };
     case "stopping":
-      return {word: `Stopping the ${what}`, short: "Stopping", kind: "busy"};
+      return {
+        word: simulated ? t("Stopping the simulation") : t("Stopping the robot"),
+        short: t("Stopping"),
+        kind: "busy",
+      };
     case "lost":
-      return {word: `Robot lost since ${minutes(since)}`, short: "Robot lost", kind: "amber"};
+      return {word: t("Robot lost since {time}", {time: minutes(since)}), short: t("Robot lost"), kind: "amber"};
     default:
-      return {word: "No robot: start a simulation", short: "No robot", kind: "none"};
+      return {word: t("No robot: start a simulation"), short: t("No robot"), kind: "none"};
   }
 }
 

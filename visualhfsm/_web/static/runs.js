@@ -7,6 +7,7 @@ import {page} from "./page.js";
 import {outputLog} from "./panels/output-log.js";
 import {FAILED} from "./problems.js";
 import {store} from "./store.js";
+import {t} from "./texts.js";
 
 /** @type {(string | undefined)[]} */
 const ALIVE = ["generating", "starting", "running", "stopping"];
@@ -59,8 +60,8 @@ class Runs {
   #tellEnd(run) {
     const {tab, component, message, place, line} = run;
     const why = place ? undefined : outputLog.lastError(tab);
-    const outcome = (message || "it has ended").replace(/^it /, `${component} `);
-    const link = place && {label: line ? `line ${line}` : "show it", run: () => this.showEnd(run)};
+    const outcome = message ? message.replace(/^it /, `${component} `) : t("{component} has ended", {component});
+    const link = place && {label: line ? t("line {line}", {line}) : t("show it"), run: () => this.showEnd(run)};
     this.dismiss(tab);
     const text = `${outcome}${why === undefined ? "." : `: ${why}`}`;
     this.#notices.set(tab, notify(text, "error", link ?? undefined, {tab}));
@@ -90,7 +91,8 @@ class Runs {
 /** How a component ended. @param {{message?: string}} ended */
 export function spokenEnd({message = ""}) {
   const how = message.replace(/^it (has ended:? |ended:? |was |has )?/, "");
-  return how ? `Ended${how.startsWith("with") ? " " : ": "}${how}` : "Ended";
+  if (!how) return t("Ended");
+  return how.startsWith("with") ? `Ended ${how}` : t("Ended: {how}", {how});
 }
 
 export const runs = new Runs();

@@ -22,6 +22,7 @@ import {countOf} from "./problems.js";
 import {actionOf, isEnabled, perform} from "./registry.js";
 import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
+import {language, n, rich, t} from "./texts.js";
 import {copyUnsent, unsentBanner} from "./unsent.js";
 
 /**
@@ -116,7 +117,7 @@ class Tabs extends PageElement {
 
   render() {
     const {tabs} = store.workspace;
-    return html`<div role="tablist" aria-label="Open documents" @keydown=${this.#key} @wheel=${this.#scroll}>
+    return html`<div role="tablist" aria-label=${t("Open documents")} @keydown=${this.#key} @wheel=${this.#scroll}>
         ${tabs.map(
           (each) =>
             html`<div class="tab ${each.tab === page.tab ? "chosen" : ""}" role="presentation">
@@ -125,7 +126,7 @@ class Tabs extends PageElement {
                 role="tab"
                 aria-selected=${each.tab === page.tab}
                 tabindex=${each.tab === page.tab ? 0 : -1}
-                title=${each.recording ? `Recording ${each.recording}` : each.path || "not saved yet"}
+                title=${each.recording ? t("Recording {recording}", {recording: each.recording}) : each.path || t("not saved yet")}
                 @click=${() => page.show(each.tab)}
                 @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
               >
@@ -135,14 +136,14 @@ class Tabs extends PageElement {
                   }</span
                 >${
                   each.dirty
-                    ? html`<span class="dirty" role="img" aria-label="not saved" title="not saved"></span>`
+                    ? html`<span class="dirty" role="img" aria-label=${t("not saved")} title=${t("not saved")}></span>`
                     : nothing
                 }
               </button>
               <span
                 class="close-tab"
                 aria-hidden="true"
-                title="Close ${each.title} (${spoken("Delete")}, or ${keyOf("closeTab")})"
+                title=${t("Close {title} ({key}, or {other})", {title: each.title, key: spoken("Delete"), other: keyOf("closeTab")})}
                 @click=${() => this.#close(each.tab)}
                 >${icon("close")}</span
               >
@@ -154,8 +155,8 @@ class Tabs extends PageElement {
           ? html`<button
               type="button"
               class="all-tabs"
-              aria-label="All ${tabs.length} documents"
-              title="All ${tabs.length} documents"
+              aria-label=${n("The document", "All {count} documents", tabs.length)}
+              title=${n("The document", "All {count} documents", tabs.length)}
               aria-haspopup="menu"
               aria-expanded="false"
               @click=${this.#list}
@@ -167,8 +168,8 @@ class Tabs extends PageElement {
       <button
         type="button"
         class="action bare"
-        aria-label="Start page"
-        title="Start page: open or create a document"
+        aria-label=${t("Start page")}
+        title=${t("Start page: open or create a document")}
         @click=${() => page.show(0)}
       >
         ${icon("add")}
@@ -216,7 +217,7 @@ class Tabs extends PageElement {
       checked: () => each.tab === page.tab,
       run: () => page.show(each.tab),
     }));
-    (await import("./menu.js")).dropMenu(button, {groups: [items], label: "Open documents"}, this.context);
+    (await import("./menu.js")).dropMenu(button, {groups: [items], label: t("Open documents")}, this.context);
   };
 
   updated() {
@@ -254,7 +255,7 @@ class Breadcrumbs extends PageElement {
     const {path} = page;
     const hidden = path.length > MOST_CRUMBS ? path.slice(1, 2 - MOST_CRUMBS) : [];
     const current = path.at(-1);
-    return html`<nav aria-label="Path to the shown automaton">
+    return html`<nav aria-label=${t("Path to the shown automaton")}>
         <ol>
           ${path.map((automaton) => {
             if (automaton === hidden[0]) return html`<li>${this.#between(hidden)}</li>`;
@@ -274,7 +275,7 @@ class Breadcrumbs extends PageElement {
   /** The list of the automata in the middle of a long path. @param {Automaton[]} hidden */
   #between(hidden) {
     return html`<select
-      aria-label="${hidden.length} automata between"
+      aria-label=${n("{count} automaton between", "{count} automata between", hidden.length)}
       title=${hidden.map((automaton) => page.title(automaton)).join(" / ")}
       @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => page.open(Number(target.value))}
     >
@@ -290,13 +291,13 @@ class Breadcrumbs extends PageElement {
       automaton &&
       document?.automata.get(automaton.father)?.states.find((state) => state.children.includes(automaton.id));
     if (!owner || owner.children.length < 2) return nothing;
-    return html`<div class="siblings" role="group" aria-label="Automata of ${owner.name}">
+    return html`<div class="siblings" role="group" aria-label=${t("Automata of {name}", {name: owner.name})}>
       ${owner.children.map(
         (id, index) =>
           html` <button
             type="button"
             aria-pressed=${id === automaton.id}
-            title="Automaton ${index + 1} of ${owner.name}"
+            title=${t("Automaton {number} of {name}", {number: index + 1, name: owner.name})}
             @click=${() => page.open(id)}
           >
             ${index + 1}
@@ -315,7 +316,7 @@ export function importLink(file) {
   const path = page.tabState?.path;
   if (!path) return file;
   const open = async () => (await import("./files.js")).openPath(path.replace(/[^/]*$/, "") + file);
-  return html`<button type="button" class="link" title="Open ${file}" @click=${open}>${file}</button>`;
+  return html`<button type="button" class="link" title=${t("Open {file}", {file})} @click=${open}>${file}</button>`;
 }
 
 class Status extends PageElement {
@@ -332,45 +333,51 @@ class Status extends PageElement {
 
   render() {
     const {document, automaton} = page;
-    if (!document) return store.online ? nothing : html`<span>Connecting</span>`;
+    if (!document) return store.online ? nothing : html`<span>${t("Connecting")}</span>`;
     const errors = countOf(document.problems, "error");
     const warnings = countOf(document.problems, "warning");
-    /** @param {number} number @param {string} noun */
-    const count = (number, noun) => `${number} ${noun}${number === 1 ? "" : "s"}`;
     return html` <button
         type="button"
         class="problem-count ${errors ? "error" : warnings ? "warning" : "none"}"
-        title="Problems"
+        title=${t("Problems")}
         @click=${() => perform("problems", this.context)}
       >
         ${icon(errors + warnings ? "problems" : "properties")}${
           errors + warnings
-            ? [errors && count(errors, "error"), warnings && count(warnings, "warning")].filter(Boolean).join(", ")
-            : "No problems"
+            ? [
+                errors && n("{count} error", "{count} errors", errors),
+                warnings && n("{count} warning", "{count} warnings", warnings),
+              ]
+                .filter(Boolean)
+                .join(", ")
+            : t("No problems")
         }
       </button>
       <span class="about"
         >${
           selectionTitle() ||
-          `${count(automaton?.states.length ?? 0, "state")}, ${count(automaton?.transitions.length ?? 0, "transition")}`
+          [
+            n("{count} state", "{count} states", automaton?.states.length ?? 0),
+            n("{count} transition", "{count} transitions", automaton?.transitions.length ?? 0),
+          ].join(", ")
         }</span
       >
-      ${automaton?.imported ? html`<span>from ${importLink(automaton.imported.file)}</span>` : nothing}
+      ${automaton?.imported ? html`<span>${rich("from {file}", {file: importLink(automaton.imported.file)})}</span>` : nothing}
       ${
         automaton?.states.length || !automaton?.imported
-          ? html`<span class="period" title="Time between two cycles of this automaton"
-              >every ${automaton?.period.trim() || "?"} ms</span
+          ? html`<span class="period" title=${t("Time between two cycles of this automaton")}
+              >${t("every {period} ms", {period: automaton?.period.trim() || "?"})}</span
             >`
           : nothing
       }
       <span class="room"></span>
       ${
         document.undo.length
-          ? html`<span class="last-step" title="The last step; it can be undone">${document.undo[0].name}</span>`
+          ? html`<span class="last-step" title=${t("The last step; it can be undone")}>${document.undo[0].name}</span>`
           : nothing
       }
       <span class="zoom"></span>
-      ${store.online ? nothing : html`<span class="connection">Editor offline</span>`}`;
+      ${store.online ? nothing : html`<span class="connection">${t("Editor offline")}</span>`}`;
   }
 
   #showZoom() {
@@ -387,10 +394,10 @@ class Status extends PageElement {
  */
 export function banner({app, canvas}) {
   if (!store.online && store.offlineSince) {
-    const since = new Date(store.offlineSince).toLocaleTimeString();
+    const since = new Date(store.offlineSince).toLocaleTimeString(language);
     return html`<div class="banner error" role="alert">
-      No connection since ${since}. ${store.whyOffline}
-      <button type="button" @click=${() => store.connect()}>Try now</button>
+      ${t("No connection since {since}.", {since})} ${store.whyOffline}
+      <button type="button" @click=${() => store.connect()}>${t("Try now")}</button>
       ${copyUnsent()}
     </div>`;
   }
@@ -402,8 +409,8 @@ function stoppedBanner() {
   const reason = store.robot.stopped;
   if (!reason) return nothing;
   return html`<div class="banner error" role="alert">
-    The robot is stopped and refuses commands: ${reason}.
-    <button type="button" @click=${resetStop}>Reset the emergency stop</button>
+    ${t("The robot is stopped and refuses commands: {reason}.", {reason})}
+    <button type="button" @click=${resetStop}>${t("Reset the emergency stop")}</button>
   </div>`;
 }
 
@@ -419,15 +426,15 @@ async function resetStop() {
 function recordingBanner(path, canvas) {
   const plays = monitor.recording?.tab === page.tab;
   return html`<div class="banner recorded" role="status">
-    This is the document of the recording ${path}. It cannot be changed.
+    ${t("This is the document of the recording {path}. It cannot be changed.", {path})}
     ${
       plays
         ? html`<button type="button" @click=${async () => (await recordings()).compareRecorded(canvas)}>
-            Compare with ${monitor.structure?.document || "its file"}
+            ${t("Compare with {file}", {file: monitor.structure?.document || t("its file")})}
           </button>`
-        : html`<button type="button" @click=${async () => (await recordings()).play(path)}>Play it</button>`
+        : html`<button type="button" @click=${async () => (await recordings()).play(path)}>${t("Play it")}</button>`
     }
-    <button type="button" @click=${async () => (await import("./files.js")).saveAs()}>Save a copy</button>
+    <button type="button" @click=${async () => (await import("./files.js")).saveAs()}>${t("Save a copy")}</button>
   </div>`;
 }
 
@@ -439,14 +446,18 @@ function fileBanner(canvas) {
   const outside = page.tabState?.outside;
   if (!outside) return unsavedBanner();
   return html`<div class="banner" role="alert">
-    Another program ${outside} the file of ${page.tabState?.title}.
+    ${
+      outside === "deleted"
+        ? t("Another program deleted the file of {title}.", {title: page.tabState?.title})
+        : t("Another program changed the file of {title}.", {title: page.tabState?.title})
+    }
     ${
       outside === "deleted"
         ? nothing
-        : html`<button type="button" @click=${() => resolve("merge")}>Merge both</button
-            ><button type="button" @click=${() => resolve("theirs")}>Take theirs</button>`
+        : html`<button type="button" @click=${() => resolve("merge")}>${t("Merge both")}</button
+            ><button type="button" @click=${() => resolve("theirs")}>${t("Take theirs")}</button>`
     }
-    <button type="button" @click=${() => resolve("mine")}>Keep mine</button>
+    <button type="button" @click=${() => resolve("mine")}>${t("Keep mine")}</button>
   </div>`;
 }
 
@@ -459,10 +470,14 @@ function unsavedBanner() {
   const lost = path && store.workspace.recoverable.find((each) => each.path === path);
   if (!lost || store.restarted) return nothing;
   return html`<div class="banner" role="alert">
-    Changes to ${page.tabState?.title} of ${new Date(lost.changedAt * 1000).toLocaleString()} were not saved when the
-    editor ended.
-    <button type="button" @click=${async () => (await import("./files.js")).recover(lost.journal)}>Recover them</button>
-    <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>Discard them</button>
+    ${t("Changes to {title} of {time} were not saved when the editor ended.", {
+      title: page.tabState?.title,
+      time: new Date(lost.changedAt * 1000).toLocaleString(language),
+    })}
+    <button type="button" @click=${async () => (await import("./files.js")).recover(lost.journal)}>
+      ${t("Recover them")}
+    </button>
+    <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>${t("Discard them")}</button>
   </div>`;
 }
 

@@ -8,6 +8,7 @@ import {openFile, openNew, openPath, recentFiles, recover} from "./files.js";
 import {icon, iconButton} from "./icons.js";
 import {bodies, chooseBody, chosenBody} from "./robot.js";
 import {store} from "./store.js";
+import {language, t} from "./texts.js";
 
 /** @import {From} from "./element.js" */
 
@@ -27,36 +28,36 @@ const arcs = (path) => svg`<path d=${path} fill="none" stroke="var(--arc)" strok
 const BEGINNINGS = [
   {
     template: "dance",
-    name: "Dance",
-    text: "Both arms move from pose to pose, following the encoders.",
+    name: t("Dance"),
+    text: t("Both arms move from pose to pose, following the encoders."),
     picture: svg`${arcs("M33 20Q90 8 147 20M160 33V55M147 66Q90 78 33 66M20 55V33")}
       ${circle(20, 20, false, true)}${circle(160, 20)}${circle(160, 66)}${circle(20, 66)}`,
   },
   {
     template: "follow_ball",
-    name: "Follow the ball",
-    text: "The head follows a ball, and searches for it when it is lost.",
+    name: t("Follow the ball"),
+    text: t("The head follows a ball, and searches for it when it is lost."),
     picture: svg`${arcs("M42 36Q90 10 138 36M138 50Q90 76 42 50")}${circle(30, 43, false, true)}${circle(150, 43)}`,
   },
   {
     template: "dance_and_follow",
-    name: "Dance and follow",
-    text: "Two behaviors in turn, on three levels.",
+    name: t("Dance and follow"),
+    text: t("Two behaviors in turn, on three levels."),
     picture: svg`${arcs("M42 22Q90 4 138 22M138 28Q90 40 42 28M30 37V55M150 37V55")}
       ${circle(30, 24, true, true)}${circle(150, 24, true)}
       ${circle(30, 70, true)}${circle(150, 70)}`,
   },
   {
     template: "score",
-    name: "Football",
-    text: "It walks to a ball and kicks it into the goal.",
+    name: t("Football"),
+    text: t("It walks to a ball and kicks it into the goal."),
     picture: svg`${arcs("M42 36Q66 22 78 34M102 34Q118 22 138 24M102 52Q118 64 138 62M90 58Q56 76 38 54")}
       ${circle(30, 43, false, true)}${circle(90, 43)}${circle(150, 24)}${circle(150, 62)}`,
   },
   {
     template: "empty",
-    name: "Empty",
-    text: "An empty component.",
+    name: t("Empty"),
+    text: t("An empty component."),
     picture: svg`<circle cx="90" cy="43" r="15" fill="none" stroke="var(--strong-line)" stroke-width="1.6"
         stroke-dasharray="4 4"></circle>
       <path d="M90 36v14M83 43h14" stroke="var(--strong-line)" stroke-width="1.6"></path>`,
@@ -71,37 +72,37 @@ class Start extends PageElement {
     const recent = recentFiles();
     const {recoverable = []} = store.workspace;
     return html`<div class="start">
-      <h1>Draw what your robot does</h1>
-      <p class="lead">States, transitions between them, and automata inside states. Press Run and watch.</p>
+      <h1>${t("Draw what your robot does")}</h1>
+      <p class="lead">${t("States, transitions between them, and automata inside states. Press Run and watch.")}</p>
       <div class="offers">
-        <button type="button" class="button primary" @click=${() => this.#dance()}>Watch a robot dance</button>
-        <button type="button" class="button" @click=${() => this.#tour()}>Take the tour</button>
-        <button type="button" class="button" @click=${openFile}>Open a document</button>
+        <button type="button" class="button primary" @click=${() => this.#dance()}>${t("Watch a robot dance")}</button>
+        <button type="button" class="button" @click=${() => this.#tour()}>${t("Take the tour")}</button>
+        <button type="button" class="button" @click=${openFile}>${t("Open a document")}</button>
         ${bodies().length > 1 ? this.#robots() : nothing}
       </div>
       ${
         recoverable.length
-          ? html`<h2>Not saved when the editor ended</h2>
+          ? html`<h2>${t("Not saved when the editor ended")}</h2>
               <ul class="recent">
                 ${recoverable.map(
                   (each) =>
                     html`<li class="offers">
                       <button type="button" @click=${() => recover(each.journal)}>
-                        ${icon("history")}<span>Recover ${each.name}</span
-                        ><span class="when">${new Date(each.changedAt * 1000).toLocaleString()}</span>
+                        ${icon("history")}<span>${t("Recover {name}", {name: each.name})}</span
+                        ><span class="when">${new Date(each.changedAt * 1000).toLocaleString(language)}</span>
                       </button>
                       ${iconButton(
                         "delete",
-                        `Discard the changes of ${each.name}`,
+                        t("Discard the changes of {name}", {name: each.name}),
                         () => ask("discard", {journal: each.journal}),
-                        {title: "Discard these changes"},
+                        {title: t("Discard these changes")},
                       )}
                     </li>`,
                 )}
               </ul>`
           : nothing
       }
-      <h2>Start with</h2>
+      <h2>${t("Start with")}</h2>
       <div class="cards">
         ${BEGINNINGS.map(
           ({template, name, text, picture}) =>
@@ -113,7 +114,7 @@ class Start extends PageElement {
       </div>
       ${
         recent.length
-          ? html`<h2>Recent</h2>
+          ? html`<h2>${t("Recent")}</h2>
               <ul class="recent">
                 ${recent.map(
                   (path) =>
@@ -122,7 +123,7 @@ class Start extends PageElement {
               </ul>`
           : nothing
       }
-      <p class="drop">You can also drop a document or SCXML anywhere on this page.</p>
+      <p class="drop">${t("You can also drop a document or SCXML anywhere on this page.")}</p>
     </div>`;
   }
 
@@ -130,7 +131,7 @@ class Start extends PageElement {
   #robots() {
     const chosen = chosenBody();
     return html`<label class="robots"
-      ><span>Robot</span
+      ><span>${t("Robot")}</span
       ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => chooseBody(target.value)}>
         ${bodies().map(({name, title}) => html`<option value=${name} ?selected=${name === chosen}>${title}</option>`)}
       </select></label

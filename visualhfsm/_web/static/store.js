@@ -7,6 +7,7 @@
 
 import {socketAddress} from "./address.js";
 import {Resumption} from "./resumption.js";
+import {decimal, t} from "./texts.js";
 import {updated, withContent} from "./updates.js";
 
 /**
@@ -143,13 +144,23 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** The text for users while there is no connection. */
   get whyOffline() {
     if (this.lockedOut)
-      return "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.";
+      return t(
+        "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.",
+      );
     if (this.greeting.key === "")
-      return "The editor is offline; your work is kept there. This page connects again by itself when the editor runs again. If that takes long, load it again: you may have to log in, or to start your server.";
+      return t(
+        "The editor is offline; your work is kept there. This page connects again by itself when the editor runs again. If that takes long, load it again: you may have to log in, or to start your server.",
+      );
     if (this.refused)
-      return "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too.";
-    const place = location.pathname === "/" ? `on port ${location.port}` : "again";
-    return `The editor is offline; your work is kept there. This page connects again by itself when it runs ${place}.`;
+      return t(
+        "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too.",
+      );
+    return location.pathname === "/"
+      ? t(
+          "The editor is offline; your work is kept there. This page connects again by itself when it runs on port {port}.",
+          {port: location.port},
+        )
+      : t("The editor is offline; your work is kept there. This page connects again by itself when it runs again.");
   }
 
   /**
@@ -185,8 +196,13 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
       const message = JSON.stringify({id, op, ...fields});
       const size = message.length > LARGEST / 3 ? new TextEncoder().encode(message).length : 0;
       if (size > LARGEST) {
-        const megabytes = (size / 2 ** 20).toFixed(1);
-        reject(new RequestError(`This is too large for the editor: ${megabytes} MB, and at most 4 MB.`, "refused"));
+        const megabytes = decimal(size / 2 ** 20, 1);
+        reject(
+          new RequestError(
+            t("This is too large for the editor: {megabytes} MB, and at most 4 MB.", {megabytes}),
+            "refused",
+          ),
+        );
         return;
       }
       this.#waiting.set(id, {resolve, reject});
@@ -248,7 +264,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @param {CloseEvent} event */
   #lose(event) {
     for (const {reject} of this.#waiting.values()) {
-      reject(new RequestError("The connection was lost before the answer came.", "offline"));
+      reject(new RequestError(t("The connection was lost before the answer came."), "offline"));
     }
     this.#waiting.clear();
     if (this.online || !this.offlineSince) this.offlineSince = Date.now();

@@ -13,6 +13,7 @@ import {notify} from "./notices.js";
 import {page} from "./page.js";
 import {store} from "./store.js";
 import {laterStyles} from "./styles.js";
+import {rich, t} from "./texts.js";
 
 await laterStyles();
 
@@ -29,67 +30,68 @@ await laterStyles();
 const EXAMPLE = "dance_and_follow";
 const GAP = 12;
 
+/** @param {string} key */
+const kbd = (key) => html`<kbd>${key}</kbd>`;
+
 /** @type {Step[]} */
 const STEPS = [
   {
     selector: "hfsm-canvas",
-    title: "The canvas",
-    text: html`Circles are states: blue ones do something, green ones contain another automaton. The double circle is
-    the initial state. Arcs lead from state to state.`,
+    title: t("The canvas"),
+    text: html`${t("Circles are states: blue ones do something, green ones contain another automaton. The double circle is the initial state. Arcs lead from state to state.")}`,
   },
   {
     selector: ".state.parent",
-    title: "Going inside",
-    text: html`Double-click a green state to see what is inside. <kbd>${keyOf("up")}</kbd> leads back up.`,
+    title: t("Going inside"),
+    text: html`${rich("Double-click a green state to see what is inside. {key} leads back up.", {key: kbd(keyOf("up"))})}`,
   },
   {
     selector: "hfsm-tree",
-    title: "The whole tree",
-    text: html`Every automaton with all its states. An element selected here is also selected on the canvas.`,
+    title: t("The whole tree"),
+    text: html`${t("Every automaton with all its states. An element selected here is also selected on the canvas.")}`,
   },
   {
     selector: "hfsm-tools",
-    title: "Drawing",
-    text: html`Press <kbd>S</kbd> for a state and <kbd>T</kbd> for a transition, or drag from the rim of one state to
-      another. <kbd>F2</kbd> renames. <kbd>${keyOf("undo")}</kbd> undoes any change.`,
+    title: t("Drawing"),
+    text: html`${rich(
+      "Press {state} for a state and {transition} for a transition, or drag from the rim of one state to another. {rename} renames. {undo} undoes any change.",
+      {state: kbd("S"), transition: kbd("T"), rename: kbd("F2"), undo: kbd(keyOf("undo"))},
+    )}`,
   },
   {
     selector: "hfsm-menubar",
-    title: "Data and code",
-    text: html`<kbd>${keyOf("editCode")}</kbd> opens the code of the selected element beside the canvas. The menu Data
-      has the parts of the robot that the component uses, its cycle, variables and functions.`,
+    title: t("Data and code"),
+    text: html`${rich("{key} opens the code of the selected element beside the canvas. The menu Data has the parts of the robot that the component uses, its cycle, variables and functions.", {key: kbd(keyOf("editCode"))})}`,
   },
   {
     selector: "hfsm-status",
-    title: "Problems",
-    text: html`The document is checked as you draw. Click here for the list of problems; each leads to its place.`,
+    title: t("Problems"),
+    text: html`${t("The document is checked as you draw. Click here for the list of problems; each leads to its place.")}`,
   },
   {
     selector: ".robot-pill",
-    title: "The robot",
-    text: html`Here you see the present robot, and start a simulated one. If there is none, Run
-    (<kbd>${keyOf("run")}</kbd>) starts one automatically. Let us run this behavior.`,
-    next: "Run",
+    title: t("The robot"),
+    text: html`${rich("Here you see the present robot, and start a simulated one. If there is none, Run ({key}) starts one automatically. Let us run this behavior.", {key: kbd(keyOf("run"))})}`,
+    next: t("Run"),
   },
   {
     selector: ".side",
-    title: "It runs",
-    text: html`The simulation takes some seconds to start. Then the filled state is the current one, and the head
-    follows a ball. Ten seconds later, the robot dances.`,
+    title: t("It runs"),
+    text: html`${t("The simulation takes some seconds to start. Then the filled state is the current one, and the head follows a ball. Ten seconds later, the robot dances.")}`,
     enter: runExample,
   },
   {
     selector: ".stop-button",
     title: "STOP",
-    text: html`This stops the robot and everything that runs at once. So does <kbd>${spoken(STOP_KEY)}</kbd>, wherever
-      you are.`,
+    text: html`${rich("This stops the robot and everything that runs at once. So does {key}, wherever you are.", {key: kbd(spoken(STOP_KEY))})}`,
   },
   {
     selector: ".side",
-    title: "Change it while it runs",
-    text: html`This is how long it follows the ball before it dances. Enter a shorter time, and press
-      <kbd>${keyOf("reload")}</kbd>: the robot continues with the change, without a restart. The help lists all keys:
-      <kbd>?</kbd>.`,
+    title: t("Change it while it runs"),
+    text: html`${rich(
+      "This is how long it follows the ball before it dances. Enter a shorter time, and press {key}: the robot continues with the change, without a restart. The help lists all keys: {help}.",
+      {key: kbd(keyOf("reload")), help: kbd("?")},
+    )}`,
     enter: editExample,
     types: true,
   },
@@ -99,7 +101,7 @@ const STEPS = [
 async function runExample({app}) {
   const {status, simulated} = store.robot;
   const mayRun = status !== "present" || simulated;
-  if (!mayRun) notify("A real robot is connected. Press Run when it may move.");
+  if (!mayRun) notify(t("A real robot is connected. Press Run when it may move."));
   await Promise.all([app.showLive("view"), mayRun && (await import("./robot-run.js")).runSimulated(app)]);
 }
 
@@ -144,16 +146,16 @@ export async function startTour(context) {
     }
   };
   const show = () => {
-    const {selector, title, text, next = "Next", types} = STEPS[index];
+    const {selector, title, text, next = t("Next"), types} = STEPS[index];
     const last = index === STEPS.length - 1;
     render(
       html`<h2 id="tour-title">${title}</h2>
         <p>${text}</p>
         <div class="steps">
-          <span class="count">${index + 1} of ${STEPS.length}</span>
-          ${last ? "" : html`<button type="button" class="button" @click=${end}>End</button>`}
-          ${index ? html`<button type="button" class="button" @click=${() => go(-1)}>Back</button>` : ""}
-          <button type="button" class="button primary" @click=${() => go(1)}>${last ? "Done" : next}</button>
+          <span class="count">${t("{number} of {count}", {number: index + 1, count: STEPS.length})}</span>
+          ${last ? "" : html`<button type="button" class="button" @click=${end}>${t("End")}</button>`}
+          ${index ? html`<button type="button" class="button" @click=${() => go(-1)}>${t("Back")}</button>` : ""}
+          <button type="button" class="button primary" @click=${() => go(1)}>${last ? t("Done") : next}</button>
         </div>`,
       bubble,
     );

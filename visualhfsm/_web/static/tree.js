@@ -5,7 +5,8 @@ import {guard, html, nothing} from "lit";
 import {drawn, PageElement} from "./element.js";
 import {lostIn, rootOf} from "./outline.js";
 import {page} from "./page.js";
-import {problemOf, problemOfAutomaton} from "./problems.js";
+import {problemOf, problemOfAutomaton, SEVERITIES} from "./problems.js";
+import {t} from "./texts.js";
 
 const MOST = 4000; // rows; a larger tree is folded below the first level
 const BLOCK = 50; // rows that are drawn together, and not laid out while none of them is visible
@@ -53,7 +54,7 @@ export class Tree extends PageElement {
         rows.push({
           key,
           level,
-          name: state.name || `state ${state.id}`,
+          name: state.name || t("state {id}", {id: state.id}),
           kind: kindOf(state),
           automaton: automaton.id,
           state: state.id,
@@ -72,7 +73,7 @@ export class Tree extends PageElement {
             rows.push({
               key: branch,
               level: level + 1,
-              name: `automaton ${number + 1}`,
+              name: t("automaton {id}", {id: number + 1}),
               kind: "automaton",
               automaton: id,
               child: id,
@@ -103,7 +104,7 @@ export class Tree extends PageElement {
       rows.push({
         key: `lost:${lost.id}`,
         level: 1,
-        name: `automaton ${lost.id}, of no state`,
+        name: t("automaton {id}, of no state", {id: lost.id}),
         kind: "lost",
         automaton: lost.id,
         child: lost.id,
@@ -124,7 +125,7 @@ export class Tree extends PageElement {
       rows.find(isSelected) ??
       rows.find((row) => row.child === current) ??
       rows[0];
-    return html`<h2 id="tree-title">Automata</h2>
+    return html`<h2 id="tree-title">${t("Automata")}</h2>
       <div role="tree" aria-labelledby="tree-title" @keydown=${this.#key} @click=${this.#click} @dblclick=${this.#open}>
         ${inBlocks(
           rows.map((row) => ({
@@ -272,12 +273,12 @@ const branch = ({row, selected, problem, shown, focused}, index) =>
     aria-posinset=${row.index + 1}
     aria-selected=${selected}
     aria-expanded=${row.open ?? nothing}
-    aria-label=${row.name + (problem ? `, ${problem}` : "")}
+    aria-label=${row.name + (problem ? `, ${SEVERITIES[problem]}` : "")}
     tabindex=${focused ? 0 : -1}
   >
     ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span
     ><span class="dot"></span><span class="text">${row.name}</span>
-    ${problem ? html`<span class="problem ${problem}" title=${problem}></span>` : nothing}
+    ${problem ? html`<span class="problem ${problem}" title=${SEVERITIES[problem]}></span>` : nothing}
   </div>`;
 
 /** @param {State} state */

@@ -5,6 +5,7 @@ import {html, nothing} from "lit";
 import {notify, notifyError} from "./notices.js";
 import {windowStorage} from "./storage.js";
 import {store} from "./store.js";
+import {t} from "./texts.js";
 
 const KEPT = "visualhfsm.unsent";
 
@@ -21,7 +22,7 @@ store.addEventListener("restarted", () => {
 export function copyUnsent() {
   const texts = waiting();
   if (!texts.length) return nothing;
-  return html`<button type="button" @click=${() => copy(texts.join("\n\n"))}>Copy what was not sent</button>`;
+  return html`<button type="button" @click=${() => copy(texts.join("\n\n"))}>${t("Copy what was not sent")}</button>`;
 }
 
 /** The text that was not sent before the editor was restarted. @param {() => void} redraw */
@@ -33,9 +34,9 @@ export function unsentBanner(redraw) {
     redraw();
   };
   return html`<div class="banner" role="alert">
-    What you typed while the editor was offline did not reach a document: <code>${shortened(text)}</code>
-    <button type="button" @click=${() => copy(text)}>Copy it</button>
-    <button type="button" @click=${drop}>Discard it</button>
+    ${t("What you typed while the editor was offline did not reach a document:")} <code>${shortened(text)}</code>
+    <button type="button" @click=${() => copy(text)}>${t("Copy it")}</button>
+    <button type="button" @click=${drop}>${t("Discard it")}</button>
   </div>`;
 }
 
@@ -46,7 +47,7 @@ const shortened = (text) => (text.length > 80 ? `${text.slice(0, 80)}…` : text
 async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
-    notify("Copied to the clipboard.");
+    notify(t("Copied to the clipboard."));
   } catch (error) {
     notifyError(error);
   }

@@ -17,6 +17,7 @@ import {isImporting} from "../outline.js";
 import {page} from "../page.js";
 import {problemOf} from "../problems.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {contains, distance, RADIUS} from "./geometry.js";
 import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
@@ -81,7 +82,7 @@ export class HfsmCanvas extends HTMLElement {
       this.surface.setAttribute(name, value);
     this.surface.append(this.svg);
     Object.assign(this.outside, {className: "outside", type: "button", hidden: true});
-    this.outside.textContent = `Everything is outside: show it (${keyOf("fit")})`;
+    this.outside.textContent = t("Everything is outside: show it ({key})", {key: keyOf("fit")});
     this.outside.addEventListener("click", () => this.fit());
     this.append(
       this.surface,
@@ -117,7 +118,10 @@ export class HfsmCanvas extends HTMLElement {
       marks,
     });
     this.#shown = key;
-    this.surface.setAttribute("aria-label", automaton ? `Automaton ${page.title()}` : "No automaton");
+    this.surface.setAttribute(
+      "aria-label",
+      automaton ? t("Automaton {name}", {name: page.title()}) : t("No automaton"),
+    );
     this.#showEmpty(automaton);
     if (other) this.#arrive(key);
     else this.#look();
@@ -313,8 +317,8 @@ export class HfsmCanvas extends HTMLElement {
     this.empty.hidden = !automaton || automaton.states.length > 0 || Boolean(this.tool);
     if (!automaton || this.empty.hidden) return;
     this.empty.textContent = automaton.imported
-      ? `This automaton comes from ${automaton.imported.file}. Open that file to change it.`
-      : "Nothing here yet. Press S to add the first state, or double-click.";
+      ? t("This automaton comes from {file}. Open that file to change it.", {file: automaton.imported.file})
+      : t("Nothing here yet. Press S to add the first state, or double-click.");
   }
 
   #transform() {

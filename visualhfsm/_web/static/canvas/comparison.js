@@ -12,7 +12,10 @@ import {confirm} from "../dialogs/dialog.js";
 import {chooseFile} from "../dialogs/files.js";
 import {ownerOf} from "../outline.js";
 import {page} from "../page.js";
+import {wordOf} from "../panels/places.js";
 import {store} from "../store.js";
+import {n, t} from "../texts.js";
+import {MARKS} from "./glyphs.js";
 
 /** @type {Record<string, number>} */
 const RANK = {added: 4, removed: 4, changed: 3, inside: 2, moved: 1};
@@ -24,18 +27,40 @@ export async function compare({canvas}) {
     return;
   }
   /** @type {import("../dialogs/dialog.js").Choice[]} */
-  const saved = page.tabState?.path ? [["saved", "The saved version", "primary"]] : [];
+  const saved = page.tabState?.path ? [["saved", t("The saved version"), "primary"]] : [];
   const choice = await confirm({
-    title: "Compare with",
-    text: "Differences are shown on the canvas, in every automaton.",
-    choices: [["file", "Another file"], ...saved],
+    title: t("Compare with"),
+    text: t("Differences are shown on the canvas, in every automaton."),
+    choices: [["file", t("Another file")], ...saved],
   });
-  const against = choice === "file" ? await chooseFile({title: "Compare with a document", verb: "Compare"}) : choice;
+  const against =
+    choice === "file" ? await chooseFile({title: t("Compare with a document"), verb: t("Compare")}) : choice;
   if (against) await new Comparison(canvas, against).begin();
 }
 
 /** Show the differences from a file. @param {import("./canvas.js").HfsmCanvas} canvas @param {string} path */
 export const compareWith = (canvas, path) => new Comparison(canvas, path).begin();
+
+/** @type {[kind: string, words: (count: number) => string][]} */
+const COUNTED = [
+  ["added", (count) => n("{count} added", "{count} added", count)],
+  ["removed", (count) => n("{count} removed", "{count} removed", count)],
+  ["changed", (count) => n("{count} changed", "{count} changed", count)],
+  ["moved", (count) => n("{count} moved", "{count} moved", count)],
+];
+/** @type {Record<string, (name: string | number) => string>} */
+const ELEMENTS = {
+  automaton: (name) => t("automaton {name}", {name}),
+  document: (name) => t("document {name}", {name}),
+  state: (name) => t("state {name}", {name}),
+  transition: (name) => t("transition {name}", {name}),
+};
+/** @type {Record<string, (what: string) => string>} */
+const WHOLE = {
+  added: (what) => t("{what} added", {what}),
+  removed: (what) => t("{what} removed", {what}),
+  moved: (what) => t("{what} moved", {what}),
+};
 
 export class Comparison {
   /** @param {import("./canvas.js").HfsmCanvas} canvas @param {string} against */
@@ -59,7 +84,7 @@ export class Comparison {
     const {signal} = this.stop;
     this.legend.className = "legend";
     this.legend.setAttribute("role", "region");
-    this.legend.setAttribute("aria-label", "Comparison");
+    this.legend.setAttribute("aria-label", t("Comparison"));
     this.canvas.append(this.legend);
     this.canvas.comparison = this;
     store.addEventListener("document", ({detail}) => detail.tab === this.tab && this.#reload(), {signal});
@@ -140,22 +165,22 @@ export class Comparison {
     const shown = this.differences[this.index];
     render(
       html`<span
-          >Compared with ${this.against === "saved" ? "the saved version" : this.against}:
+          >${this.against === "saved" ? t("Compared with the saved version:") : t("Compared with {file}:", {file: this.against})}
           ${
             this.differences.length
-              ? ["added", "removed", "changed", "moved"]
-                  .filter(count)
-                  .map((kind) => html`<span class="sign ${kind}">${count(kind)} ${kind}</span>`)
-              : "no difference"
+              ? COUNTED.filter(([kind]) => count(kind)).map(
+                  ([kind, words]) => html`<span class="sign ${kind}">${words(count(kind))}</span>`,
+                )
+              : t("no difference")
           }</span
         >
         ${
           this.differences.length
-            ? html`<button type="button" class="button" @click=${() => this.#go(-1)}>Previous</button
-                ><button type="button" class="button" @click=${() => this.#go(1)}>Next</button>`
+            ? html`<button type="button" class="button" @click=${() => this.#go(-1)}>${t("Previous")}</button
+                ><button type="button" class="button" @click=${() => this.#go(1)}>${t("Next")}</button>`
             : nothing
         }
-        <button type="button" class="button primary" @click=${() => this.end()}>Done</button>
+        <button type="button" class="button primary" @click=${() => this.end()}>${t("Done")}</button>
         ${
           shown
             ? html`<p aria-live="polite">${this.index + 1}. ${describe(shown)}</p>
@@ -187,22 +212,26 @@ function describe({kind, place, part = "", before = "", after = "", lines}) {
   const list =
     place.kind === "state" ? automaton?.states : place.kind === "transition" ? automaton?.transitions : undefined;
   const name = list?.find((each) => each.id === place.id)?.name ?? (kind === "removed" ? before : place.id) ?? "";
-  const what = `${place.kind} ${
-    place.kind === "automaton" ? (automaton ? page.title(automaton) : place.automaton) : name
-  }`;
-  if (kind === "moved") return `${what} moved`;
-  if (kind !== "changed") return `${what} ${kind}${place.name ? `: ${place.part} ${place.name}` : ""}`;
-  return lines || (!before && !after) ? `${what}: ${part}` : `${what}: ${part} was “${before}”, is “${after}”`;
+  const title = place.kind === "automaton" ? (automaton ? page.title(automaton) : place.automaton) : name;
+  const what = ELEMENTS[place.kind](title ?? "");
+  if (kind !== "changed") {
+    const inner = place.name ? `: ${wordOf(place.part ?? "")} ${place.name}` : "";
+    return `${WHOLE[kind](what)}${inner}`;
+  }
+  const changed = {what, part: wordOf(part), before, after};
+  return lines || (!before && !after)
+    ? `${what}: ${changed.part}`
+    : t("{what}: {part} was “{before}”, is “{after}”", changed);
 }
 
 /** Lines that were removed and added, with those around them. @param {string[]} lines */
 function lineDiff(lines) {
   const kinds = /** @type {Record<string, [string, string]>} */ ({"-": ["removed", "−"], "+": ["added", "+"]});
-  return html`<ol class="line-diff" tabindex="0" aria-label="Lines that differ">
+  return html`<ol class="line-diff" tabindex="0" aria-label=${t("Lines that differ")}>
     ${lines.map((line) => {
       const [kind, sign] = kinds[line[0]] ?? ["", ""];
       return html`<li class=${kind}>
-        <span class="diff-sign" aria-label=${kind || nothing} role=${kind ? "img" : nothing}>${sign}</span
+        <span class="diff-sign" aria-label=${kind ? MARKS[kind] : nothing} role=${kind ? "img" : nothing}>${sign}</span
         ><code>${line.slice(1)}</code>
       </li>`;
     })}

@@ -7,6 +7,7 @@
 import {isImporting} from "../outline.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
+import {t} from "../texts.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
 
@@ -126,7 +127,7 @@ export async function pngOf(automaton) {
     [canvas.width, canvas.height] = [Math.ceil(image.width * scale), Math.ceil(image.height * scale)];
     required(canvas.getContext("2d"), "canvas").drawImage(image, 0, 0, canvas.width, canvas.height);
     return await new Promise((resolve, reject) =>
-      canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the picture is too large"))), "image/png"),
+      canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error(t("The picture is too large.")))), "image/png"),
     );
   } finally {
     URL.revokeObjectURL(url);

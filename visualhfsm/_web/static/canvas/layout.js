@@ -11,6 +11,7 @@ import * as dagre from "dagre";
 import {apply} from "../commands.js";
 import {notify} from "../notices.js";
 import {required} from "../required.js";
+import {n, t} from "../texts.js";
 import {LOOP, RADIUS} from "./geometry.js";
 import {width} from "./text.js";
 
@@ -113,10 +114,10 @@ export async function arrange(automata, canvas) {
   if (!own.length) return;
   const done = await apply("placeItems", {
     placements: own.map(placement),
-    name: own.length === 1 ? "Arrange" : "Arrange all automata",
+    name: own.length === 1 ? t("Arrange") : t("Arrange all automata"),
   });
   if (done === undefined) return;
   canvas.forgetViews();
   canvas.fit();
-  if (own.length > 1) notify(`Arranged ${own.length} automata.`);
+  if (own.length > 1) notify(n("Arranged an automaton.", "Arranged {count} automata.", own.length));
 }

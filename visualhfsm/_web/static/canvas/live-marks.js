@@ -1,6 +1,7 @@
 /** Marks on states and transitions for the state of a running component. */
 
 import {RADIUS} from "./geometry.js";
+import {n, t} from "../texts.js";
 import {make, set} from "./svg.js";
 
 /**
@@ -12,10 +13,16 @@ import {make, set} from "./svg.js";
  *   last value) and `fired` (0..1, 1 just now); of both how often tests `passed` them, and whether one `failed` there
  */
 
+/** @type {Record<string, string>} */
+const STATUS = {active: t("active"), ghost: t("ghost")};
 const DIAGONAL = RADIUS * Math.SQRT1_2;
 const FINISHED = `M-8 ${14 - RADIUS}l5 5L7 ${9 - RADIUS}`;
 /** @type {Record<string, string>} */
-const BREAKPOINTS = {set: "breakpoint", conditional: "breakpoint with a condition", hit: "paused at this breakpoint"};
+const BREAKPOINTS = {
+  set: t("breakpoint"),
+  conditional: t("breakpoint with a condition"),
+  hit: t("paused at this breakpoint"),
+};
 
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
 export function markState(view, live = {}) {
@@ -33,7 +40,13 @@ export function markState(view, live = {}) {
   markBreakpoint(group, breakpoint, -DIAGONAL, -DIAGONAL, 7);
   classList.toggle("tested", Boolean(passed));
   classList.toggle("test-failed", Boolean(failed));
-  say(group, [view.words, status, note, ...tested(passed, failed), breakpoint && BREAKPOINTS[breakpoint]]);
+  say(group, [
+    view.words,
+    status && STATUS[status],
+    note,
+    ...tested(passed, failed),
+    breakpoint && BREAKPOINTS[breakpoint],
+  ]);
 }
 
 /** @param {import("./transition-view.js").TransitionView} view @param {Live} [live] */
@@ -50,18 +63,18 @@ export function markTransition(view, {timer = 0, remaining, fired = 0, guard, br
   if (view.handle) markBreakpoint(view.handle, breakpoint, -9, -9, 5.5);
   say(group, [
     view.words,
-    timer > 0 && remaining !== undefined && `in ${Math.ceil(remaining)} s`,
-    fired > 0 && "fired last",
+    timer > 0 && remaining !== undefined && t("in {seconds} s", {seconds: Math.ceil(remaining)}),
+    fired > 0 && t("fired last"),
     ...tested(passed, failed),
-    guard !== undefined && `condition ${guard ? "true" : "false"}`,
+    guard !== undefined && (guard ? t("condition true") : t("condition false")),
     breakpoint && BREAKPOINTS[breakpoint],
   ]);
 }
 
 /** What tests did there, in words. @param {number} [passed] @param {boolean} [failed] */
 const tested = (passed, failed) => [
-  passed && `passed ${passed === 1 ? "once" : `${passed} times`} by tests`,
-  failed && "a test failed here",
+  passed && n("passed once by tests", "passed {count} times by tests", passed),
+  failed && t("a test failed here"),
 ];
 
 /** @param {SVGElement} group @param {Live["breakpoint"]} kind @param {number} x @param {number} y @param {number} r */

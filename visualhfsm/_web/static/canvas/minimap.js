@@ -5,6 +5,7 @@
 
 import {page} from "../page.js";
 import {required} from "../required.js";
+import {t} from "../texts.js";
 import {contains, RADIUS} from "./geometry.js";
 
 const WIDTH = 176;
@@ -40,7 +41,7 @@ export class Minimap {
     this.element.className = "minimap";
     this.element.hidden = true;
     this.element.setAttribute("role", "img");
-    this.element.setAttribute("aria-label", "Map of the automaton");
+    this.element.setAttribute("aria-label", t("Map of the automaton"));
     this.ratio = window.devicePixelRatio || 1;
     this.picture = document.createElement("canvas");
     for (const each of [this.element, this.picture])

@@ -2,6 +2,7 @@
 
 import {rename} from "../commands.js";
 import {page} from "../page.js";
+import {t} from "../texts.js";
 import {RADIUS} from "./geometry.js";
 import {width} from "./text.js";
 
@@ -18,7 +19,7 @@ export class Rename {
     this.input.className = "rename";
     this.input.hidden = true;
     this.input.maxLength = 200;
-    this.input.setAttribute("aria-label", "Name");
+    this.input.setAttribute("aria-label", t("Name"));
     this.input.addEventListener("keydown", (event) => this.#key(event));
     this.input.addEventListener("input", () => this.follow());
     this.input.addEventListener("blur", () => this.commit());
@@ -32,7 +33,7 @@ export class Rename {
     if (!item) return;
     this.#what = {kind, id, name: item.name};
     this.input.value = item.name;
-    this.input.setAttribute("aria-label", `Name of the ${kind}`);
+    this.input.setAttribute("aria-label", kind === "state" ? t("Name of the state") : t("Name of the transition"));
     this.input.hidden = false;
     const place = this.#place();
     if (place) this.canvas.viewport.reveal(place);

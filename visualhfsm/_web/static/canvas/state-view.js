@@ -6,8 +6,9 @@
  * @typedef {{problem?: Problem, imported: boolean, mark?: string}} More
  */
 
-import {FAILED, sameProblem} from "../problems.js";
-import {BADGES, CODES} from "./glyphs.js";
+import {FAILED, sameProblem, SEVERITIES} from "../problems.js";
+import {n, t} from "../texts.js";
+import {BADGES, CODES, MARKS} from "./glyphs.js";
 import {RADIUS} from "./geometry.js";
 import {make, template, templates} from "./svg.js";
 import {fitCircle, lineHeight} from "./text.js";
@@ -91,7 +92,7 @@ export class StateView {
     group.setAttribute("class", kinds.filter(Boolean).join(" "));
     this.words = describe(state, imported, problem, mark);
     group.setAttribute("aria-label", this.words);
-    this.tip = [state.name || "unnamed state", ...has.map((part) => CODES[part].word), problem?.message]
+    this.tip = [state.name || t("unnamed state"), ...has.map((part) => CODES[part].word), problem?.message]
       .filter(Boolean)
       .join("\n");
     this.#drawDetails();
@@ -228,14 +229,14 @@ function badge(kind, halfTurns, path, count = 1) {
 function describe(state, imported, problem, mark) {
   const count = state.children.length;
   return [
-    `State ${state.name || "without a name"}`,
-    state.initial && "initial",
-    state.final && "final",
-    count === 1 ? "has a sub-automaton" : count > 1 && `has ${count} sub-automata`,
+    t("State {name}", {name: state.name || t("without a name")}),
+    state.initial && t("initial"),
+    state.final && t("final"),
+    count > 0 && n("has a sub-automaton", "has {count} sub-automata", count),
     imported && BADGES.imported.word,
     state.history.trim() === "restart" && BADGES.restart.word,
-    mark,
-    problem && `${problem.severity}: ${problem.message}`,
+    MARKS[mark],
+    problem && `${SEVERITIES[problem.severity]}: ${problem.message}`,
   ]
     .filter(Boolean)
     .join(", ");

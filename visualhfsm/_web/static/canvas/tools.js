@@ -9,6 +9,7 @@
  */
 
 import {page} from "../page.js";
+import {t} from "../texts.js";
 import {distance, neighbor, RADIUS} from "./geometry.js";
 import {Link} from "./gestures.js";
 import {make} from "./svg.js";
@@ -19,7 +20,7 @@ const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
 
 /** Place a new state. */
 export class StateTool {
-  hint = "New state: click, or move it with the arrows and press Enter. Esc cancels.";
+  hint = t("New state: click, or move it with the arrows and press Enter. Esc cancels.");
 
   /** @param {HfsmCanvas} canvas */
   constructor(canvas) {
@@ -79,8 +80,10 @@ export class TransitionTool {
 
   get hint() {
     return this.link
-      ? "New transition: click its destination, or the ground for a new state, or choose with the arrows and press Enter. Esc cancels."
-      : "New transition: click its origin, or choose it with the arrows and press Enter. Esc cancels.";
+      ? t(
+          "New transition: click its destination, or the ground for a new state, or choose with the arrows and press Enter. Esc cancels.",
+        )
+      : t("New transition: click its origin, or choose it with the arrows and press Enter. Esc cancels.");
   }
 
   /** @param {PointerEvent} event */
@@ -138,7 +141,8 @@ export class TransitionTool {
     if (this.link) this.link.lead(state, state);
     else this.canvas.markTarget(state.id);
     this.canvas.viewport.reveal(state);
-    this.canvas.announce(this.link ? `to ${state.name}` : `from ${state.name}`);
+    const {name} = state;
+    this.canvas.announce(this.link ? t("to {name}", {name}) : t("from {name}", {name}));
   }
 
   /** @param {State | undefined} state @param {Point} point */

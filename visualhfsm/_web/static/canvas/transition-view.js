@@ -7,10 +7,11 @@
  *   the transitions out of its state, 0 when it is the only one
  */
 
-import {FAILED, sameProblem} from "../problems.js";
+import {FAILED, sameProblem, SEVERITIES} from "../problems.js";
+import {t} from "../texts.js";
 import {arc} from "./geometry.js";
 import {spokenTime} from "../times.js";
-import {TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
+import {MARKS, TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
 import {beside, HANDLE} from "./labels.js";
 import {set, template} from "./svg.js";
 import {shortened, width} from "./text.js";
@@ -146,11 +147,11 @@ export class TransitionView {
     ];
     this.group.setAttribute("class", kinds.filter(Boolean).join(" "));
     this.words = [
-      `Transition ${name || "without a name"} from ${from} to ${to}`,
+      t("Transition {name} from {from} to {to}", {name: name || t("without a name"), from, to}),
       kind.word,
-      rank && `number ${rank}`,
-      mark,
-      problem && `${problem.severity}: ${problem.message}`,
+      rank && t("number {rank}", {rank}),
+      MARKS[mark],
+      problem && `${SEVERITIES[problem.severity]}: ${problem.message}`,
     ]
       .filter(Boolean)
       .join(", ");
@@ -158,8 +159,8 @@ export class TransitionView {
     this.tip = [
       `${name}: ${kind.word}`,
       trigger.trim(),
-      guard.trim() && `if ${guard.trim()}`,
-      hasCode && "code runs when it fires",
+      guard.trim() && t("if {guard}", {guard: guard.trim()}),
+      hasCode && t("code runs when it fires"),
       problem?.message,
     ]
       .filter(Boolean)
@@ -320,9 +321,9 @@ function whatFires({type, trigger, guard}) {
   const text = trigger.trim().split("\n")[0];
   const first =
     type === "time"
-      ? spokenTime(trigger) || "no time"
+      ? spokenTime(trigger) || t("no time")
       : type === "event"
-        ? text || "no event"
+        ? text || t("no event")
         : type === "condition"
           ? text
           : "";

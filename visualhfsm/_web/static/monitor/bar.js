@@ -16,11 +16,12 @@ import {needsRobot} from "../robot.js";
 import {runs, spokenEnd} from "../runs.js";
 import {actionButton, menuButton} from "../shell.js";
 import {store} from "../store.js";
+import {n, t} from "../texts.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
-import {monitor, STATUS} from "./monitor.js";
+import {monitor, spokenStatus, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
-const PAUSED = STATUS.indexOf("Paused");
+const PAUSED = STATUS.indexOf("paused");
 
 /** Places where users write and must not be moved elsewhere. */
 const WRITING = "hfsm-code-panel, hfsm-data-panel, dialog";
@@ -45,12 +46,12 @@ class MonitorBar extends MonitorElement {
 
   render() {
     const paused = monitor.isLive && !monitor.ended && monitor.newest?.component.status === PAUSED;
-    return html`<div class="live-bar" role="region" aria-label="Run and stop">
+    return html`<div class="live-bar" role="region" aria-label=${t("Run and stop")}>
       <div class="controls">
-        <div role="group" aria-label="Run and steer">
+        <div role="group" aria-label=${t("Run and steer")}>
           ${actionButton("run", this.context, {label: "short", kind: "primary"})}
-          ${menuButton("Other ways to run", "chevron", this.#more)}
-          ${this.#button("pauseResume", paused ? {image: "resume", words: "Resume"} : {words: "Pause"})}
+          ${menuButton(t("Other ways to run"), "chevron", this.#more)}
+          ${this.#button("pauseResume", paused ? {image: "resume", words: t("Resume")} : {words: t("Pause")})}
           ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}${this.#record()}
         </div>
         ${monitor.isShownBeside(page.tab) ? this.#followed() : this.#ended()}
@@ -58,9 +59,9 @@ class MonitorBar extends MonitorElement {
       <button
         type="button"
         class="stop-button"
-        aria-label="STOP the robot and all that runs"
+        aria-label=${t("STOP the robot and all that runs")}
         aria-keyshortcuts="Control+Shift+Space"
-        title="Stop the robot and all that runs at once (${spoken(STOP_KEY)})"
+        title=${t("Stop the robot and all that runs at once ({key})", {key: spoken(STOP_KEY)})}
         @click=${() => perform("stopRobot", this.context)}
       >
         STOP
@@ -75,14 +76,14 @@ class MonitorBar extends MonitorElement {
     return html`<span
         class="live-status ${status}"
         role="status"
-        title=${monitor.ended && monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : (why ?? nothing)}
+        title=${monitor.ended && monitor.isOver ? t("Ended at {time}", {time: clockTime(monitor.ended.at)}) : (why ?? nothing)}
         ><span class="sign" aria-hidden="true"></span>${word}</span
       >
       ${monitor.isOver ? failureLink(failedRun()) : nothing}
       <strong class="component" title=${monitor.recording?.file || monitor.component}
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
-      <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
+      <span class="time" title=${t("Component time")}>${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
       ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${this.#elsewhere()}
       ${
         recording
@@ -92,18 +93,18 @@ class MonitorBar extends MonitorElement {
               class="switch"
               role="switch"
               aria-checked=${writable}
-              title="Whether this window may steer the component (${keyOf("steering")})"
+              title=${t("Whether this window may steer the component ({key})", {key: keyOf("steering")})}
               ?disabled=${!isEnabled("steering", this.context)}
               @click=${() => perform("steering", this.context)}
             >
-              <span class="knob" aria-hidden="true"></span>${writable ? "Steering" : "Only watching"}
+              <span class="knob" aria-hidden="true"></span>${writable ? t("Steering") : t("Only watching")}
             </button>`
       }
       <span class="room"></span>
       ${
         looking && !recording
           ? html`<button type="button" class="button" @click=${() => perform("backToLive", this.context)}>
-              Back to now
+              ${t("Back to now")}
             </button>`
           : nothing
       }
@@ -124,7 +125,7 @@ class MonitorBar extends MonitorElement {
   #reload() {
     const changed = page.tabState?.changed && isEnabled("reload", this.context);
     return changed
-      ? actionButton("reload", this.context, {label: "short", kind: "changed", words: "Changed: reload"})
+      ? actionButton("reload", this.context, {label: "short", kind: "changed", words: t("Changed: reload")})
       : this.#button("reload");
   }
 
@@ -133,7 +134,7 @@ class MonitorBar extends MonitorElement {
     const {recordedSince: since, newest} = monitor;
     if (!since) return this.#button("record");
     const seconds = Math.max(0, Math.floor((newest?.at ?? since) - since));
-    const end = "End the recording";
+    const end = t("End the recording");
     return html`<button
       type="button"
       class="action records"
@@ -153,11 +154,11 @@ class MonitorBar extends MonitorElement {
     if (!first) return nothing;
     const {automaton, state, transition} = first;
     const name = state
-      ? `State ${monitor.stateName(automaton, state)}`
-      : `Transition ${monitor.transition(automaton, transition)?.name || transition}`;
-    const more = stoppedAt.length > 1 ? ` and ${stoppedAt.length - 1} more` : "";
-    return html`<button type="button" class="link" title="Show where it paused" @click=${() => this.#goTo(first)}>
-      ${name}${more}
+      ? t("State {name}", {name: monitor.stateName(automaton, state)})
+      : t("Transition {name}", {name: monitor.transition(automaton, transition)?.name || transition});
+    const more = stoppedAt.length - 1;
+    return html`<button type="button" class="link" title=${t("Show where it paused")} @click=${() => this.#goTo(first)}>
+      ${more ? n("{name} and {count} more", "{name} and {count} more", more, {name}) : name}
     </button>`;
   }
 
@@ -170,10 +171,14 @@ class MonitorBar extends MonitorElement {
     return html`<button
       type="button"
       class="link"
-      title="Show the code that does not end"
+      title=${t("Show the code that does not end")}
       @click=${() => this.#show({automaton, state, location})}
     >
-      in ${monitor.stateName(automaton, state)}${line ? `, line ${line}` : ""}
+      ${
+        line
+          ? t("in {state}, line {line}", {state: monitor.stateName(automaton, state), line})
+          : t("in {state}", {state: monitor.stateName(automaton, state)})
+      }
     </button>`;
   }
 
@@ -188,8 +193,8 @@ class MonitorBar extends MonitorElement {
     if (!late) return nothing;
     const {id: automaton, state} = late;
     const place = {automaton, state, location: ""};
-    return html`<button type="button" class="link" title="Show its code" @click=${() => this.#show(place)}>
-      in ${monitor.stateName(automaton, state)}
+    return html`<button type="button" class="link" title=${t("Show its code")} @click=${() => this.#show(place)}>
+      ${t("in {state}", {state: monitor.stateName(automaton, state)})}
     </button>`;
   }
 
@@ -226,7 +231,7 @@ class MonitorBar extends MonitorElement {
 
   /** @param {MouseEvent & From<HTMLElement>} event */
   #more = async ({currentTarget}) => {
-    (await import("../menu.js")).dropMenu(currentTarget, {groups: RUN_MENU, label: "Run"}, this.context);
+    (await import("../menu.js")).dropMenu(currentTarget, {groups: RUN_MENU, label: t("Run")}, this.context);
   };
 
   /** @param {string} id @param {{words?: string, image?: string}} [other] */
@@ -240,11 +245,11 @@ class MonitorBar extends MonitorElement {
     if (tab && tab === page.tab) return nothing;
     if (tab)
       return html`<button type="button" class="link" @click=${() => page.show(tab)}>
-        Show ${monitor.structure?.document ?? "its document"}
+        ${t("Show {document}", {document: monitor.structure?.document ?? t("its document")})}
       </button>`;
     if (!monitor.structure) return nothing;
     return html`<button type="button" class="link" @click=${() => this.context.app.openFollowed()}>
-      Open ${monitor.structure.document || "its document"}
+      ${t("Open {file}", {file: monitor.structure.document || t("its document")})}
     </button>`;
   }
 }
@@ -252,39 +257,47 @@ class MonitorBar extends MonitorElement {
 /** @returns {{status: string, word: string, why?: string}} its style, its name, and details */
 function statusOf() {
   const {since, newest, recording, looking} = monitor;
-  if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
-  if (!store.online) return {status: "stale", word: "The editor is offline"};
+  if (recording)
+    return {status: "recording", word: recording.complete ? t("Recording") : t("Recording, its beginning")};
+  if (!store.online) return {status: "stale", word: t("The editor is offline")};
   if (monitor.ended && monitor.isOver)
     return {status: failedRun() ? "failed" : "ended", word: spokenEnd(monitor.ended)};
-  if (isStopping()) return {status: "waiting", word: "Stopping…"};
+  if (isStopping()) return {status: "waiting", word: t("Stopping…")};
   if (since)
     return {
       status: "stale",
-      word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`,
+      word: monitor.running.includes(monitor.component)
+        ? t("Silent since {time}", {time: clockTime(since)})
+        : t("Gone since {time}", {time: clockTime(since)}),
     };
-  if (looking) return {status: "past", word: "Looking back"};
+  if (looking) return {status: "past", word: t("Looking back")};
   const robot = store.robot.status;
   if (robot === "lost" && usesRobot() !== false && !monitor.isDryRun)
-    return {status: "lost", word: `Robot lost since ${clockTime(store.robot.since)}`, why: "It may come back."};
-  if (!newest) return {status: "waiting", word: "Waiting"};
+    return {
+      status: "lost",
+      word: t("Robot lost since {time}", {time: clockTime(store.robot.since)}),
+      why: t("It may come back."),
+    };
+  if (!newest) return {status: "waiting", word: t("Waiting")};
   const {hanging} = monitor;
   if (hanging) {
-    const name = monitor.automaton(hanging.id)?.name ?? `automaton ${hanging.id}`;
+    const name = monitor.automaton(hanging.id)?.name ?? t("automaton {id}", {id: hanging.id});
     return {
       status: "hanging",
-      word: `Hanging for ${Math.floor(hanging.hangsFor)} s`,
-      why: `A cycle of ${name} does not end: its code must not wait or repeat for so long. Stop ends it.`,
+      word: t("Hanging for {seconds} s", {seconds: Math.floor(hanging.hangsFor)}),
+      why: t("A cycle of {name} does not end: its code must not wait or repeat for so long. Stop ends it.", {name}),
     };
   }
   const {status, stoppedAt, refusal, speed} = newest.component;
   const {late} = monitor;
-  if (status === 0 && late) return {status: "late", word: "Running late", why: spokenDelay(late)};
-  if (status === 0 && speed) return {status: "running", word: `Trying, ${speed} x`, why: "No robot moves."};
+  if (status === 0 && late) return {status: "late", word: t("Running late"), why: spokenDelay(late)};
+  if (status === 0 && speed)
+    return {status: "running", word: t("Trying, {speed} x", {speed}), why: t("No robot moves.")};
   if (status === 0 && robot !== "present" && usesRobot())
-    return {status: "lost", word: "Running, no robot", why: "Start a robot in the header."};
-  if (refusal) return {status: "paused", word: "Paused: command refused", why: refusal};
-  const word = status === 1 && stoppedAt.length ? "At a breakpoint" : STATUS[status];
-  return {status: STATUS[status].toLowerCase(), word};
+    return {status: "lost", word: t("Running, no robot"), why: t("Start a robot in the header.")};
+  if (refusal) return {status: "paused", word: t("Paused: command refused"), why: refusal};
+  const word = status === 1 && stoppedAt.length ? t("At a breakpoint") : spokenStatus(status);
+  return {status: STATUS[status], word};
 }
 
 /** Whether the editor is stopping the followed component, which it has started. */
@@ -301,9 +314,9 @@ function usesRobot() {
 
 /** By how much an automaton is late. @param {AutomatonSnapshot} late */
 function spokenDelay({id, lastCycle}) {
-  const {name = `automaton ${id}`, period = 0} = monitor.automaton(id) ?? {};
+  const {name = t("automaton {id}", {id}), period = 0} = monitor.automaton(id) ?? {};
   const [takes, has] = [lastCycle, period].map((seconds) => `${Math.round(seconds * 1000)} ms`);
-  return `A cycle of ${name} takes ${takes}, and its period is ${has}: its times do not hold.`;
+  return t("A cycle of {name} takes {takes}, and its period is {has}: its times do not hold.", {name, takes, has});
 }
 
 /** The run that the followed component has ended with an error, as far as is known. */
@@ -315,8 +328,8 @@ function failedRun() {
 /** A link to where a run has failed. @param {import("../protocol.js").RunPush | undefined} run */
 function failureLink(run) {
   if (!run) return nothing;
-  return html`<button type="button" class="link" title="Show what failed" @click=${() => runs.showEnd(run)}>
-    ${run.line ? `line ${run.line}` : "show it"}
+  return html`<button type="button" class="link" title=${t("Show what failed")} @click=${() => runs.showEnd(run)}>
+    ${run.line ? t("line {line}", {line: run.line}) : t("show it")}
   </button>`;
 }
 

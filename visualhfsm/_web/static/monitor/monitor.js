@@ -11,13 +11,16 @@
 
 import {notify, notifyError, clearErrors} from "../notices.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {Breakpoints} from "./breakpoints.js";
 import {Followed} from "./followed.js";
 import {Shown} from "./shown.js";
 import {RobotFacts} from "./structure.js";
 
 /** `ComponentStatus` of interfaces/hfsm.idl. */
-export const STATUS = ["Running", "Paused", "Halted"];
+export const STATUS = ["running", "paused", "halted"];
+/** A status in words. @param {number} status */
+export const spokenStatus = (status) => [t("Running"), t("Paused"), t("Halted")][status];
 /** `TransitionKind` of interfaces/hfsm.idl. */
 export const ON_TIME = 1;
 export const ON_EVENT = 2;
@@ -202,7 +205,7 @@ class Monitor extends Shown {
 
   /** End the component, which somebody else has started. */
   async stop() {
-    if ((await this.steer("stop")) !== undefined) this.end("it was stopped");
+    if ((await this.steer("stop")) !== undefined) this.end(t("it was stopped"));
   }
 
   /** @param {Reported} reported */
@@ -243,8 +246,10 @@ class Monitor extends Shown {
     this.followed.writable = this.starts.maySteer(this.component, startedAt);
     if (before && !this.writable)
       notify(
-        `Another run of ${this.component} has begun, which this window did not start: ` +
-          "it is only watched until you switch Steering on.",
+        t(
+          "Another run of {component} has begun, which this window did not start: it is only watched until you switch Steering on.",
+          {component: this.component},
+        ),
       );
   }
 

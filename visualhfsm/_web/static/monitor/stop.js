@@ -1,6 +1,7 @@
 /** The operator's stop button: it asks no question, does not wait, and works in every mode. */
 
 import {messageOf, notify, clearErrors} from "../notices.js";
+import {t} from "../texts.js";
 import {monitor} from "./monitor.js";
 
 /** Three keys at once, among them the largest: easy to find, and not hit by accident while typing. */
@@ -18,18 +19,18 @@ export async function stopRobot() {
   clearErrors(STOP);
   let confirmed = () => {};
   const late = setTimeout(() => {
-    const what = "STOP is not confirmed yet, and repeated. If the robot moves, use its own button.";
+    const what = t("STOP is not confirmed yet, and repeated. If the robot moves, use its own button.");
     confirmed = report(what);
   }, LATE);
   try {
     const {stopped, failed} = await monitor.control("emergencyStop");
     const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
-    if (stopped.includes(monitor.component)) monitor.end("it was stopped by STOP");
-    if (stopped.length) notify(`Stopped: ${stopped.join(", ")}.`);
-    else if (!problems.length) report("There was nothing to stop: neither a robot nor a component is present.");
-    if (problems.length) report(`Not stopped. ${problems.join("; ")}`);
+    if (stopped.includes(monitor.component)) monitor.end(t("it was stopped by STOP"));
+    if (stopped.length) notify(t("Stopped: {names}.", {names: stopped.join(", ")}));
+    else if (!problems.length) report(t("There was nothing to stop: neither a robot nor a component is present."));
+    if (problems.length) report(t("Not stopped. {problems}", {problems: problems.join("; ")}));
   } catch (error) {
-    report(`STOP did not reach the robot: ${messageOf(error)} Use the robot's own button.`);
+    report(t("STOP did not reach the robot: {reason} Use the robot's own button.", {reason: messageOf(error)}));
   } finally {
     clearTimeout(late);
     confirmed();

@@ -6,36 +6,40 @@
  */
 
 import {ownerOf, pathTo, titleOf} from "../outline.js";
+import {t} from "../texts.js";
 
 const LISTS = new Set(["parameters", "inputs", "events", "properties", "libraries", "interfaces", "ros"]);
 /** @type {Record<string, string>} */
 const WORDS = {
-  entry: "entry code",
-  code: "code",
-  exit: "exit code",
-  argument: "argument",
-  trigger: "trigger",
-  guard: "guard",
-  fired: "code",
-  priority: "priority",
-  variables: "variables",
-  functions: "functions",
-  period: "period",
-  import: "import",
-  name: "name",
-  description: "description",
-  onError: "after an error",
-  onRefused: "after a refused command",
-  world: "world",
-  language: "language",
-  inputs: "input",
-  parameters: "parameter",
-  events: "event",
-  properties: "property",
-  libraries: "library",
-  interfaces: "interface",
-  ros: "topic",
+  entry: t("entry code"),
+  code: t("code"),
+  exit: t("exit code"),
+  argument: t("argument"),
+  trigger: t("trigger"),
+  guard: t("guard"),
+  fired: t("code"),
+  priority: t("priority"),
+  variables: t("variables"),
+  functions: t("functions"),
+  period: t("period"),
+  import: t("import"),
+  name: t("name"),
+  description: t("description"),
+  onError: t("after an error"),
+  onRefused: t("after a refused command"),
+  world: t("world"),
+  language: t("language"),
+  inputs: t("input"),
+  parameters: t("parameter"),
+  events: t("event"),
+  properties: t("property"),
+  libraries: t("library"),
+  interfaces: t("interface"),
+  ros: t("topic"),
 };
+
+/** A part of an element in words. @param {string} part */
+export const wordOf = (part) => WORDS[part] ?? part;
 
 /** A key that is the same for equal places. @param {Place} place */
 export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name = "", child = 0}) {
@@ -102,18 +106,20 @@ export function wordsFor(document, place) {
   const shown = automaton ? document.automata.get(automaton) : undefined;
   if (automaton)
     found.push(
-      ...(shown ? pathTo(document, shown).map((each) => wordFor(document, each)) : [`automaton ${automaton}`]),
+      ...(shown
+        ? pathTo(document, shown).map((each) => wordFor(document, each))
+        : [t("automaton {id}", {id: automaton})]),
     );
-  if (kind === "state") found.push(nameOf(shown?.states, id, "state"));
-  if (kind === "transition") found.push(nameOf(shown?.transitions, id, "transition"));
-  if (kind === "document") found.push("component");
+  if (kind === "state") found.push(nameOf(shown?.states, id) ?? t("state {id}", {id}));
+  if (kind === "transition") found.push(nameOf(shown?.transitions, id) ?? t("transition {id}", {id}));
+  if (kind === "document") found.push(t("component"));
   const lists = /** @type {Record<string, {name: string}[] | undefined>} */ (
     kind === "automaton" ? {inputs: shown?.inputs} : document.fields
   );
   if (LISTS.has(part))
     found.push(`${WORDS[part]} ${lists[part]?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
-  else if (part === "argument") found.push(`argument ${name}`);
-  else if (part) found.push(WORDS[part] ?? part);
+  else if (part === "argument") found.push(t("argument {name}", {name}));
+  else if (part) found.push(wordOf(part));
   return found;
 }
 
@@ -129,5 +135,5 @@ function wordFor(document, automaton) {
   return children.length > 1 ? `${title} (${children.indexOf(automaton.id) + 1})` : title;
 }
 
-/** @param {{id: number, name: string}[] | undefined} items @param {number | undefined} id @param {string} kind */
-const nameOf = (items, id, kind) => items?.find((each) => each.id === id)?.name || `${kind} ${id}`;
+/** @param {{id: number, name: string}[] | undefined} items @param {number | undefined} id */
+const nameOf = (items, id) => items?.find((each) => each.id === id)?.name || undefined;

@@ -9,7 +9,7 @@
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
-import {countOf, FAILED} from "../problems.js";
+import {countOf, FAILED, SEVERITIES} from "../problems.js";
 import {n, t} from "../texts.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "./marks.js";
@@ -17,13 +17,11 @@ import {placeOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
 /** @type {[severity: string, counted: (count: number) => string][]} */
-const SEVERITIES = [
+const COUNTED = [
   ["error", (count) => n("{count} Error", "{count} Errors", count)],
   ["warning", (count) => n("{count} Warning", "{count} Warnings", count)],
   ["note", (count) => n("{count} Note", "{count} Notes", count)],
 ];
-/** @type {Record<string, string>} */
-const SPOKEN = {error: t("error"), warning: t("warning"), note: t("note")};
 
 class Problems extends PageElement {
   static properties = {played: {state: true}};
@@ -75,7 +73,7 @@ class Problems extends PageElement {
     const shown = problems.filter((each) => !this.left.has(each.severity));
     return html`<div class="list-panel" tabindex="-1">
       <div class="list-tools" role="group" aria-label=${t("Shown problems")}>
-        ${SEVERITIES.map(([severity, counted]) => {
+        ${COUNTED.map(([severity, counted]) => {
           const count = problems.filter((each) => each.severity === severity).length;
           return html`<button
             type="button"
@@ -116,7 +114,11 @@ class Problems extends PageElement {
     const notes = (problem.notes ?? []).filter((each) => !steps.length || !each.includes("\n"));
     return html`<li>
       <button type="button" class="row" @click=${() => this.#go(problem, place)}>
-        <span class="severity-sign ${problem.severity}" role="img" aria-label="${SPOKEN[problem.severity]}: "></span>
+        <span
+          class="severity-sign ${problem.severity}"
+          role="img"
+          aria-label="${SEVERITIES[problem.severity]}: "
+        ></span>
         <span class="message">${problem.message}</span
         ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
         <span class="where">${words.filter(Boolean).join(" › ")}</span>
