@@ -23,9 +23,9 @@ const PROPERTIES = new Set(["label", "title", "hint", "help", "placeholder", "ar
 const CALLS = new Set(["notify", "announce"]);
 /** Elements whose content is not for translators. */
 const CODE = new Set(["code", "kbd", "samp", "style", "script"]);
-/** Names and units, which are the same in every language; `short` is how a button shows its action. */
+/** Names and units, which are the same in every language; `short` is how a button shows its action, `self` is code. */
 const SAME = new Set(
-  "short VisualHFSM Nao NAOqi Python ROS ROS 2 Pupper STOP SVG PNG JPEG XML HTML SCXML JSON CSV PDF ms s min h m cm rad Hz kB MB °C x y z".split(
+  "self short VisualHFSM Nao NAOqi Python ROS ROS 2 Pupper STOP SVG PNG JPEG XML HTML SCXML JSON CSV PDF ms s min h m cm rad Hz kB MB °C x y z".split(
     " ",
   ),
 );

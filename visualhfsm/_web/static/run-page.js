@@ -32,6 +32,7 @@ import {messageOf} from "./notices.js";
 import {page} from "./page.js";
 import {statePart, transitionPart} from "./print.js";
 import {store} from "./store.js";
+import {decimal, language, t} from "./texts.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import {unpackedData} from "./unpacked.js";
 
@@ -51,7 +52,7 @@ class RunCode extends PageElement {
     const {automaton, state, transition} = page;
     if (automaton && state) return statePart(automaton, state);
     if (automaton && transition) return transitionPart(automaton, transition);
-    return html`<p class="empty">Select a state or a transition to read its code.</p>`;
+    return html`<p class="empty">${t("Select a state or a transition to read its code.")}</p>`;
   }
 }
 
@@ -144,7 +145,10 @@ async function show() {
 /** @param {Content} content @param {HfsmCanvas} canvas */
 function layout({name, began, complete, document, timeline, figures}, canvas) {
   const marked = timeline.numbers.some((each) => each.startsWith("mark."));
-  const seconds = (timeline.end - timeline.start).toFixed(1);
+  const facts = {
+    seconds: decimal(timeline.end - timeline.start, 1),
+    date: new Date(began * 1000).toLocaleString(language, {dateStyle: "long", timeStyle: "short"}),
+  };
   const theme = () => {
     switchTheme();
     canvas.minimap.draw();
@@ -153,28 +157,33 @@ function layout({name, began, complete, document, timeline, figures}, canvas) {
     <header>
       <h1>${name}</h1>
       <p>
-        ${complete ? "A run" : "The beginning of a run"} of ${seconds} s on
-        ${new Date(began * 1000).toLocaleString(undefined, {dateStyle: "long", timeStyle: "short"})}
+        ${complete ? t("A run of {seconds} s on {date}", facts) : t("The beginning of a run of {seconds} s on {date}", facts)}
       </p>
       <button
         type="button"
         class="action bare"
         aria-pressed=${monitor.follows}
-        aria-label="Keep what is active in view"
-        title="Keep what is active in view"
+        aria-label=${t("Keep what is active in view")}
+        title=${t("Keep what is active in view")}
         @click=${() => monitor.setFollows(!monitor.follows)}
       >
         ${icon("target")}
       </button>
-      <button type="button" class="action bare" aria-label="Light or dark" title="Light or dark" @click=${theme}>
+      <button
+        type="button"
+        class="action bare"
+        aria-label=${t("Light or dark")}
+        title=${t("Light or dark")}
+        @click=${theme}
+      >
         ${icon(currentTheme() === "dark" ? "sun" : "moon")}
       </button>
     </header>
-    <nav class="left" aria-label="Tree of automata"><hfsm-tree></hfsm-tree></nav>
+    <nav class="left" aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
     <main>
-      ${document ? canvas : html`<p class="empty">The document of this run is not known: its states are not drawn.</p>`}
+      ${document ? canvas : html`<p class="empty">${t("The document of this run is not known: its states are not drawn.")}</p>`}
     </main>
-    <aside aria-label="Values">
+    <aside aria-label=${t("Values")}>
       <hfsm-robot-view></hfsm-robot-view>
       ${marked || monitor.recording?.cameras.length ? html`<hfsm-cameras></hfsm-cameras>` : nothing}
       <hfsm-live-variables></hfsm-live-variables>
@@ -201,5 +210,7 @@ function layout({name, began, complete, document, timeline, figures}, canvas) {
 
 initTheme();
 show().catch((error) => {
-  document.body.textContent = `This page cannot be shown: ${messageOf(error)}. It needs a browser of 2023 or later.`;
+  document.body.textContent = t("This page cannot be shown: {reason}. It needs a browser of 2023 or later.", {
+    reason: messageOf(error),
+  });
 });

@@ -4,6 +4,7 @@ import {html, render} from "lit";
 
 import {icon} from "./icons.js";
 import {messageOf} from "./notices.js";
+import {n, t} from "./texts.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import "./trials/trials-view.js";
 import {unpackedData} from "./unpacked.js";
@@ -15,12 +16,12 @@ async function show() {
       html`<div class="trials-page">
         <header>
           <h1>${view.name}</h1>
-          <p>${view.share.trials} trials</p>
+          <p>${n("{count} trial", "{count} trials", view.share.trials)}</p>
           <button
             type="button"
             class="action bare"
-            aria-label="Light or dark"
-            title="Light or dark"
+            aria-label=${t("Light or dark")}
+            title=${t("Light or dark")}
             @click=${() => {
               switchTheme();
               draw();
@@ -38,5 +39,7 @@ async function show() {
 
 initTheme();
 show().catch((error) => {
-  document.body.textContent = `This page cannot be shown: ${messageOf(error)}. It needs a browser of 2023 or later.`;
+  document.body.textContent = t("This page cannot be shown: {reason}. It needs a browser of 2023 or later.", {
+    reason: messageOf(error),
+  });
 });

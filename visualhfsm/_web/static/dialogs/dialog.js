@@ -13,6 +13,7 @@ import {html, nothing, render} from "lit";
 
 import {icon} from "../icons.js";
 import {laterStyles} from "../styles.js";
+import {t} from "../texts.js";
 
 await laterStyles();
 
@@ -41,7 +42,7 @@ export function showDialog({title, content, footer, wide = false}) {
       render(
         html` <header>
             <h2 id="dialog-title">${title}</h2>
-            <button type="button" class="action bare" aria-label="Close" @click=${() => close()}>
+            <button type="button" class="action bare" aria-label=${t("Close")} @click=${() => close()}>
               ${icon("close")}
             </button>
           </header>
@@ -80,7 +81,7 @@ export function confirm({title, text, choices}) {
     title,
     content: () => html`<p>${text}</p>`,
     footer: (/** @type {Close<string>} */ close) =>
-      html`<button type="button" class="button" @click=${() => close()}>Cancel</button> ${choices.map(
+      html`<button type="button" class="button" @click=${() => close()}>${t("Cancel")}</button> ${choices.map(
           ([value, label, kind = ""], index) =>
             html`<button
               type="button"

@@ -7,19 +7,20 @@ import {download, pngOf, svgText} from "../canvas/export.js";
 import {icon} from "../icons.js";
 import {messageOf, notifyError} from "../notices.js";
 import {page} from "../page.js";
+import {t} from "../texts.js";
 import {showDialog} from "./dialog.js";
 
 /** @type {[value: string, label: string, text: string, isPicture?: boolean][]} */
 const CHOICES = [
-  ["svg", "Picture of this automaton (SVG)", "Sharp at any size, for papers and the web.", true],
-  ["png", "Picture of this automaton (PNG)", "Twice the size of the drawing, for slides and documents.", true],
-  ["pages", "The whole component", "All automata with their code and data, for print or PDF."],
-  ["document", "The document (XML)", "As it would be saved now, with all unsaved changes."],
+  ["svg", t("Picture of this automaton (SVG)"), t("Sharp at any size, for papers and the web."), true],
+  ["png", t("Picture of this automaton (PNG)"), t("Twice the size of the drawing, for slides and documents."), true],
+  ["pages", t("The whole component"), t("All automata with their code and data, for print or PDF.")],
+  ["document", t("The document (XML)"), t("As it would be saved now, with all unsaved changes.")],
 ];
 
 export async function showExport() {
   const choice = await showDialog({
-    title: "Export",
+    title: t("Export"),
     content: (/** @type {import("./dialog.js").Close<string>} */ close) =>
       html`<div class="choices">
         ${CHOICES.filter(([, , , isPicture]) => page.automaton || !isPicture).map(
@@ -34,7 +35,7 @@ export async function showExport() {
   try {
     await run(choice);
   } catch (error) {
-    notifyError(new Error(`The export failed: ${messageOf(error)}`));
+    notifyError(new Error(t("The export failed: {reason}", {reason: messageOf(error)})));
   }
 }
 

@@ -11,6 +11,7 @@ import {html, nothing} from "lit";
 import {icon} from "../icons.js";
 import {messageOf} from "../notices.js";
 import {store} from "../store.js";
+import {language, rich, t} from "../texts.js";
 import {showDialog} from "./dialog.js";
 
 /**
@@ -101,7 +102,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
     accept(close);
   };
 
-  const nothingHere = kind === "recording" ? "No recordings in this folder." : "No documents in this folder.";
+  const nothingHere = kind === "recording" ? t("No recordings in this folder.") : t("No documents in this folder.");
   const shown = showDialog({
     title,
     content: (/** @type {Close} */ close, redraw) => {
@@ -112,7 +113,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
           class="files"
           role=${rows().length ? "listbox" : "group"}
           tabindex="0"
-          aria-label=${kind === "recording" ? "Recordings and folders" : "Documents and folders"}
+          aria-label=${kind === "recording" ? t("Recordings and folders") : t("Documents and folders")}
           aria-activedescendant=${rows().length ? `file-${state.chosen}` : nothing}
           ?autofocus=${!saving}
           @keydown=${(/** @type {KeyboardEvent} */ event) => key(event, close)}
@@ -134,7 +135,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
                 ${icon(row.kind === "directory" ? "folder" : "file")}<span>${row.name}</span>${
                   row.changedAt
                     ? html`<span class="when"
-                        >${new Date(row.changedAt * 1000).toLocaleString([], {
+                        >${new Date(row.changedAt * 1000).toLocaleString(language, {
                           dateStyle: "medium",
                           timeStyle: "short",
                         })}</span
@@ -147,7 +148,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
         ${
           saving
             ? html`<div class="field">
-                  <label for="file-name">Name</label
+                  <label for="file-name">${t("Name")}</label
                   ><input
                     id="file-name"
                     autofocus
@@ -157,12 +158,14 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
                     @keydown=${(/** @type {KeyboardEvent} */ event) => enter(event, close)}
                   />
                 </div>
-                <p class="explain">A missing folder in the name, as in <code>dances/wave</code>, is created.</p>`
+                <p class="explain">
+                  ${rich("A missing folder in the name, as in {example}, is created.", {example: html`<code>dances/wave</code>`})}
+                </p>`
             : nothing
         }`;
     },
     footer: (close) =>
-      html`<button type="button" class="button" @click=${() => close()}>Cancel</button
+      html`<button type="button" class="button" @click=${() => close()}>${t("Cancel")}</button
         ><button type="button" class="button primary" @click=${() => accept(close)}>${verb}</button>`,
   });
   list(folder);

@@ -7,6 +7,7 @@
 import {html} from "lit";
 
 import {picture} from "../canvas/export.js";
+import {t} from "../texts.js";
 import {currentTheme} from "../theme.js";
 import {showDialog} from "./dialog.js";
 import {keyTable} from "./key-table.js";
@@ -43,25 +44,25 @@ const arc = {
 
 /** @type {[text: string, fields: Partial<State>][]} */
 const SIGNS = [
-  ["State", {}],
-  ["Initial state", {initial: true}],
-  ["Final state", {final: true}],
-  ["With a sub-automaton", {children: [1]}],
-  ["With two parallel sub-automata", {children: [1, 2]}],
-  ["Its automata restart on entry", {children: [1], history: "restart"}],
-  ["With entry, code and exit", {entry: "-", code: "-", exit: "-"}],
+  [t("State"), {}],
+  [t("Initial state"), {initial: true}],
+  [t("Final state"), {final: true}],
+  [t("With a sub-automaton"), {children: [1]}],
+  [t("With two parallel sub-automata"), {children: [1, 2]}],
+  [t("Its automata restart on entry"), {children: [1], history: "restart"}],
+  [t("With entry, code and exit"), {entry: "-", code: "-", exit: "-"}],
 ];
 const TRIGGERS = [
-  ["After a time", "time", "1000"],
-  ["On a condition", "condition"],
-  ["On an event", "event", "event"],
-  ["When all below have finished", "finished"],
+  [t("After a time"), "time", "1000"],
+  [t("On a condition"), "condition"],
+  [t("On an event"), "event", t("event")],
+  [t("When all below have finished"), "finished"],
 ];
 
 /** @param {import("../registry.js").Context} context */
 export async function showHelp(context) {
   const tour = await showDialog({
-    title: "Help",
+    title: t("Help"),
     wide: true,
     content: (/** @type {import("./dialog.js").Close<boolean>} */ _close) =>
       html`<div class="signs">
@@ -81,11 +82,7 @@ export async function showHelp(context) {
           )}
         </div>
         <p>
-          Drag from the rim of a state to another state to connect them, or to the ground for a new state. Drag the
-          handle of an arc to bend it; double-click it to edit the condition. The wheel zooms. The middle button pans,
-          and so does the left button while Space is held. Two fingers on a trackpad or a screen pan, and zoom when they
-          pinch; a finger that rests opens the menu. A dot on a handle: code runs when the transition fires. A number:
-          the order in which the transitions of a state are evaluated.
+          ${t("Drag from the rim of a state to another state to connect them, or to the ground for a new state. Drag the handle of an arc to bend it; double-click it to edit the condition. The wheel zooms. The middle button pans, and so does the left button while Space is held. Two fingers on a trackpad or a screen pan, and zoom when they pinch; a finger that rests opens the menu. A dot on a handle: code runs when the transition fires. A number: the order in which the transitions of a state are evaluated.")}
         </p>
         <div class="help">
           ${keyTable().map(
@@ -103,8 +100,8 @@ export async function showHelp(context) {
           )}
         </div>`,
     footer: (close) =>
-      html`<button type="button" class="button" @click=${() => close(true)}>Take the tour</button
-        ><button type="button" class="button primary" autofocus @click=${() => close()}>Close</button>`,
+      html`<button type="button" class="button" @click=${() => close(true)}>${t("Take the tour")}</button
+        ><button type="button" class="button primary" autofocus @click=${() => close()}>${t("Close")}</button>`,
   });
   if (tour) (await import("../tour.js")).startTour(context);
 }
@@ -112,7 +109,7 @@ export async function showHelp(context) {
 /** @param {Partial<State>} fields */
 const stateSign = (fields) =>
   sign({
-    states: [{...plain, ...fields, name: fields.initial ? "initial" : fields.final ? "final" : "state"}],
+    states: [{...plain, ...fields, name: fields.initial ? t("initial") : fields.final ? t("final") : t("state")}],
     transitions: [],
   });
 /** @param {string} type */

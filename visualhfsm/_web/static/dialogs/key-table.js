@@ -3,6 +3,7 @@
 import {spoken} from "../keys.js";
 import {MONITOR_KEYS} from "../monitor/actions.js";
 import {actionOf} from "../registry.js";
+import {t} from "../texts.js";
 
 /** All keys for the help: groups of [keys, what it does]. */
 export function keyTable() {
@@ -12,7 +13,7 @@ export function keyTable() {
     return {keys: keys.map((key) => spoken(key)), text: help ?? (hint ? `${label}: ${hint}` : label)};
   };
   const groups = {
-    Draw: [
+    [t("Draw")]: [
       "select",
       "newState",
       "newTransition",
@@ -25,7 +26,7 @@ export function keyTable() {
       "toggleFinal",
       "delete",
     ],
-    "Move around": [
+    [t("Move around")]: [
       "up",
       "moveLeft",
       "moveRight",
@@ -39,7 +40,7 @@ export function keyTable() {
       "goBack",
       "cancel",
     ],
-    Edit: [
+    [t("Edit")]: [
       "undo",
       "redo",
       "copy",
@@ -54,7 +55,7 @@ export function keyTable() {
       "layout",
       "layoutAll",
     ],
-    View: [
+    [t("View")]: [
       "fit",
       "fitSelection",
       "zoomIn",
@@ -68,8 +69,8 @@ export function keyTable() {
       "theme",
       "help",
     ],
-    Files: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
-    "Data and run": [
+    [t("Files")]: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
+    [t("Data and run")]: [
       "interfaces",
       "timing",
       "variables",
@@ -81,7 +82,7 @@ export function keyTable() {
       "tests",
       "trials",
     ],
-    "Follow and steer": MONITOR_KEYS,
+    [t("Follow and steer")]: MONITOR_KEYS,
   };
   return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.map(row)}));
 }

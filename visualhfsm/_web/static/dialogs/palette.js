@@ -7,6 +7,7 @@ import {spoken} from "../keys.js";
 import {findActions, perform} from "../registry.js";
 import {canDraw, drawReady, findReady} from "../shelf/ready-states.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {showDialog} from "./dialog.js";
 
 /**
@@ -20,7 +21,7 @@ export async function showPalette(context) {
   let text = "";
   let chosen = 0;
   const id = await showDialog({
-    title: "All actions",
+    title: t("All actions"),
     content: (/** @type {import("./dialog.js").Close<string>} */ close, redraw) => {
       const found = [...findActions(text, context), ...readyFor(text, context)].sort(byName(text));
       /** @param {KeyboardEvent} event */
@@ -34,7 +35,7 @@ export async function showPalette(context) {
         document.getElementById(`action-${chosen}`)?.scrollIntoView({block: "nearest"});
       };
       return html`<div class="field">
-          <label for="palette-text">What to do</label>
+          <label for="palette-text">${t("What to do")}</label>
           <input
             id="palette-text"
             role="combobox"
@@ -52,7 +53,7 @@ export async function showPalette(context) {
             @keydown=${key}
           />
         </div>
-        <div class="files" id="palette-list" role="listbox" aria-label="Actions">
+        <div class="files" id="palette-list" role="listbox" aria-label=${t("Actions")}>
           ${found.map(
             ({id: each, label, hint, icon: image, keys = []}, index) =>
               html`<div
@@ -65,7 +66,7 @@ export async function showPalette(context) {
                 ><span class="when">${keys.map((written) => html`<kbd>${spoken(written)}</kbd> `)}</span>
               </div>`,
           )}
-          ${found.length ? nothing : html`<p class="faint">No action with these words is possible now.</p>`}
+          ${found.length ? nothing : html`<p class="faint">${t("No action with these words is possible now.")}</p>`}
         </div>`;
     },
   });
@@ -90,7 +91,7 @@ function readyFor(text, {canvas}) {
     .filter(({trouble}) => !trouble)
     .map((ready) => ({
       id: idOf(ready),
-      label: `Draw ${ready.title}`,
+      label: t("Draw {title}", {title: ready.title}),
       name: ready.title,
       hint: ready.summary,
       icon: "shelf",

@@ -5,6 +5,7 @@
  */
 
 import {store} from "../store.js";
+import {t} from "../texts.js";
 
 /** Those that are known, or on their way, by the hash of their description. @type {Map<string, Promise<Described>>} */
 const known = new Map();
@@ -28,6 +29,6 @@ export function bodyOf(hash) {
 async function ask(hash) {
   const fields = {component: "", action: "body", arguments: {hash}};
   const found = /** @type {Described | null} */ (await store.request("control", fields));
-  if (!found) throw new Error("The editor does not know this robot any more.");
+  if (!found) throw new Error(t("The editor does not know this robot any more."));
   return found;
 }

@@ -9,13 +9,14 @@ import {html, nothing} from "lit";
 
 import {messageOf} from "../notices.js";
 import {required} from "../required.js";
+import {t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {monitor} from "./monitor.js";
 
 const BOTTOM = "CameraBottom";
 /** @type {Record<string, string>} */
-const TITLES = {Camera: "Top camera", [BOTTOM]: "Bottom camera", CameraOutside: "From outside"};
+const TITLES = {Camera: t("Top camera"), [BOTTOM]: t("Bottom camera"), CameraOutside: t("From outside")};
 
 /** The cameras of the robot, or those of the recording that is shown. */
 export const cameraNames = () =>
@@ -46,10 +47,10 @@ class Cameras extends MonitorElement {
     const names = cameraNames();
     if (!names.length)
       return html`<p class="empty">
-        ${recording ? "This recording contains no pictures." : "There is no camera in this realm."}
+        ${recording ? t("This recording contains no pictures.") : t("There is no camera in this realm.")}
       </p>`;
     const explanation =
-      recording && !recording.cameras.length && "This recording contains no pictures: these are the marks.";
+      recording && !recording.cameras.length && t("This recording contains no pictures: these are the marks.");
     const large = names.includes(this.large) ? this.large : "";
     return html`<div class="cameras ${large ? "inside" : ""}">
       ${explanation ? html`<p class="faint explain">${explanation}</p>` : nothing}
@@ -136,7 +137,7 @@ export class Camera extends MonitorElement {
 
   render() {
     const title = titleOf(this.name);
-    const size = this.isLarge ? "Smaller" : "Larger";
+    const size = this.isLarge ? t("Smaller") : t("Larger");
     const marks = marksOn(this.name).map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
     return html`<figure class="camera ${this.problem ? "lost" : ""}">
       <canvas
@@ -184,13 +185,17 @@ export class Camera extends MonitorElement {
         if (passed > 1000) {
           const rate = this.querySelector(".rate");
           if (rate)
-            rate.textContent = `${canvas.width} × ${canvas.height}, ${Math.round((count * 1000) / passed)} images/s`;
+            rate.textContent = t("{width} × {height}, {rate} images/s", {
+              width: canvas.width,
+              height: canvas.height,
+              rate: Math.round((count * 1000) / passed),
+            });
           [count, since] = [0, performance.now()];
         }
         if (document.hidden) return;
         await new Promise(requestAnimationFrame);
       },
-      lost: (reason) => (this.problem = reason || "no image"),
+      lost: (reason) => (this.problem = reason || t("no image")),
     });
   }
 
@@ -217,7 +222,7 @@ export class Camera extends MonitorElement {
       const at = (this.#former = monitor.looking.at);
       try {
         const picture = await monitor.control("picture", {camera: this.name, at});
-        this.problem = picture ? "" : "no picture of this moment";
+        this.problem = picture ? "" : t("no picture of this moment");
         if (picture) await this.#paint(new Blob([Uint8Array.from(atob(picture), (c) => c.charCodeAt(0))]));
         else this.#drawWithoutImage();
       } catch (error) {

@@ -3,6 +3,7 @@
 import {html} from "lit";
 
 import {page} from "../page.js";
+import {n, t} from "../texts.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {monitor} from "./monitor.js";
 
@@ -12,18 +13,18 @@ const ms = (seconds) => (seconds < 0.0995 ? (seconds * 1000).toFixed(1) : Math.r
 class Cycles extends MonitorElement {
   render() {
     const {snapshot} = monitor;
-    if (!snapshot) return html`<p class="empty">Waiting for the first values.</p>`;
+    if (!snapshot) return html`<p class="empty">${t("Waiting for the first values.")}</p>`;
     const {automata, time} = snapshot.component;
     return html`<div class="live-values">
-      <table class="cycles" aria-label="Cycles">
+      <table class="cycles" aria-label=${t("Cycles")}>
         <thead>
           <tr>
-            <th scope="col">Automaton</th>
-            <th scope="col">State</th>
-            <th scope="col">for</th>
-            <th scope="col" class="bar-head">Last / period</th>
-            <th scope="col">Longest</th>
-            <th scope="col">Overruns</th>
+            <th scope="col">${t("Automaton")}</th>
+            <th scope="col">${t("State")}</th>
+            <th scope="col">${t("for")}</th>
+            <th scope="col" class="bar-head">${t("Last / period")}</th>
+            <th scope="col">${t("Longest")}</th>
+            <th scope="col">${t("Overruns")}</th>
           </tr>
         </thead>
         <tbody>
@@ -31,15 +32,14 @@ class Cycles extends MonitorElement {
         </tbody>
       </table>
       <p class="faint explain">
-        Cycle times in ms of wall time. A cycle that takes longer than the period is an overrun; the next one then
-        starts late.
+        ${t("Cycle times in ms of wall time. A cycle that takes longer than the period is an overrun; the next one then starts late.")}
       </p>
     </div>`;
   }
 
   /** @param {import("../protocol.js").AutomatonSnapshot} now @param {number} time */
   #row({id, state, ghost, finished, enteredAt, overruns, cycles, lastCycle, longestCycle}, time) {
-    const {name = `automaton ${id}`, period = 0} = monitor.automaton(id) ?? {};
+    const {name = t("automaton {id}", {id}), period = 0} = monitor.automaton(id) ?? {};
     const part = period > 0 ? lastCycle / period : 0;
     const drawn = page.tab === monitor.tab && page.document?.automata.has(id);
     return html`<tr class=${ghost ? "ghost-row" : ""}>
@@ -56,12 +56,16 @@ class Cycles extends MonitorElement {
       </th>
       <td>
         ${monitor.stateName(id, state)}${
-          ghost ? html` <span class="faint">ghost</span>` : finished ? html` <span class="faint">finished</span>` : ""
+          ghost
+            ? html` <span class="faint">${t("ghost")}</span>`
+            : finished
+              ? html` <span class="faint">${t("finished")}</span>`
+              : ""
         }
       </td>
       <td class="number">${ghost ? "" : spokenSeconds(Math.max(0, time - enteredAt))}</td>
       <td>
-        <div class="cycle-bar" title="${cycles} cycles">
+        <div class="cycle-bar" title=${n("{count} cycle", "{count} cycles", cycles)}>
           <svg viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true">
             <rect class="track" width="100" height="8"></rect>
             <rect

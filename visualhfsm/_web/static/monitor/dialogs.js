@@ -10,6 +10,7 @@ import {html, nothing} from "lit";
 import {showDialog} from "../dialogs/dialog.js";
 import {notify} from "../notices.js";
 import {page} from "../page.js";
+import {rich, t} from "../texts.js";
 import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
 import {lastValues, parameterOptions} from "./parameters.js";
@@ -27,11 +28,11 @@ export async function askEvent() {
   const {events = []} = monitor.structure ?? {};
   const state = {name: events[0] ?? "", data: ""};
   const sent = await showDialog({
-    title: "Send an event",
+    title: t("Send an event"),
     content: (/** @type {import("../dialogs/dialog.js").Close<boolean>} */ close) =>
       html`<div @keydown=${onEnter(() => close(true))}>
         <div class="field">
-          <label for="event-name">Event</label
+          <label for="event-name">${t("Event")}</label
           ><input
             id="event-name"
             list="event-names"
@@ -40,10 +41,19 @@ export async function askEvent() {
             @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.name = target.value)}
           />
           <datalist id="event-names">${events.map((name) => html`<option value=${name}></option>`)}</datalist>
-          ${events.length ? nothing : html`<p class="faint">The document declares none (<em>Data</em>, <em>Component</em>).</p>`}
+          ${
+            events.length
+              ? nothing
+              : html`<p class="faint">
+                  ${rich("The document declares none ({data}, {component}).", {
+                    data: html`<em>${t("Data")}</em>`,
+                    component: html`<em>${t("Component")}</em>`,
+                  })}
+                </p>`
+          }
         </div>
         <div class="field">
-          <label for="event-data">Data, such as 3, "red" or [1, 2]; may be empty</label
+          <label for="event-data">${t('Data, such as 3, "red" or [1, 2]; may be empty')}</label
           ><input
             id="event-data"
             class="mono"
@@ -53,17 +63,20 @@ export async function askEvent() {
         </div>
       </div>`,
     footer: (close) =>
-      html`<button type="button" class="button" @click=${() => close()}>Cancel</button
-        ><button type="button" class="button primary" @click=${() => close(true)}>Send</button>`,
+      html`<button type="button" class="button" @click=${() => close()}>${t("Cancel")}</button
+        ><button type="button" class="button primary" @click=${() => close(true)}>${t("Send")}</button>`,
   });
   if (!sent || !state.name.trim()) return;
   const data = state.data.trim() ? valueIn(state.data) : null;
   if (data === undefined) {
-    notify(`${state.data} is not a value: write a number, "a text", True, or a list of these.`, "error");
+    notify(
+      t('{data} is not a value: write a number, "a text", True, or a list of these.', {data: state.data}),
+      "error",
+    );
     return;
   }
   const event = {name: state.name.trim(), data: data === null ? "" : JSON.stringify(data)};
-  if ((await monitor.steer("sendEvent", event)) !== undefined) notify(`Sent ${event.name}.`);
+  if ((await monitor.steer("sendEvent", event)) !== undefined) notify(t("Sent {name}.", {name: event.name}));
 }
 
 /**
@@ -79,17 +92,30 @@ export async function askCondition(automaton, kind, {id, name}) {
   const variables = Object.keys(monitor.now(automaton)?.variables ?? {});
   const state = {condition: known?.condition ?? ""};
   const chosen = await showDialog({
-    title: `Breakpoint at ${name || kind}`,
+    title: t("Breakpoint at {name}", {
+      name: name || (kind === "state" ? t("state {id}", {id}) : t("transition {id}", {id})),
+    }),
     content: (/** @type {import("../dialogs/dialog.js").Close<"set" | "remove">} */ close) =>
       html`<p>
-          The component pauses when
-          ${kind === "state" ? "the state has been entered, before its code runs" : "the transition has fired"}, if this
-          is true in ${page.title()}; always when it is empty.
+          ${
+            kind === "state"
+              ? t(
+                  "The component pauses when the state has been entered, before its code runs, if this is true in {automaton}; always when it is empty.",
+                  {automaton: page.title()},
+                )
+              : t(
+                  "The component pauses when the transition has fired, if this is true in {automaton}; always when it is empty.",
+                  {automaton: page.title()},
+                )
+          }
         </p>
         <div class="field">
           <label for="break-condition"
-            >Condition, in
-            Python${variables.length ? html`; variables are ${variables.slice(0, 8).join(", ")}` : nothing}</label
+            >${
+              variables.length
+                ? t("Condition, in Python; variables are {names}", {names: variables.slice(0, 8).join(", ")})
+                : t("Condition, in Python")
+            }</label
           >
           <input
             id="break-condition"
@@ -102,13 +128,13 @@ export async function askCondition(automaton, kind, {id, name}) {
           />
         </div>`,
     footer: (close) =>
-      html`<button type="button" class="button" @click=${() => close()}>Cancel</button>
+      html`<button type="button" class="button" @click=${() => close()}>${t("Cancel")}</button>
         ${
           known
-            ? html`<button type="button" class="button danger" @click=${() => close("remove")}>Remove</button>`
+            ? html`<button type="button" class="button danger" @click=${() => close("remove")}>${t("Remove")}</button>`
             : nothing
         }
-        <button type="button" class="button primary" @click=${() => close("set")}>Set</button>`,
+        <button type="button" class="button primary" @click=${() => close("set")}>${t("Set")}</button>`,
   });
   if (chosen)
     await monitor.breakpoints.set(tab, automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
@@ -126,7 +152,7 @@ const LONGEST_VALUE = 900; // characters that fit in an argument of the command 
 export async function askParameters(tab, parameters) {
   const values = {...lastValues.get(tab)};
   const agreed = await showDialog({
-    title: "Run with parameters",
+    title: t("Run with parameters"),
     content: (/** @type {import("../dialogs/dialog.js").Close<boolean>} */ close) =>
       html`<form
         id="parameters"
@@ -135,12 +161,12 @@ export async function askParameters(tab, parameters) {
           close(true);
         }}
       >
-        <p>Empty fields take their defaults.</p>
+        <p>${t("Empty fields take their defaults.")}</p>
         ${parameters.map((each, index) => parameterField(each, values, index === 0))}
       </form>`,
     footer: (close) =>
-      html`<button type="button" class="button" @click=${() => close()}>Cancel</button
-        ><button type="submit" form="parameters" class="button primary">Run</button>`,
+      html`<button type="button" class="button" @click=${() => close()}>${t("Cancel")}</button
+        ><button type="submit" form="parameters" class="button primary">${t("Run")}</button>`,
   });
   if (!agreed) return undefined;
   lastValues.set(tab, values);
@@ -160,7 +186,7 @@ function parameterField({name, type, default: usual, description}, values, first
             ${["", "True", "False"].map(
               (each) =>
                 html`<option value=${each} ?selected=${each === (values[name] ?? "")}>
-                  ${each || `default: ${usual}`}
+                  ${each || t("default: {usual}", {usual})}
                 </option>`,
             )}
           </select>`
@@ -183,13 +209,13 @@ function parameterField({name, type, default: usual, description}, values, first
 /** Show the data that a reload could not keep. @param {string[]} notKept */
 export function showNotKept(notKept) {
   return showDialog({
-    title: "Reloaded",
+    title: t("Reloaded"),
     content: () =>
-      html`<p>The component continues in the changed document. The following could not be kept:</p>
+      html`<p>${t("The component continues in the changed document. The following could not be kept:")}</p>
         <ul class="not-kept">
           ${notKept.map((each) => html`<li>${each}</li>`)}
         </ul>`,
     footer: (close) =>
-      html`<button type="button" class="button primary" autofocus @click=${() => close()}>Close</button>`,
+      html`<button type="button" class="button primary" autofocus @click=${() => close()}>${t("Close")}</button>`,
   });
 }

@@ -12,6 +12,7 @@ import {keyOf} from "../keys.js";
 import {messageOf, notifyError} from "../notices.js";
 import {resizer} from "../shell.js";
 import {browserStorage} from "../storage.js";
+import {t} from "../texts.js";
 import {Camera, cameraNames, titleOf} from "./cameras.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
@@ -71,15 +72,15 @@ export class RobotDock extends MonitorElement {
       return html`<button
         type="button"
         class="dock-chip"
-        title="Show the robot here (${keyOf("robotDock")})"
+        title=${t("Show the robot here ({key})", {key: keyOf("robotDock")})}
         @click=${() => this.fold(false)}
       >
-        ${icon("robot")}<span>See the robot</span>
+        ${icon("robot")}<span>${t("See the robot")}</span>
       </button>`;
     const shown = this.#shown;
-    return html`<section class="dock" aria-label="The robot">
+    return html`<section class="dock" aria-label=${t("The robot")}>
       ${resizer({
-        name: "Width of the robot's picture",
+        name: t("Width of the robot's picture"),
         variable: "--dock-width",
         along: "x",
         sign: -1,
@@ -87,7 +88,7 @@ export class RobotDock extends MonitorElement {
         largest: LARGEST.width,
       })}
       ${resizer({
-        name: "Height of the robot's picture",
+        name: t("Height of the robot's picture"),
         variable: "--dock-height",
         along: "y",
         sign: -1,
@@ -96,11 +97,11 @@ export class RobotDock extends MonitorElement {
       })}
       <div class="dock-head">
         <select
-          aria-label="Picture of the robot"
+          aria-label=${t("Picture of the robot")}
           .value=${shown}
           @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => this.#choose(target.value)}
         >
-          <option value=${IN_3D} ?selected=${shown === IN_3D}>In 3D</option>
+          <option value=${IN_3D} ?selected=${shown === IN_3D}>${t("In 3D")}</option>
           ${this.#cameras.map(
             (name) => html`<option value=${name} ?selected=${name === shown}>${titleOf(name)}</option>`,
           )}
@@ -108,8 +109,8 @@ export class RobotDock extends MonitorElement {
         <button
           type="button"
           class="action bare"
-          aria-label="Larger, in the panel"
-          title="Larger, in the panel"
+          aria-label=${t("Larger, in the panel")}
+          title=${t("Larger, in the panel")}
           @click=${() => this.context.app.showLive(shown === IN_3D ? "view" : "cameras")}
         >
           ${icon("expand")}
@@ -117,8 +118,8 @@ export class RobotDock extends MonitorElement {
         <button
           type="button"
           class="action bare dock-fold"
-          aria-label="Fold the robot's picture"
-          title="Fold"
+          aria-label=${t("Fold the robot's picture")}
+          title=${t("Fold")}
           @click=${() => this.fold(true)}
         >
           ${icon("minus")}
@@ -192,7 +193,9 @@ export class RobotDock extends MonitorElement {
       this.view = theView();
       for (const kind of ["moved", "impossible"]) this.view.addEventListener(kind, () => this.requestUpdate());
     } catch (error) {
-      notifyError(new Error(`The robot in 3D could not be loaded: ${messageOf(error)}`));
+      notifyError(
+        new Error(t("{file} could not be loaded: {reason}", {file: "robot-view.js", reason: messageOf(error)})),
+      );
     }
   }
 }

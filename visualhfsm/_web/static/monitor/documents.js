@@ -12,6 +12,7 @@ import {openPath} from "../files.js";
 import {notify} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
+import {decimal, t} from "../texts.js";
 import {monitor} from "./monitor.js";
 
 const DEPTH = 3; // levels of directories below the root that are searched
@@ -28,8 +29,11 @@ export async function openFollowed() {
   if (path) await openPath(path);
   else
     notify(
-      `No ${name} lies below ${store.greeting.root ?? "the root"}: ` +
-        `open the document of ${monitor.component} to see its states.`,
+      t("No {name} lies below {root}: open the document of {component} to see its states.", {
+        name,
+        root: store.greeting.root ?? t("the root"),
+        component: monitor.component,
+      }),
       "error",
     );
 }
@@ -38,7 +42,12 @@ export async function openFollowed() {
 export async function recordedDocument() {
   const name = monitor.structure?.document.replace(/^.*\//, "") ?? "";
   const path = name && (await find(name));
-  if (!path) notify(`No ${name || "document"} lies below ${store.greeting.root ?? "the root"}.`, "error");
+  const root = store.greeting.root ?? t("the root");
+  if (!path)
+    notify(
+      name ? t("No {name} lies below {root}.", {name, root}) : t("No document lies below {root}.", {root}),
+      "error",
+    );
   return path;
 }
 
@@ -71,12 +80,12 @@ export async function exportRun() {
   if (!done) return;
   const file = new Blob([done.text], {type: "text/html"});
   download(done.name, file);
-  notify(`${done.name} was exported: ${(file.size / 1e6).toFixed(1)} MB.`);
+  notify(t("{name} was exported: {megabytes} MB.", {name: done.name, megabytes: decimal(file.size / 1e6, 1)}));
 }
 
 /** Ask for a recording, and show it in the views of a running component. */
 export async function openRecording() {
-  const path = await chooseFile({title: "Open a recording", verb: "Open", kind: "recording"});
+  const path = await chooseFile({title: t("Open a recording"), verb: t("Open"), kind: "recording"});
   if (path) await play(path);
 }
 
@@ -87,12 +96,12 @@ export async function openRecording() {
  * @param {string} path
  */
 export function awaitRecording(tab, path) {
-  notify(`The run is recorded into ${path}.`);
+  notify(t("The run is recorded into {path}.", {path}));
   /** @param {CustomEvent<import("../protocol.js").RunPush>} event */
   const ended = ({detail}) => {
     if (detail.tab !== tab || detail.status !== "ended") return;
     store.removeEventListener("run", ended);
-    notify(`The run was recorded into ${path}.`, "info", {label: "Play it", run: () => play(path)});
+    notify(t("The run was recorded into {path}.", {path}), "info", {label: t("Play it"), run: () => play(path)});
   };
   store.addEventListener("run", ended);
 }
@@ -103,8 +112,8 @@ export async function play(path) {
   if (!found) return;
   await monitor.lookAtRecording(path, found);
   if (found.tab) page.show(found.tab);
-  else notify("The recording does not contain its document: its states cannot be drawn.");
-  if (!found.complete) notify("The recording is long: only its beginning was read.");
+  else notify(t("The recording does not contain its document: its states cannot be drawn."));
+  if (!found.complete) notify(t("The recording is long: only its beginning was read."));
 }
 
 /** Compare what a recording contains, which is shown, with the document of that name as it is now. @param {HfsmCanvas} canvas */

@@ -6,6 +6,7 @@
 
 import {html, nothing} from "lit";
 
+import {rich, t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor, ON_EVENT} from "./monitor.js";
 
@@ -32,40 +33,54 @@ class DryRun extends MonitorElement {
       }
     }
     return html`<div class="live-values dry-run">
-      <section role="group" aria-label="Time">
-        <h3>Time</h3>
+      <section role="group" aria-label=${t("Time")}>
+        <h3>${t("Time")}</h3>
         ${SPEEDS.map((each) =>
           this.#button(`${each} x`, () => monitor.steer("setSpeed", {speed: each}), {pressed: each === speed}),
         )}
       </section>
-      <section role="group" aria-label="Events">
-        <h3>Send an event</h3>
+      <section role="group" aria-label=${t("Events")}>
+        <h3>${t("Send an event")}</h3>
         ${events.map((name) =>
           this.#button(name, () => monitor.steer("sendEvent", {name, data: ""}), {awaited: awaited.has(name)}),
         )}
-        ${events.length || undeclared.size ? nothing : html`<p class="faint">No transition waits for an event.</p>`}
+        ${events.length || undeclared.size ? nothing : html`<p class="faint">${t("No transition waits for an event.")}</p>`}
         ${undeclared.size ? this.#undeclared([...undeclared]) : nothing}
       </section>
-      <section role="group" aria-label="Transitions">
-        <h3>Let a transition fire</h3>
+      <section role="group" aria-label=${t("Transitions")}>
+        <h3>${t("Let a transition fire")}</h3>
         ${next.map(([automaton, {id, name, destination, condition}]) =>
           this.#button(
-            name || `to ${monitor.stateName(automaton, destination)}`,
+            name || t("to {name}", {name: monitor.stateName(automaton, destination)}),
             () => monitor.steer("forceTransition", {automaton, transition: id}),
             {title: condition},
           ),
         )}
-        ${next.length ? nothing : html`<p class="faint">None leaves the current states.</p>`}
+        ${next.length ? nothing : html`<p class="faint">${t("None leaves the current states.")}</p>`}
       </section>
     </div>`;
   }
 
   /** Say how events that nobody may send from here become ones that may. @param {string[]} names */
   #undeclared(names) {
-    const them = names.length > 1 ? "them" : "it";
+    const where = {
+      names: names.join(", "),
+      data: html`<em>${t("Data")}</em>`,
+      component: html`<em>${t("Component")}</em>`,
+      events: html`<em>${t("Events")}</em>`,
+    };
     return html`<p class="faint">
-      Only the behavior's own code may send ${names.join(", ")}: declare ${them} in <em>Data</em>, <em>Component</em>,
-      <em>Events</em> and reload, to send ${them} from here.
+      ${
+        names.length > 1
+          ? rich(
+              "Only the behavior's own code may send {names}: declare them in {data}, {component}, {events} and reload, to send them from here.",
+              where,
+            )
+          : rich(
+              "Only the behavior's own code may send {names}: declare it in {data}, {component}, {events} and reload, to send it from here.",
+              where,
+            )
+      }
     </p>`;
   }
 
@@ -74,7 +89,7 @@ class DryRun extends MonitorElement {
    * @param {() => unknown} act
    * @param {{pressed?: boolean, awaited?: boolean, title?: string}} options
    */
-  #button(text, act, {pressed, awaited, title = awaited ? "A current state waits for it" : ""}) {
+  #button(text, act, {pressed, awaited, title = awaited ? t("A current state waits for it") : ""}) {
     return html`<button
       type="button"
       class="button ${awaited ? "primary" : ""}"

@@ -5,6 +5,7 @@
  */
 
 import {PageElement} from "../element.js";
+import {decimal, language, t} from "../texts.js";
 import {monitor} from "./monitor.js";
 
 /**
@@ -55,15 +56,17 @@ export class MonitorElement extends PageElement {
 export function spokenSeconds(seconds) {
   if (!Number.isFinite(seconds)) return "–";
   const minutes = Math.floor(seconds / 60);
-  const rest = `${(seconds - minutes * 60).toFixed(1)} s`;
+  const rest = `${decimal(seconds - minutes * 60, 1)} s`;
   return minutes ? `${minutes} min ${rest}` : rest;
 }
 
 /** Why nothing is known of the robot's joints. */
 export function whyUnknown() {
   const {trouble = ""} = monitor.newest?.robot ?? {};
-  return trouble ? `The robot's joints cannot be read: ${trouble}` : "No robot reports its joints in this realm.";
+  return trouble
+    ? t("The robot's joints cannot be read: {trouble}", {trouble})
+    : t("No robot reports its joints in this realm.");
 }
 
 /** A time of the wall's clock. @param {number} seconds since 1970 */
-export const clockTime = (seconds) => new Date(seconds * 1000).toLocaleTimeString();
+export const clockTime = (seconds) => new Date(seconds * 1000).toLocaleTimeString(language);

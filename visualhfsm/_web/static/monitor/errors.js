@@ -2,6 +2,8 @@
 
 import {html, nothing} from "lit";
 
+import {SEVERITIES} from "../problems.js";
+import {n, t} from "../texts.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {show} from "./failing-code.js";
 import {monitor} from "./monitor.js";
@@ -10,20 +12,23 @@ class LiveErrors extends MonitorElement {
   render() {
     const errors = monitor.snapshot?.component.errors ?? [];
     const health = monitor.snapshot?.robot.health?.events ?? [];
-    if (!errors.length && !health.length) return html`<p class="empty">No errors of the component or the robot.</p>`;
+    if (!errors.length && !health.length)
+      return html`<p class="empty">${t("No errors of the component or the robot.")}</p>`;
     return html`<div class="live-values">
       ${
         errors.length
-          ? html`<h3>Component</h3>
-              <ul class="rows" aria-label="Errors of the component">
+          ? html`<h3>${t("Component")}</h3>
+              <ul class="rows" aria-label=${t("Errors of the component")}>
                 ${grouped(errors).map(
                   ([each, count]) =>
                     html`<li>
                       <button type="button" class="row" @click=${() => show(each)}>
-                        <span class="severity-sign error" role="img" aria-label="error"></span
+                        <span class="severity-sign error" role="img" aria-label=${t("error")}></span
                         ><span class="message"
                           >${each.message}${
-                            count > 1 ? html` <span class="faint">${count} times</span>` : nothing
+                            count > 1
+                              ? html` <span class="faint">${n("{count} time", "{count} times", count)}</span>`
+                              : nothing
                           }</span
                         >
                         <span class="where"
@@ -39,8 +44,8 @@ class LiveErrors extends MonitorElement {
       }
       ${
         health.length
-          ? html`<h3>Robot</h3>
-              <ul class="rows" aria-label="Events of the robot">
+          ? html`<h3>${t("Robot")}</h3>
+              <ul class="rows" aria-label=${t("Events of the robot")}>
                 ${health
                   .toReversed()
                   .map(
@@ -49,7 +54,7 @@ class LiveErrors extends MonitorElement {
                         <span
                           class="severity-sign ${["note", "warning", "error"][each.level]}"
                           role="img"
-                          aria-label=${["note", "warning", "error"][each.level]}
+                          aria-label=${SEVERITIES[["note", "warning", "error"][each.level]]}
                         ></span
                         ><span class="message">${each.message}</span
                         ><span class="where">${each.source}, ${spokenSeconds(each.time)}</span>

@@ -11,6 +11,7 @@
 import {ArrowHelper, Color, Plane, Raycaster, Vector2, Vector3} from "three";
 
 import {messageOf} from "../notices.js";
+import {t} from "../texts.js";
 import {WorldDrawing} from "./world-drawing.js";
 
 const UP = new Vector3(0, 0, 1);
@@ -143,7 +144,7 @@ export class Grabbing {
       }
     }
     held.offset.copy(force);
-    this.handlers.report(`Release to push with ${Math.round(force.length())} N; Escape cancels.`);
+    this.handlers.report(t("Release to push with {newtons} N; Escape cancels.", {newtons: Math.round(force.length())}));
     drawing.redraw();
   }
 

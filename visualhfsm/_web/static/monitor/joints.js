@@ -2,6 +2,7 @@
 
 import {html, nothing} from "lit";
 
+import {decimal, t} from "../texts.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {monitor} from "./monitor.js";
 import {spokenAngle, spokenPlace} from "./values.js";
@@ -16,13 +17,13 @@ class Joints extends MonitorElement {
       ${health ? this.#health(health) : nothing}
       ${
         names.length
-          ? html`<table class="joints" aria-label="Joints">
+          ? html`<table class="joints" aria-label=${t("Joints")}>
               <tbody>
                 ${names.map((name) => this.#row(name, joints[name], sliding.includes(name) ? spokenPlace : spokenAngle))}
               </tbody>
             </table>`
           : html`<p class="empty">
-              ${monitor.recording ? "This recording does not contain the joints." : whyUnknown()}
+              ${monitor.recording ? t("This recording does not contain the joints.") : whyUnknown()}
             </p>`
       }
     </div>`;
@@ -45,7 +46,7 @@ class Joints extends MonitorElement {
                 viewBox="0 0 200 12"
                 preserveAspectRatio="none"
                 role="img"
-                aria-label="between ${spoken(lower)} and ${spoken(upper)}"
+                aria-label=${t("between {lower} and {upper}", {lower: spoken(lower), upper: spoken(upper)})}
               >
                 <rect class="track" y="4.500" width="200" height="3" rx="1.500"></rect>
                 <rect
@@ -58,7 +59,7 @@ class Joints extends MonitorElement {
               </svg>`
         }
       </td>
-      <td class="number ${near ? "near" : ""}" title=${near ? "near its limit" : ""}>${spoken(value)}</td>
+      <td class="number ${near ? "near" : ""}" title=${near ? t("near its limit") : ""}>${spoken(value)}</td>
     </tr>`;
   }
 
@@ -66,14 +67,14 @@ class Joints extends MonitorElement {
   #health({realTimeFactor, lag, torsoTilt, fallen, cameraRates, limitedCommands, velocityTimeouts}) {
     const rates = Object.entries(cameraRates ?? {}).filter(([, rate]) => rate > 0); // cameras that are in use
     const facts = [
-      ["Real time factor", realTimeFactor.toFixed(2)],
-      ["Lag", `${(lag * 1000).toFixed(0)} ms`],
-      ["Tilt of the torso", spokenAngle(torsoTilt)],
-      ["Commands limited", limitedCommands],
-      ["Velocities timed out", velocityTimeouts],
-      ...rates.map(([name, rate]) => [name, `${rate.toFixed(0)} images/s`]),
+      [t("Real time factor"), decimal(realTimeFactor, 2)],
+      [t("Lag"), `${(lag * 1000).toFixed(0)} ms`],
+      [t("Tilt of the torso"), spokenAngle(torsoTilt)],
+      [t("Commands limited"), limitedCommands],
+      [t("Velocities timed out"), velocityTimeouts],
+      ...rates.map(([name, rate]) => [name, t("{rate} images/s", {rate: rate.toFixed(0)})]),
     ];
-    return html`${fallen ? html`<p class="fallen" role="alert">The robot has fallen.</p>` : nothing}
+    return html`${fallen ? html`<p class="fallen" role="alert">${t("The robot has fallen.")}</p>` : nothing}
       <dl class="health">
         ${facts.map(
           ([name, value]) =>

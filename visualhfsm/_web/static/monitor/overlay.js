@@ -8,6 +8,7 @@
 
 import {page} from "../page.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {monitor, ON_TIME} from "./monitor.js";
 
 /** Opacity of the states that were left last, the latest first. */
@@ -43,7 +44,13 @@ function liveOf(id, {component}) {
     }
     const hanging = hangsFor > 0;
     const late = !ghost && !hanging && !finished && monitor.isLate(id);
-    const note = finished ? "finished" : hanging ? "its code does not end" : late ? "its cycles take too long" : "";
+    const note = finished
+      ? t("finished")
+      : hanging
+        ? t("its code does not end")
+        : late
+          ? t("its cycles take too long")
+          : "";
     put(`s${state}`, {status: ghost ? "ghost" : "active", finished, hanging, late, note});
     if (newest?.transition) {
       const age = component.time - newest.time;

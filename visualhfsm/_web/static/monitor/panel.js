@@ -12,6 +12,7 @@ import {tabStrip} from "../panels/tabs.js";
 import {required} from "../required.js";
 import {browserStorage} from "../storage.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
@@ -21,14 +22,14 @@ import {monitor} from "./monitor.js";
  * @type {{id: string, label: string, tag: string, module: string, robot?: boolean}[]}
  */
 const TABS = [
-  {id: "dryRun", label: "Try it", tag: "hfsm-dry-run", module: "./dry-run.js"},
-  {id: "variables", label: "Variables", tag: "hfsm-live-variables", module: "./variables.js"},
-  {id: "plots", label: "Plots", tag: "hfsm-plots", module: "./plots.js"},
-  {id: "cameras", label: "Cameras", tag: "hfsm-cameras", module: "./cameras.js", robot: true},
-  {id: "robot", label: "Joints", tag: "hfsm-joints", module: "./joints.js"},
+  {id: "dryRun", label: t("Try it"), tag: "hfsm-dry-run", module: "./dry-run.js"},
+  {id: "variables", label: t("Variables"), tag: "hfsm-live-variables", module: "./variables.js"},
+  {id: "plots", label: t("Plots"), tag: "hfsm-plots", module: "./plots.js"},
+  {id: "cameras", label: t("Cameras"), tag: "hfsm-cameras", module: "./cameras.js", robot: true},
+  {id: "robot", label: t("Joints"), tag: "hfsm-joints", module: "./joints.js"},
   {id: "view", label: "3D", tag: "hfsm-robot-view", module: "./robot-view.js", robot: true},
-  {id: "cycles", label: "Cycles", tag: "hfsm-cycles", module: "./cycles.js"},
-  {id: "errors", label: "Errors", tag: "hfsm-live-errors", module: "./errors.js"},
+  {id: "cycles", label: t("Cycles"), tag: "hfsm-cycles", module: "./cycles.js"},
+  {id: "errors", label: t("Errors"), tag: "hfsm-live-errors", module: "./errors.js"},
 ];
 
 const SIGNS_SHOWN = "visualhfsm.signsShown";
@@ -40,27 +41,27 @@ const circle = (kind) =>
   svg`<g class="state ${kind}" transform="translate(15,12)">
     <circle class="glow" r="10.5"></circle><circle class="body" r="8"></circle></g>`;
 const SIGNS = [
-  ["current", circle("active")],
-  ["ghost: kept while its state above is not current", circle("ghost")],
-  ["just left", circle("trail")],
+  [t("current"), circle("active")],
+  [t("ghost: kept while its state above is not current"), circle("ghost")],
+  [t("just left"), circle("trail")],
   [
-    "finished",
+    t("finished"),
     svg`<g class="state active finished" transform="translate(15,12)">
       <circle class="body" r="8"></circle><path class="finished-sign" d="M-3.500 0L-1 2.500L3.500-2.500"></path></g>`,
   ],
-  ["hanging: its code does not end", circle("active hanging")],
+  [t("hanging: its code does not end"), circle("active hanging")],
   [
-    "fired last",
+    t("fired last"),
     svg`<g class="transition fired">
       <path class="glow" d="M2 14Q15 2 28 14"></path><path class="line" d="M2 14Q15 2 28 14"></path></g>`,
   ],
   [
-    "remaining time",
+    t("remaining time"),
     svg`<g class="transition waiting"><g transform="translate(15,12)">
       <circle class="knob" r="7"></circle>
       <circle class="timer" r="9" pathLength="1" stroke-dasharray="0.65 1"></circle></g></g>`,
   ],
-  ["breakpoint", svg`<circle class="legend-break" cx="15" cy="12" r="5.5"></circle>`],
+  [t("breakpoint"), svg`<circle class="legend-break" cx="15" cy="12" r="5.5"></circle>`],
 ];
 
 /** The signs; the browser remembers whether they are explained. */
@@ -71,7 +72,7 @@ const liveLegend = () =>
     @toggle=${(/** @type {From<HTMLDetailsElement>} */ {currentTarget}) =>
       browserStorage.setItem(SIGNS_SHOWN, currentTarget.open ? "yes" : "no")}
   >
-    <summary>Signs on the canvas</summary>
+    <summary>${t("Signs on the canvas")}</summary>
     <ul>
       ${SIGNS.map(
         ([words, sign]) =>
@@ -120,15 +121,16 @@ export class MonitorPanel extends MonitorElement {
 
   render() {
     const tabs = this.#tabs.map(({id, label}) => ({id, label, filled: id === "errors" && hasErrors()}));
-    const hint = html`Nothing is followed. Press F5 to run this component, or ${keyOf("attach")} to follow a running
-    one.`;
+    const hint = t("Nothing is followed. Press F5 to run this component, or {key} to follow a running one.", {
+      key: keyOf("attach"),
+    });
     if (!tabs.length)
       return html`<div class="empty">
         <p>${hint}</p>
       </div>`;
     const shown = this.#shown;
     return html`<div class="monitor-panel">
-      ${tabStrip({label: "Live values", tabs, chosen: shown, choose: (id) => this.choose(id), prefix: "live"})}
+      ${tabStrip({label: t("Live values"), tabs, chosen: shown, choose: (id) => this.choose(id), prefix: "live"})}
       <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${shown}"></div>
       ${monitor.component ? liveLegend() : html`<p class="live-legend">${hint}</p>`}
     </div>`;
@@ -163,7 +165,7 @@ export class MonitorPanel extends MonitorElement {
     try {
       loaded = await import(module);
     } catch (error) {
-      notifyError(new Error(`${module} could not be loaded: ${messageOf(error)}`));
+      notifyError(new Error(t("{file} could not be loaded: {reason}", {file: module, reason: messageOf(error)})));
       return;
     }
     if (!this.elements.has(id)) this.elements.set(id, loaded.theView?.() ?? document.createElement(tag));

@@ -8,6 +8,7 @@
 import {html, nothing} from "lit";
 
 import {icon, iconButton} from "../icons.js";
+import {t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 import {Plot} from "./plot.js";
@@ -18,14 +19,14 @@ const MOST_NAMES = 1000; // names to choose from; the server keeps no more
 
 /** Labels of numbers that belong to no automaton, by the prefix of their names. @type {Record<string, string>} */
 const GROUPS = {
-  joint: "Joints (rad; m if they slide)",
-  self: "Parameters",
-  robot: "Robot",
-  images: "Images a second",
-  mark: "Marks (pixels)",
+  joint: t("Joints (rad; m if they slide)"),
+  self: t("Parameters"),
+  robot: t("Robot"),
+  images: t("Images a second"),
+  mark: t("Marks (pixels)"),
 };
 /** The measurements of each automaton. @type {Record<string, string>} */
-const MEASURED = {lastCycle: "cycle (s)", overruns: "overruns"};
+const MEASURED = {lastCycle: t("cycle (s)"), overruns: t("overruns")};
 
 class Plots extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
@@ -55,12 +56,12 @@ class Plots extends MonitorElement {
     if (!this.plots.length && this.names.size) this.#add(this.#suggestion());
     return html`<div class="plots">
       <div class="list-tools">
-        <button type="button" class="tool" @click=${() => this.#add([])}>${icon("add")}Add a plot</button
+        <button type="button" class="tool" @click=${() => this.#add([])}>${icon("add")}${t("Add a plot")}</button
         ><span class="room"></span>
         <label
-          >Window
+          >${t("Window")}
           <select
-            aria-label="Window"
+            aria-label=${t("Window")}
             @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => this.#resize(Number(target.value))}
           >
             ${[10, 30, 60, 300, 1800].map(
@@ -74,9 +75,9 @@ class Plots extends MonitorElement {
       </div>
       ${this.plots.map(
         (plot, index) =>
-          html`<section class="plot" aria-label="Plot ${index + 1}">
+          html`<section class="plot" aria-label=${t("Plot {number}", {number: index + 1})}>
             <div class="plot-head">
-              <ul aria-label="Numbers of the plot">
+              <ul aria-label=${t("Numbers of the plot")}>
                 ${plot.names.map(
                   (name, line) =>
                     html`<li>
@@ -84,13 +85,13 @@ class Plots extends MonitorElement {
                       ><span>${this.#titleOf(name)}</span><output class="number" data-name=${name}></output>
                       ${iconButton(
                         "close",
-                        `Remove ${this.#titleOf(name)}`,
+                        t("Remove {entry}", {entry: this.#titleOf(name)}),
                         () =>
                           this.#choose(
                             plot,
                             plot.names.filter((each) => each !== name),
                           ),
-                        {title: "Remove"},
+                        {title: t("Remove")},
                       )}
                     </li>`,
                 )}
@@ -99,13 +100,13 @@ class Plots extends MonitorElement {
                 plot.names.length < MOST_LINES
                   ? html`<select
                       class="pick"
-                      aria-label="Add a number to plot ${index + 1}"
+                      aria-label=${t("Add a number to plot {number}", {number: index + 1})}
                       @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => {
                         if (target.value) this.#choose(plot, [...plot.names, target.value]);
                         target.value = "";
                       }}
                     >
-                      <option value="">Add…</option>
+                      <option value="">${t("Add…")}</option>
                       ${this.#groups().map(
                         ([title, names]) =>
                           html`<optgroup label=${title}>
@@ -117,12 +118,12 @@ class Plots extends MonitorElement {
                     </select>`
                   : nothing
               }
-              ${iconButton("delete", `Remove plot ${index + 1}`, () => this.#remove(plot), {title: "Remove the plot"})}
+              ${iconButton("delete", t("Remove plot {number}", {number: index + 1}), () => this.#remove(plot), {title: t("Remove the plot")})}
             </div>
             ${plot.element}
           </section>`,
       )}
-      ${this.plots.length ? nothing : html`<p class="empty">There are no numbers to plot yet.</p>`}
+      ${this.plots.length ? nothing : html`<p class="empty">${t("There are no numbers to plot yet.")}</p>`}
     </div>`;
   }
 
@@ -206,8 +207,8 @@ class Plots extends MonitorElement {
     const groups = new Map();
     for (const name of [...this.names].sort()) {
       const title = /^\d+[.:]/.test(name)
-        ? (monitor.automaton(Number.parseInt(name, 10))?.name ?? "Automaton")
-        : (GROUPS[name.split(".")[0]] ?? "Other");
+        ? (monitor.automaton(Number.parseInt(name, 10))?.name ?? t("Automaton"))
+        : (GROUPS[name.split(".")[0]] ?? t("Other"));
       groups.set(title, [...(groups.get(title) ?? []), name]);
     }
     return [...groups];

@@ -5,6 +5,7 @@ import {confirm} from "../dialogs/dialog.js";
 import {notify} from "../notices.js";
 import {browserStorage} from "../storage.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {play} from "./documents.js";
 import {monitor} from "./monitor.js";
 
@@ -39,7 +40,7 @@ function awaitEnd(path) {
     if (goesOn) begun = true;
     if (goesOn || !begun) return;
     store.removeEventListener("workspace", look);
-    notify(`The recording is ${path}.`, "info", {label: "Play it", run: () => play(path)});
+    notify(t("The recording is {path}.", {path}), "info", {label: t("Play it"), run: () => play(path)});
   };
   store.addEventListener("workspace", look);
   look();
@@ -50,9 +51,11 @@ export async function chooseRate() {
   const now = pictureRate();
   const rates = [...RATES.filter((each) => each !== now), now]; // the last one has the focus
   const rate = await confirm({
-    title: "Pictures in recordings",
-    text: `Per camera and second; currently ${now || "none"}. A picture takes about 10 kB.`,
-    choices: rates.map((each) => [String(each), each ? String(each) : "None", each === now ? "primary" : ""]),
+    title: t("Pictures in recordings"),
+    text: now
+      ? t("Per camera and second; currently {rate}. A picture takes about 10 kB.", {rate: now})
+      : t("Per camera and second; currently none. A picture takes about 10 kB."),
+    choices: rates.map((each) => [String(each), each ? String(each) : t("None"), each === now ? "primary" : ""]),
   });
   if (rate !== undefined) browserStorage.setItem(RATE, rate);
 }

@@ -12,6 +12,7 @@
 
 import {AmbientLight, Color, DirectionalLight, HemisphereLight, Scene, Vector3, WebGLRenderer} from "three";
 
+import {t} from "../texts.js";
 import {Blobs} from "./blobs.js";
 import {Body} from "./body.js";
 import {Pace} from "./pace.js";
@@ -36,7 +37,7 @@ export class RobotDrawing {
     this.scene = new Scene();
     const canvas = this.renderer.domElement;
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", "The robot in 3D");
+    canvas.setAttribute("aria-label", t("The robot in 3D"));
     canvas.tabIndex = 0;
     this.viewpoints = new Viewpoints(canvas, () => this.redraw());
     this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.2), new AmbientLight(0xffffff, 0.25));

@@ -9,6 +9,7 @@ import {html, nothing} from "lit";
 import {messageOf, notify} from "../notices.js";
 import {required} from "../required.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {bodyOf} from "./bodies.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
@@ -22,11 +23,11 @@ const NOTHING = [];
 
 /** @type {{id: import("./viewpoints.js").View, label: string, title: string}[]} */
 const VIEWS = [
-  {id: "home", label: "Home", title: "The robot, as large as possible; resets the view"},
-  {id: "around", label: "Around", title: "The robot and what is near it"},
-  {id: "top", label: "Top", title: "From above"},
-  {id: "follow", label: "Behind", title: "From behind the robot, wherever it walks"},
-  {id: "head", label: "Head", title: "As the robot's first camera sees it"},
+  {id: "home", label: t("Home"), title: t("The robot, as large as possible; resets the view")},
+  {id: "around", label: t("Around"), title: t("The robot and what is near it")},
+  {id: "top", label: t("Top"), title: t("From above")},
+  {id: "follow", label: t("Behind"), title: t("From behind the robot, wherever it walks")},
+  {id: "head", label: t("Head"), title: t("As the robot's first camera sees it")},
 ];
 
 export class RobotView extends MonitorElement {
@@ -83,7 +84,7 @@ export class RobotView extends MonitorElement {
   render() {
     const {problem} = this;
     return html`<div class="robot-view ${problem && monitor.looking ? "unknown" : ""}">
-      <div class="view-tools" role="toolbar" aria-label="View">
+      <div class="view-tools" role="toolbar" aria-label=${t("View")}>
         ${VIEWS.filter(({id}) => this.sees || id !== "head").map(
           ({id, label, title}) =>
             html`<button type="button" title=${title} @click=${() => this.drawing?.look(id)}>${label}</button>`,
@@ -93,20 +94,20 @@ export class RobotView extends MonitorElement {
             ? html`<button
                   type="button"
                   class="push"
-                  title="Drag the robot to push it"
+                  title=${t("Drag the robot to push it")}
                   aria-pressed=${this.pushes}
                   @click=${() => (this.pushes = !this.pushes)}
                 >
-                  Push
+                  ${t("Push")}
                 </button>
                 <button
                   type="button"
                   class="say"
-                  title="Say something to the robot, which programs for NAOqi recognize"
+                  title=${t("Say something to the robot, which programs for NAOqi recognize")}
                   aria-pressed=${this.says}
                   @click=${() => (this.says = !this.says)}
                 >
-                  Say
+                  ${t("Say")}
                 </button>`
             : nothing
         }
@@ -127,10 +128,10 @@ export class RobotView extends MonitorElement {
         maxlength="500"
         required
         autocomplete="off"
-        placeholder="Say something to the robot"
-        aria-label="Say something to the robot"
+        placeholder=${t("Say something to the robot")}
+        aria-label=${t("Say something to the robot")}
       />
-      <button type="submit">Say it</button>
+      <button type="submit">${t("Say it")}</button>
     </form>`;
   }
 
@@ -141,7 +142,7 @@ export class RobotView extends MonitorElement {
     const text = String(new FormData(form).get("text"));
     try {
       const understood = await monitor.control("sayToRobot", {text});
-      this.message = understood ? `It understood: ${understood}` : "No program recognized that.";
+      this.message = understood ? t("It understood: {words}", {words: understood}) : t("No program recognized that.");
       form.reset();
     } catch (error) {
       this.message = messageOf(error);
@@ -150,10 +151,11 @@ export class RobotView extends MonitorElement {
 
   #hint() {
     if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
-      return "It has fallen. A real robot reports how far it is tilted, but not to which side.";
-    if (this.pushes) return "Drag the robot to push it, a ball to carry it.";
-    const turning = "Drag to turn, with Shift to move, use the wheel to zoom.";
-    return this.simulated && !monitor.looking ? `${turning} Drag a ball to carry it.` : turning;
+      return t("It has fallen. A real robot reports how far it is tilted, but not to which side.");
+    if (this.pushes) return t("Drag the robot to push it, a ball to carry it.");
+    return this.simulated && !monitor.looking
+      ? t("Drag to turn, with Shift to move, use the wheel to zoom. Drag a ball to carry it.")
+      : t("Drag to turn, with Shift to move, use the wheel to zoom.");
   }
 
   /** @param {import("lit").PropertyValues} changed */
@@ -189,7 +191,7 @@ export class RobotView extends MonitorElement {
     try {
       this.drawing = new RobotDrawing(required(stage, "place for it"));
     } catch {
-      this.problem = "This browser cannot draw in 3D: WebGL is switched off or missing. The cameras show the robot.";
+      this.problem = t("This browser cannot draw in 3D: WebGL is switched off or missing. The cameras show the robot.");
       this.frames = {close() {}};
       this.impossible = true;
       this.dispatchEvent(new Event("impossible"));
@@ -214,7 +216,7 @@ export class RobotView extends MonitorElement {
         } else if (content.world) this.#learn(content.world);
         else await this.#showNow(content);
       },
-      lost: (reason) => (this.problem = reason || "The editor is offline."),
+      lost: (reason) => (this.problem = reason || t("The editor is offline.")),
     });
   }
 
@@ -269,8 +271,8 @@ export class RobotView extends MonitorElement {
     if (!moment || !this.drawing?.body) return;
     const known = this.drawing.pose(moment);
     const why = monitor.recording
-      ? "This recording does not contain the robot's joints."
-      : "The joints at that time are unknown.";
+      ? t("This recording does not contain the robot's joints.")
+      : t("The joints at that time are unknown.");
     this.problem = known ? undefined : why;
   }
 }
@@ -279,7 +281,7 @@ export class RobotView extends MonitorElement {
 async function letRest(name) {
   if (!store.robot.simulation.balls || !name.startsWith("Ball")) return;
   await store.request("moveBalls", {moving: false});
-  notify("The balls are at rest now: the menu of the robot starts them again.");
+  notify(t("The balls are at rest now: the menu of the robot starts them again."));
 }
 
 customElements.define("hfsm-robot-view", RobotView);

@@ -5,6 +5,8 @@
  * @import {ComponentStructure, JointLimits, RobotFacts as Facts, TransitionStructure} from "../protocol.js"
  */
 
+import {t} from "../texts.js";
+
 const FACTS_AGAIN = 2000; // ms after which missing facts are requested again
 
 /** The constants of a robot: the limits of its joints, and its cameras. */
@@ -65,7 +67,7 @@ export class Structure {
 
   /** The name of a state. @param {number} automaton @param {number} id */
   stateName(automaton, id) {
-    return this.automaton(automaton)?.states.find((each) => each.id === id)?.name ?? `state ${id}`;
+    return this.automaton(automaton)?.states.find((each) => each.id === id)?.name ?? t("state {id}", {id});
   }
 
   /** Whether the element of a breakpoint exists. @param {Breakpoint} breakpoint */

@@ -13,6 +13,7 @@ import {iconButton} from "../icons.js";
 import {keyOf} from "../keys.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
+import {t} from "../texts.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {drawLanes} from "./lanes.js";
 import {monitor} from "./monitor.js";
@@ -57,7 +58,7 @@ class Timeline extends MonitorElement {
   render() {
     if (!monitor.component)
       return html`<p class="empty">
-        Nothing is followed. Press F5 to run this component, or ${keyOf("attach")} to follow a running one.
+        ${t("Nothing is followed. Press F5 to run this component, or {key} to follow a running one.", {key: keyOf("attach")})}
       </p>`;
     const lanes = this.#lanes();
     const height = lanes.length * (LANE + GAP) + AXIS;
@@ -65,14 +66,14 @@ class Timeline extends MonitorElement {
     const {time} = scrubbing;
     const live = !monitor.looking;
     return html`<div class="timeline ${this.compact ? "compact" : ""}">
-      <div class="timeline-tools" role="group" aria-label="Playback">
+      <div class="timeline-tools" role="group" aria-label=${t("Playback")}>
         ${iconButton(
           scrubbing.plays ? "pause" : "run",
-          scrubbing.plays ? "Pause the playback" : "Play from here",
+          scrubbing.plays ? t("Pause the playback") : t("Play from here"),
           () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
         )}
-        ${iconButton("previous", "Previous change", () => scrubbing.toChange(-1))}
-        ${iconButton("next", "Next change", () => scrubbing.toChange(1))}
+        ${iconButton("previous", t("Previous change"), () => scrubbing.toChange(-1))}
+        ${iconButton("next", t("Next change"), () => scrubbing.toChange(1))}
         ${
           monitor.recording
             ? nothing
@@ -80,18 +81,18 @@ class Timeline extends MonitorElement {
                 type="button"
                 class="now ${live ? "live" : ""}"
                 aria-pressed=${live}
-                title="Back to live (${keyOf("backToLive")})"
+                title=${t("Back to live ({key})", {key: keyOf("backToLive")})}
                 @click=${() => scrubbing.to(Infinity)}
               >
-                Now
+                ${t("Now")}
               </button>`
         }
         ${
           this.compact
             ? nothing
             : html`<label
-                ><span class="faint">Speed</span>
-                <select aria-label="Speed" @change=${this.#setSpeed}>
+                ><span class="faint">${t("Speed")}</span>
+                <select aria-label=${t("Speed")} @change=${this.#setSpeed}>
                   ${[0.25, 0.5, 1, 2, 5, 10].map(
                     (each) => html`<option value=${each} ?selected=${each === scrubbing.speed}>${each}×</option>`,
                   )}
@@ -107,16 +108,21 @@ class Timeline extends MonitorElement {
                   .checked=${this.whole}
                   @change=${(/** @type {From<HTMLInputElement>} */ {target}) => (this.whole = target.checked)}
                 />
-                All</label
+                ${t("All")}</label
               >`
         }
       </div>
       <div class="lanes-area">
-        <ul class="lane-names" aria-label="Automata">
+        <ul class="lane-names" aria-label=${t("Automata")}>
           ${lanes.map(
             ({id, name, drawn}) =>
               html`<li>
-                <button type="button" ?disabled=${!drawn} title="Show ${name}" @click=${() => page.open(id)}>
+                <button
+                  type="button"
+                  ?disabled=${!drawn}
+                  title=${t("Show {name}", {name})}
+                  @click=${() => page.open(id)}
+                >
                   ${name}
                 </button>
               </li>`,
@@ -126,11 +132,11 @@ class Timeline extends MonitorElement {
           class="lanes"
           role="slider"
           tabindex="0"
-          aria-label="Moment of the run"
+          aria-label=${t("Moment of the run")}
           aria-valuemin=${round(start)}
           aria-valuemax=${round(end)}
           aria-valuenow=${round(time)}
-          aria-valuetext="${live ? "now, " : ""}${spokenSeconds(time)}"
+          aria-valuetext=${live ? t("now, {time}", {time: spokenSeconds(time)}) : spokenSeconds(time)}
           @pointerdown=${this.#down}
           @pointermove=${this.#move}
           @pointerup=${this.#up}
@@ -206,7 +212,7 @@ class Timeline extends MonitorElement {
     const {changes} = monitor.past;
     const {time} = scrubbing;
     const shown = changes.slice(-LISTED).reverse();
-    return html`<ol class="change-list" aria-label="Changes, the latest first" tabindex="0">
+    return html`<ol class="change-list" aria-label=${t("Changes, the latest first")} tabindex="0">
       ${shown.map((change) => {
         const {automaton, origin, destination, transition} = change;
         const by = transition && monitor.transition(automaton, transition)?.name;
@@ -218,7 +224,7 @@ class Timeline extends MonitorElement {
               >${
                 origin ? `${monitor.stateName(automaton, origin)} → ` : ""
               }${monitor.stateName(automaton, destination)}</span
-            >${by ? html`<span class="faint">by ${by}</span>` : nothing}
+            >${by ? html`<span class="faint">${t("by {by}", {by})}</span>` : nothing}
           </button>
         </li>`;
       })}

@@ -4,6 +4,7 @@ import {html} from "lit";
 
 import {keyOf} from "../keys.js";
 import {required} from "../required.js";
+import {n, t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
@@ -13,14 +14,14 @@ export class MonitorToolbar extends MonitorElement {
 
   render() {
     const {running} = monitor;
-    const words = running.length ? `${running.length} running` : "Nothing runs";
+    const words = running.length ? n("{count} running", "{count} running", running.length) : t("Nothing runs");
     return html`<button
       type="button"
       class="running-now ${running.length ? "some" : ""}"
       aria-label=${words}
       aria-haspopup="menu"
       aria-expanded="false"
-      title="Components that run in the realm (${keyOf("attach")})"
+      title=${t("Components that run in the realm ({key})", {key: keyOf("attach")})}
       @click=${() => this.open()}
     >
       <span class="pulse" aria-hidden="true"></span><span class="word">${words}</span
@@ -34,11 +35,11 @@ export class MonitorToolbar extends MonitorElement {
     const {running} = monitor;
     const components = running.map((name) => {
       const isFollowed = name === monitor.component;
-      const label = isFollowed ? `${name} (followed)` : name;
+      const label = isFollowed ? t("{name} (followed)", {name}) : name;
       return {id: name, label, icon: isFollowed ? "properties" : "link", run: () => this.#follow(name)};
     });
     const more = monitor.component ? ["openRecording", "detach"] : ["openRecording"];
-    const title = running.length ? "Running now" : "No component runs in this realm";
+    const title = running.length ? t("Running now") : t("No component runs in this realm");
     const groups = running.length ? [components, more] : [more];
     dropMenu(required(this.querySelector("button"), "button"), {groups, title}, this.context);
   }

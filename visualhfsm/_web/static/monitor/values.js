@@ -1,5 +1,7 @@
 /** Values as a monitor shows them, in Python's notation, and as it accepts them, in JSON. */
 
+import {decimal} from "../texts.js";
+
 /** @type {Record<string, number>} */
 const TRUTHS = {True: 1, False: 0};
 
@@ -75,7 +77,7 @@ export function numbersOf({component, robot}) {
 }
 
 /** An angle for display. @param {number} radians */
-export const spokenAngle = (radians) => `${((radians * 180) / Math.PI).toFixed(1)}°`;
+export const spokenAngle = (radians) => `${decimal((radians * 180) / Math.PI, 1)}°`;
 
 /** The place of a joint that slides, for display. @param {number} metres */
-export const spokenPlace = (metres) => `${(metres * 1000).toFixed(1)} mm`;
+export const spokenPlace = (metres) => `${decimal(metres * 1000, 1)} mm`;

@@ -9,6 +9,7 @@ import {html, live, nothing} from "lit";
 
 import {notify} from "../notices.js";
 import {page} from "../page.js";
+import {t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 import {spokenAngle, valueIn} from "./values.js";
@@ -30,7 +31,7 @@ class LiveVariables extends MonitorElement {
 
   render() {
     const {snapshot} = monitor;
-    if (!snapshot) return html`<p class="empty">Waiting for the first values.</p>`;
+    if (!snapshot) return html`<p class="empty">${t("Waiting for the first values.")}</p>`;
     const {component, robot} = snapshot;
     const here = page.automaton && page.tab === monitor.tab ? page.automaton.id : 0;
     const automata = component.automata.filter((each) => Object.keys(each.variables).length);
@@ -39,25 +40,25 @@ class LiveVariables extends MonitorElement {
     [this.#before, this.#values] = [this.#values, new Map()];
     const none = !automata.length && !Object.keys(component.parameters).length;
     return html`<div class="live-values">
-      ${none ? html`<p class="empty">There are no variables and no parameters at this moment.</p>` : nothing}
+      ${none ? html`<p class="empty">${t("There are no variables and no parameters at this moment.")}</p>` : nothing}
       ${automata.map(({id, variables, ghost}) =>
         this.#table(
-          monitor.automaton(id)?.name ?? `automaton ${id}`,
+          monitor.automaton(id)?.name ?? t("automaton {id}", {id}),
           id,
           Object.entries(variables),
-          ghost ? "ghost" : "",
+          ghost ? t("ghost") : "",
         ),
       )}
       ${
         Object.keys(component.parameters).length
-          ? this.#table("Parameters", 0, Object.entries(component.parameters), "", types)
+          ? this.#table(t("Parameters"), 0, Object.entries(component.parameters), "", types)
           : nothing
       }
       ${
         robot.pan === null && robot.tilt === null
           ? nothing
           : html`<section>
-              <h3>Head</h3>
+              <h3>${t("Head")}</h3>
               <table>
                 <tbody>
                   ${angle("pan", robot.pan)}${angle("tilt", robot.tilt)}
@@ -146,7 +147,9 @@ class LiveVariables extends MonitorElement {
     const value = valueIn(this.typed);
     if (value === undefined) {
       notify(
-        `${this.typed} is not a value: write a number, "a text", True, None, or a list or tuple of these.`,
+        t('{typed} is not a value: write a number, "a text", True, None, or a list or tuple of these.', {
+          typed: this.typed,
+        }),
         "error",
       );
       return;
@@ -155,7 +158,7 @@ class LiveVariables extends MonitorElement {
     if ((await monitor.steer("setVariable", {automaton, name, value: JSON.stringify(value)})) === undefined) return;
     this.typed = target.value;
     target.blur();
-    if (target.value !== text) notify(`Set ${name} to ${target.value}.`);
+    if (target.value !== text) notify(t("Set {name} to {value}.", {name, value: target.value}));
   }
 }
 

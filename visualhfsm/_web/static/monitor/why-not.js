@@ -9,6 +9,7 @@
 import {html, nothing, render} from "lit";
 
 import {page} from "../page.js";
+import {t} from "../texts.js";
 import {monitor} from "./monitor.js";
 
 const PATIENCE = 220; // ms that the pointer must rest before an explanation is shown
@@ -86,7 +87,7 @@ async function show(canvas, group, pinned) {
   if (!now) return;
   const origin = transition ? automaton.transitions.find((each) => each.id === transition)?.origin : id;
   if (origin !== now.state) {
-    if (pinned) canvas.announce(`The automaton is in ${monitor.stateName(now.id, now.state)} now.`);
+    if (pinned) canvas.announce(t("The automaton is in {state} now.", {state: monitor.stateName(now.id, now.state)}));
     else return;
   }
   const current = {canvas, group, pinned, automaton: automaton.id, transition: origin === now.state ? transition : 0};
@@ -122,8 +123,8 @@ function draw({canvas, group, automaton, transition}, explanation) {
   const state = monitor.stateName(automaton, explanation.state);
   render(
     html`<h3>
-        ${transition ? nameOf(automaton, transition) : `In ${state}`}${
-          explanation.ghost ? html` <span class="faint">ghost: its state above is not active</span>` : nothing
+        ${transition ? nameOf(automaton, transition) : t("In {state}", {state})}${
+          explanation.ghost ? html` <span class="faint">${t("ghost: its state above is not active")}</span>` : nothing
         }
       </h3>
       ${
@@ -137,7 +138,7 @@ function draw({canvas, group, automaton, transition}, explanation) {
                   </li>`,
               )}
             </ul>`
-          : html`<p>${explanation.summary || "No transition leads out of it."}</p>`
+          : html`<p>${explanation.summary || t("No transition leads out of it.")}</p>`
       }`,
     element,
   );
@@ -148,8 +149,8 @@ function draw({canvas, group, automaton, transition}, explanation) {
 function nameOf(automaton, id) {
   const transition = monitor.transition(automaton, id);
   return transition
-    ? transition.name || `to ${monitor.stateName(automaton, transition.destination)}`
-    : `transition ${id}`;
+    ? transition.name || t("to {name}", {name: monitor.stateName(automaton, transition.destination)})
+    : t("transition {id}", {id});
 }
 
 /**

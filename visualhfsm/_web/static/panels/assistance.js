@@ -9,6 +9,7 @@
 import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linter, showTooltip} from "codemirror";
 import {apply} from "../commands.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {declare, loadIdentities, typeOf} from "./known-interfaces.js";
 import {problemsAt} from "./places.js";
 
@@ -171,12 +172,17 @@ function asMark(doc, problem, automaton) {
  */
 function fixesFor({code, notes = []}, name, automaton) {
   const type = code === UNKNOWN_ATTRIBUTE ? typeOf(name) : undefined;
-  if (type) return [{name: `Declare ${name} (${type})`, apply: () => void declare(name, type)}];
+  if (type) return [{name: t("Declare {name} ({type})", {name, type}), apply: () => void declare(name, type)}];
   if (code !== VARIABLE_ABOVE) return [];
-  const fixes = [{name: `Write self.${name} in both`, apply: () => void apply("shareVariable", {automaton, name})}];
+  const fixes = [
+    {name: t("Write self.{name} in both", {name}), apply: () => void apply("shareVariable", {automaton, name})},
+  ];
   const isOnlyRead = notes.some((each) => each.includes("as an input"));
   if (isOnlyRead)
-    fixes.unshift({name: `Pass ${name} as an input`, apply: () => void apply("passVariable", {automaton, name})});
+    fixes.unshift({
+      name: t("Pass {name} as an input", {name}),
+      apply: () => void apply("passVariable", {automaton, name}),
+    });
   return fixes;
 }
 

@@ -10,6 +10,7 @@ import {store} from "../store.js";
 import {step} from "../commands.js";
 import {messageOf} from "../notices.js";
 import {required} from "../required.js";
+import {t} from "../texts.js";
 import {Draft, flushEdits} from "./draft.js";
 import {commandFor, keyOf, samePlace} from "./places.js";
 
@@ -66,7 +67,7 @@ export class CodeField extends LitElement {
     /** @type {Place} */
     this.place = {kind: "document"};
     this.text = "";
-    this.label = "Code";
+    this.label = t("Code");
     this.hint = "";
     this.wraps = false;
     this.readonly = false;
@@ -158,7 +159,7 @@ export class CodeField extends LitElement {
       });
       this.ready = true;
     } catch (error) {
-      this.failed = `The code editor could not be loaded: ${messageOf(error)}`;
+      this.failed = t("The code editor could not be loaded: {reason}", {reason: messageOf(error)});
     }
     this.#resolve();
   }

@@ -10,6 +10,7 @@
 import {html} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
+import {t} from "../texts.js";
 import "./code-field.js";
 import "./text-field.js";
 import {isSetByArguments, stateEditor} from "./state-editor.js";
@@ -70,8 +71,11 @@ class CodePanel extends PageElement {
     const count = page.states.size + page.transitions.size;
     return html`<div class="code-panel">
       <p class="empty">
-        ${count > 1 ? "Several things are selected." : "Nothing is selected."} Select one state or one transition to
-        edit its code.
+        ${
+          count > 1
+            ? t("Several things are selected. Select one state or one transition to edit its code.")
+            : t("Nothing is selected. Select one state or one transition to edit its code.")
+        }
       </p>
     </div>`;
   }

@@ -9,6 +9,7 @@
 import {html, nothing} from "lit";
 import {iconButton} from "../icons.js";
 import {page} from "../page.js";
+import {decimal, t} from "../texts.js";
 import {showMarks} from "./marks.js";
 
 /**
@@ -35,22 +36,26 @@ export function counterexamplePlayer(counterexample, index, choose) {
     event.preventDefault();
     event.stopPropagation();
   };
-  return html`<div class="player" role="group" aria-label="Steps until it is violated" @keydown=${press}>
+  return html`<div class="player" role="group" aria-label=${t("Steps until it is violated")} @keydown=${press}>
     <div class="player-tools">
-      ${iconButton("collapse", "Previous step", () => choose(index - 1), {
-        title: "Previous step (←)",
+      ${iconButton("collapse", t("Previous step"), () => choose(index - 1), {
+        title: t("Previous step (←)"),
         disabled: index <= 0,
       })}
-      ${iconButton("collapse", "Next step", () => choose(index + 1), {
-        title: "Next step (→)",
+      ${iconButton("collapse", t("Next step"), () => choose(index + 1), {
+        title: t("Next step (→)"),
         kind: "next",
         disabled: index >= last,
       })}
       <span role="status"
-        >Step ${index + 1} of ${steps.length}, at ${(steps[index].timeMs / 1000).toFixed(3)} s:
-        ${steps[index].text}</span
+        >${t("Step {number} of {count}, at {seconds} s: {text}", {
+          number: index + 1,
+          count: steps.length,
+          seconds: decimal(steps[index].timeMs / 1000, 3),
+          text: steps[index].text,
+        })}</span
       ><span class="room"></span>
-      ${iconButton("close", "Stop playing", () => choose(null))}
+      ${iconButton("close", t("Stop playing"), () => choose(null))}
     </div>
     <ol class="steps">
       ${steps.map(
@@ -62,14 +67,16 @@ export function counterexamplePlayer(counterexample, index, choose) {
               aria-current=${number === index ? "step" : nothing}
               @click=${() => choose(number)}
             >
-              <span class="time">${(step.timeMs / 1000).toFixed(3)} s</span> ${step.text}
+              <span class="time">${decimal(step.timeMs / 1000, 3)} s</span> ${step.text}
             </button>
           </li>`,
       )}
       ${
         repeats === undefined || repeats === null
           ? nothing
-          : html`<li class="faint">and so on${repeats < steps.length ? ` from step ${repeats + 1}` : ""}</li>`
+          : html`<li class="faint">
+              ${repeats < steps.length ? t("and so on from step {number}", {number: repeats + 1}) : t("and so on")}
+            </li>`
       }
     </ol>
   </div>`;

@@ -28,6 +28,7 @@ import {
   servedList,
 } from "./known-interfaces.js";
 import {importLink} from "../shell.js";
+import {language, rich, t} from "../texts.js";
 import {placeOf} from "./places.js";
 import {tabStrip} from "./tabs.js";
 import {ASSUMPTIONS, verdictOf} from "./verdicts.js";
@@ -72,19 +73,20 @@ class DataPanel extends PageElement {
 
   render() {
     const {document, automaton} = page;
-    if (!document || !automaton) return html`<div class="data-panel"><p class="empty">No document is open.</p></div>`;
+    if (!document || !automaton)
+      return html`<div class="data-panel"><p class="empty">${t("No document is open.")}</p></div>`;
     const problems = document.problems;
     const ofAutomaton = problems.filter(
       (each) => placeOf(each).kind === "automaton" && placeOf(each).automaton === automaton.id,
     );
     const ofComponent = problems.filter((each) => placeOf(each).kind === "document" && placeOf(each).part);
     const tabs = [
-      {id: "automaton", label: `Automaton ${page.title()}`, problems: ofAutomaton},
-      {id: "component", label: "Component", problems: ofComponent},
+      {id: "automaton", label: t("Automaton {name}", {name: page.title()}), problems: ofAutomaton},
+      {id: "component", label: t("Component"), problems: ofComponent},
     ];
     const about = {tab: page.tab, document, automaton};
     return html`<div class="data-panel" @keydown=${this.#press}>
-      ${tabStrip({label: "Whose data", tabs, chosen: this.half, choose: (half) => (this.half = half), prefix: "data"})}
+      ${tabStrip({label: t("Whose data"), tabs, chosen: this.half, choose: (half) => (this.half = half), prefix: "data"})}
       <div class="tab-panel scrolling" role="tabpanel" id="data-panel" aria-labelledby="data-tab-${this.half}">
         ${
           this.half === "automaton"
@@ -150,40 +152,40 @@ function automatonData({tab, document, automaton}) {
   return html` ${
     imported
       ? html`<p class="explain">
-          The content of this automaton comes from ${importLink(imported.file)}; change it there.
+          ${rich("The content of this automaton comes from {file}; change it there.", {file: importLink(imported.file)})}
         </p>`
       : html` <div data-section="period" class="section">
             <hfsm-text-field
               kind="time"
-              label="Period"
+              label=${t("Period")}
               .tab=${tab}
               .place=${{...place, part: "period"}}
               .text=${automaton.period}
               hint="100 ms"
             ></hfsm-text-field>
-            <p class="explain">Time from one cycle to the next. ${rate(automaton.period)}</p>
+            <p class="explain">${t("Time from one cycle to the next.")} ${rate(automaton.period)}</p>
           </div>
           <div class="section">
-            <h3>Variables <span class="faint">run once, before everything</span></h3>
+            <h3>${t("Variables")} <span class="faint">${t("run once, before everything")}</span></h3>
             <hfsm-code-field
               data-section="variables"
               class="grow"
               .tab=${tab}
               .place=${{...place, part: "variables"}}
               .text=${automaton.variables}
-              label="Variables"
+              label=${t("Variables")}
               hint="count = 0"
             ></hfsm-code-field>
           </div>
           <div class="section">
-            <h3>Functions <span class="faint">called as self.name() by all automata</span></h3>
+            <h3>${t("Functions")} <span class="faint">${t("called as self.name() by all automata")}</span></h3>
             <hfsm-code-field
               data-section="functions"
               class="grow tall"
               .tab=${tab}
               .place=${{...place, part: "functions"}}
               .text=${automaton.functions}
-              label="Functions"
+              label=${t("Functions")}
               hint=${"def name(self):\n    ..."}
             ></hfsm-code-field>
           </div>
@@ -208,7 +210,7 @@ function rate(period) {
   const milliseconds = Number(period.trim());
   if (!(milliseconds > 0)) return "";
   const hertz = 1000 / milliseconds;
-  return `${hertz >= 10 ? Math.round(hertz) : Number(hertz.toPrecision(2))} Hz.`;
+  return `${(hertz >= 10 ? Math.round(hertz) : Number(hertz.toPrecision(2))).toLocaleString(language)} Hz.`;
 }
 
 /** @param {number} tab @param {Automaton} automaton @param {Place} place */
@@ -228,26 +230,26 @@ function importSection(tab, automaton, place) {
     });
   };
   return html`<div class="section" data-section="import">
-    <h3>Import <span class="faint">the content comes from another document</span></h3>
+    <h3>${t("Import")} <span class="faint">${t("the content comes from another document")}</span></h3>
     <hfsm-text-field
-      label="File"
+      label=${t("File")}
       mono
       .tab=${tab}
       .place=${{...place, part: "import"}}
       .text=${imported?.file ?? ""}
       .send=${set((file) => ({file}))}
-      hint="search.xml, relative to this document"
+      hint=${t("search.xml, relative to this document")}
     ></hfsm-text-field>
     ${
       imported
         ? html`<hfsm-text-field
-            label="Automaton in it"
+            label=${t("Automaton in it")}
             kind="number"
             .tab=${tab}
             .place=${{...place, part: "import", name: "source"}}
             .text=${imported.automaton ? String(imported.automaton) : ""}
             .send=${set((text) => ({source: Math.max(0, Number.parseInt(text, 10) || 0)}))}
-            hint="the root"
+            hint=${t("the root")}
           ></hfsm-text-field>`
         : ""
     }
@@ -256,17 +258,17 @@ function importSection(tab, automaton, place) {
 
 /** The choices after an error; an empty text means "stop". @param {string} text @returns {Options} */
 const afterError = (text) => [
-  [text.trim() === "stop" ? "stop" : "", "Stop the robot and halt"],
-  ["continue", "Continue without that code"],
+  [text.trim() === "stop" ? "stop" : "", t("Stop the robot and halt")],
+  ["continue", t("Continue without that code")],
 ];
 /** The choices after a refused command; an empty text means "pause". @param {string} text @returns {Options} */
 const afterRefusal = (text) => [
-  [text.trim() === "pause" ? "pause" : "", "Pause until the robot accepts commands again"],
-  ["error", "Treat it as an error in the code"],
+  [text.trim() === "pause" ? "pause" : "", t("Pause until the robot accepts commands again")],
+  ["error", t("Treat it as an error in the code")],
 ];
 /** The worlds of the simulation, and that of the document. @param {string} chosen @returns {Options} */
 const worlds = (chosen) => [
-  ["", "Any"],
+  ["", t("Any")],
   ...[...new Set([...(store.greeting.worlds ?? []).map(({name}) => name), chosen])]
     .filter(Boolean)
     .map((name) => /** @type {[string, string]} */ ([name, name])),
@@ -274,7 +276,7 @@ const worlds = (chosen) => [
 /** @type {Options} */
 const LANGUAGES = [
   ["", "Python"],
-  ["C++", "C++: kept, but not run"],
+  ["C++", t("C++: kept, but not run")],
 ];
 
 /**
@@ -316,11 +318,11 @@ function componentData({tab, document, known, update, showProblems}) {
       .details=${more.details ?? nothingMore}
       .suggest=${more.suggest ?? noSuggestions}
     ></hfsm-entries>`;
-  return html` ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
-  ${text("onError", "After an error in its code", {kind: "select", options: afterError(fields.onError ?? "")})}
-  ${text("onRefused", "After a refused command", {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
-  ${text("world", "World of a simulation that is started for it", {kind: "select", options: worlds(fields.world)})}
-  ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
+  return html` ${text("description", t("Description"), {kind: "area", hint: t("what the component is for")})}
+  ${text("onError", t("After an error in its code"), {kind: "select", options: afterError(fields.onError ?? "")})}
+  ${text("onRefused", t("After a refused command"), {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
+  ${text("world", t("World of a simulation that is started for it"), {kind: "select", options: worlds(fields.world)})}
+  ${text("language", t("Language of the code"), {kind: "select", options: LANGUAGES})}
   ${list("interfaces", {
     details: ({name, type}) => interfaceDetails({name, type}, known),
     suggest: (field, {type}) =>
@@ -344,7 +346,7 @@ function verdict(document, index, showProblems) {
     <span class="dot" aria-hidden="true"></span>${found.words}
     ${
       found.kind === "violated"
-        ? html`<button type="button" class="link" @click=${showProblems}>Show how</button>`
+        ? html`<button type="button" class="link" @click=${showProblems}>${t("Show how")}</button>`
         : nothing
     }
   </p>`;
@@ -354,9 +356,10 @@ function verdict(document, index, showProblems) {
  * The lists of a document that are edited as lists, and the fields of their entries.
  *
  * @typedef {[value: string, label: string][]} Options
- * @typedef {{name: string, label: string, kind?: string, options?: Options, hint?: string, mono?: boolean,
- *   wide?: boolean}} Field `wide` takes a whole line
- * @typedef {{list: Commands["addEntry"]["list"], title: string, noun: string, explain: string, fields: Field[]}} EntryList
+ * @typedef {{name: string, label: string, kind?: string, options?: Options, hint?: string,
+ *   example?: string, mono?: boolean, wide?: boolean}} Field `wide` takes a whole line; the `hint` is in words, an
+ *   `example` is code
+ * @typedef {{list: Commands["addEntry"]["list"], title: string, noun: string, add: string, explain: string, fields: Field[]}} EntryList
  */
 
 /** @type {Options} */
@@ -366,111 +369,118 @@ const INPUT_TYPES = [...TYPES, ["object", "object"]];
 
 /** @param {Options} types @param {string} hint @returns {Field[]} */
 const parameterFields = (types, hint) => [
-  {name: "name", label: "Name", mono: true},
-  {name: "type", label: "Type", kind: "select", options: types},
-  {name: "default", label: "Default", mono: true, hint},
-  {name: "description", label: "Description", wide: true, hint: "what it is for, and its unit"},
+  {name: "name", label: t("Name"), mono: true},
+  {name: "type", label: t("Type"), kind: "select", options: types},
+  {name: "default", label: t("Default"), mono: true, hint},
+  {name: "description", label: t("Description"), wide: true, hint: t("what it is for, and its unit")},
 ];
 
 /** @type {Options} */
 const ROS_KINDS = [
-  ["subscribe", "Subscribe"],
-  ["publish", "Publish"],
-  ["service", "Call a service"],
-  ["action", "Send goals"],
+  ["subscribe", t("Subscribe")],
+  ["publish", t("Publish")],
+  ["service", t("Call a service")],
+  ["action", t("Send goals")],
 ];
 /** The message that is published when the component stops; by default zeros for velocities. @type {Options} */
 const AT_STOP = [
-  ["", "Automatic"],
-  ["true", "Default"],
-  ["false", "Nothing"],
+  ["", t("Automatic")],
+  ["true", t("Default")],
+  ["false", t("Nothing")],
 ];
 
 /** @type {Record<string, EntryList>} */
 const LISTS = {
   libraries: {
     list: "libraries",
-    title: "Libraries",
-    noun: "library",
-    explain: "What the code imports: numpy as np, from math import pi.",
-    fields: [{name: "name", label: "Import", mono: true, wide: true, hint: "math"}],
+    title: t("Libraries"),
+    noun: t("library"),
+    add: t("Add a library"),
+    explain: t("What the code imports: numpy as np, from math import pi."),
+    fields: [{name: "name", label: t("Import"), mono: true, wide: true, example: "math"}],
   },
   interfaces: {
     list: "interfaces",
-    title: "Interfaces",
-    noun: "interface",
-    explain: "Servants that the code uses, each as an attribute of self.",
+    title: t("Interfaces"),
+    noun: t("interface"),
+    add: t("Add an interface"),
+    explain: t("Servants that the code uses, each as an attribute of self."),
     fields: [
-      {name: "name", label: "self.", mono: true, hint: "camera"},
-      {name: "type", label: "Interface", mono: true, hint: "Camera"},
-      {name: "proxy", label: "Identity", mono: true, hint: "same as its name"},
+      {name: "name", label: "self.", mono: true, example: "camera"},
+      {name: "type", label: t("Interface"), mono: true, example: "Camera"},
+      {name: "proxy", label: t("Identity"), mono: true, hint: t("same as its name")},
     ],
   },
   ros: {
     list: "ros",
-    title: "Interfaces of ROS 2",
-    noun: "topic",
-    explain: "Topics, services and actions that the code uses, each as an attribute of self.",
+    title: t("Interfaces of ROS 2"),
+    noun: t("topic"),
+    add: t("Add a topic"),
+    explain: t("Topics, services and actions that the code uses, each as an attribute of self."),
     fields: [
-      {name: "name", label: "self.", mono: true, hint: "scan"},
-      {name: "kind", label: "Kind", kind: "select", options: ROS_KINDS},
-      {name: "target", label: "Name in ROS", mono: true, hint: "/scan"},
-      {name: "type", label: "Type", mono: true, wide: true, hint: "sensor_msgs/msg/LaserScan"},
-      {name: "qos", label: "QoS", mono: true, hint: "reliable depth=10"},
-      {name: "stop", label: "At the stop", kind: "select", options: AT_STOP},
+      {name: "name", label: "self.", mono: true, example: "scan"},
+      {name: "kind", label: t("Kind"), kind: "select", options: ROS_KINDS},
+      {name: "target", label: t("Name in ROS"), mono: true, example: "/scan"},
+      {name: "type", label: t("Type"), mono: true, wide: true, example: "sensor_msgs/msg/LaserScan"},
+      {name: "qos", label: t("QoS"), mono: true, example: "reliable depth=10"},
+      {name: "stop", label: t("At the stop"), kind: "select", options: AT_STOP},
     ],
   },
   parameters: {
     list: "parameters",
-    title: "Parameters",
-    noun: "parameter",
-    explain: "Attributes of self, and command-line options.",
+    title: t("Parameters"),
+    noun: t("parameter"),
+    add: t("Add a parameter"),
+    explain: t("Attributes of self, and command-line options."),
     fields: parameterFields(TYPES, "0.0"),
   },
   events: {
     list: "events",
-    title: "Events",
-    noun: "event",
-    explain: "Events that may come from outside. Events that only the code sends need no entry.",
+    title: t("Events"),
+    noun: t("event"),
+    add: t("Add an event"),
+    explain: t("Events that may come from outside. Events that only the code sends need no entry."),
     fields: [
-      {name: "name", label: "Name"},
-      {name: "description", label: "Description", wide: true, hint: "when it is sent"},
+      {name: "name", label: t("Name")},
+      {name: "description", label: t("Description"), wide: true, hint: t("when it is sent")},
     ],
   },
   properties: {
     list: "properties",
-    title: "Properties",
-    noun: "property",
-    explain: `What the model checker proves or refutes for all possible runs. ${ASSUMPTIONS}`,
+    title: t("Properties"),
+    noun: t("property"),
+    add: t("Add a property"),
+    explain: `${t("What the model checker proves or refutes for all possible runs.")} ${ASSUMPTIONS}`,
     fields: [
-      {name: "name", label: "Name"},
+      {name: "name", label: t("Name")},
       {
         name: "kind",
-        label: "Kind",
+        label: t("Kind"),
         kind: "select",
         options: [
-          ["always", "always"],
-          ["eventually", "eventually"],
-          ["never", "never"],
+          ["always", t("always")],
+          ["eventually", t("eventually")],
+          ["never", t("never")],
         ],
       },
-      {name: "within", label: "Within", kind: "time", hint: "any time"},
+      {name: "within", label: t("Within"), kind: "time", hint: t("any time")},
       {
         name: "expression",
-        label: "Expression",
+        label: t("Expression"),
         kind: "area",
         mono: true,
         wide: true,
-        hint: "not (day/lamp/red and day/lamp/green)",
+        example: "not (day/lamp/red and day/lamp/green)",
       },
     ],
   },
   inputs: {
     list: "inputs",
-    title: "Inputs",
-    noun: "input",
-    explain: "Variables that the state above sets each time it is entered.",
-    fields: parameterFields(INPUT_TYPES, "none: must be passed"),
+    title: t("Inputs"),
+    noun: t("input"),
+    add: t("Add an input"),
+    explain: t("Variables that the state above sets each time it is entered."),
+    fields: parameterFields(INPUT_TYPES, t("none: must be passed")),
   },
 };
 

@@ -13,6 +13,7 @@
 import {notify, notifyError, clearErrors} from "../notices.js";
 import {page} from "../page.js";
 import {RequestError, store} from "../store.js";
+import {decimal, t} from "../texts.js";
 
 const PAUSE = 250; // ms
 const LONGEST = 1_000_000; // characters, the limit of the server (`Code` of visualhfsm/_web/protocol.py)
@@ -32,10 +33,13 @@ export async function flushEdits() {
  */
 export function isTooLong(length) {
   if (length <= LONGEST) return false;
-  const [count, most] = [length, LONGEST].map((each) => each.toLocaleString("en"));
+  const [count, most] = [length, LONGEST].map((each) => decimal(each, 0));
   notify(
-    `That would be ${count} characters, but a text here holds at most ${most}: nothing was changed. ` +
-      "Put large code or data into a Python module, and import that as a library.",
+    t(
+      "That would be {count} characters, but a text here holds at most {most}: nothing was changed. " +
+        "Put large code or data into a Python module, and import that as a library.",
+      {count, most},
+    ),
     "error",
     undefined,
     {tab: page.tab, about: `edit ${page.tab}`},
@@ -116,8 +120,8 @@ class Piece {
       this.#lost.clear();
       revision = done.revision;
       if (!this.merges && theirs !== text)
-        notify(`Somebody else wrote “${theirs}” where you wrote “${text}”. Yours is kept.`);
-      if (done.conflict) notify("Somebody else changed the same words: the text now contains both versions.");
+        notify(t("Somebody else wrote “{theirs}” where you wrote “{text}”. Yours is kept.", {theirs, text}));
+      if (done.conflict) notify(t("Somebody else changed the same words: the text now contains both versions."));
     } catch (error) {
       if (this.#dropped) return;
       if (error instanceof RequestError && error.kind === "offline") this.#keep(base, text);

@@ -38,6 +38,7 @@ import {
   tags,
   tooltips,
 } from "codemirror";
+import {t} from "../texts.js";
 import {assistance, recheck} from "./assistance.js";
 import {isTooLong} from "./draft.js";
 import {failedLines} from "./failed-lines.js";
@@ -322,7 +323,7 @@ export class Editor {
         EditorView.contentAttributes.of((view) => ({
           tabindex: "0",
           "aria-label": this.#label,
-          "aria-description": [lines.words(view.state), "Escape returns to the canvas"].filter(Boolean).join(". "),
+          "aria-description": [lines.words(view.state), t("Escape returns to the canvas")].filter(Boolean).join(". "),
         })),
         placeholder(hint),
         wraps ? EditorView.lineWrapping : [],

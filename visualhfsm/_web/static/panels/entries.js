@@ -12,6 +12,7 @@ import {apply} from "../commands.js";
 import {drawn, PageElement} from "../element.js";
 import {icon, iconButton} from "../icons.js";
 import {spoken} from "../keys.js";
+import {t} from "../texts.js";
 import {placeOf} from "./places.js";
 import {problemLines} from "./tabs.js";
 
@@ -37,7 +38,7 @@ export class Entries extends PageElement {
     this.tab = 0;
     this.automaton = 0;
     /** @type {EntryList} */
-    this.of = {list: "parameters", title: "", noun: "", explain: "", fields: []};
+    this.of = {list: "parameters", title: "", noun: "", add: "", explain: "", fields: []};
     /** @type {Entry[]} */
     this.entries = [];
     /** @type {Problem[]} */
@@ -49,12 +50,12 @@ export class Entries extends PageElement {
   }
 
   render() {
-    const {title, noun, explain} = this.of;
+    const {title, add, explain} = this.of;
     const count = this.entries.length;
     return html` <header class="entries-head">
         <h3>${title}${count ? html` <span class="faint">${count}</span>` : nothing}</h3>
-        <button type="button" class="action add" aria-label="Add ${article(noun)}" @click=${this.#add}>
-          ${icon("add")}<span class="text">Add</span>
+        <button type="button" class="action add" aria-label=${add} @click=${this.#add}>
+          ${icon("add")}<span class="text">${t("Add")}</span>
         </button>
       </header>
       <p class="explain">${explain}</p>
@@ -103,23 +104,23 @@ export class Entries extends PageElement {
               label=${field.label}
               kind=${field.kind ?? "text"}
               .options=${field.options ?? []}
-              hint=${field.hint ?? ""}
+              hint=${field.hint ?? field.example ?? ""}
               ?mono=${field.mono}
               .suggestions=${this.suggest(field.name, entry)}
             ></hfsm-text-field>`,
         )}
       </div>
       <div class="entry-actions">
-        ${iconButton("up", `Move ${words} up`, () => this.#move(index, index - 1), {
-          title: `Move up (${spoken("Alt+ArrowUp")})`,
+        ${iconButton("up", t("Move {entry} up", {entry: words}), () => this.#move(index, index - 1), {
+          title: t("Move up ({key})", {key: spoken("Alt+ArrowUp")}),
           disabled: index === 0,
         })}
-        ${iconButton("up", `Move ${words} down`, () => this.#move(index, index + 1), {
-          title: `Move down (${spoken("Alt+ArrowDown")})`,
+        ${iconButton("up", t("Move {entry} down", {entry: words}), () => this.#move(index, index + 1), {
+          title: t("Move down ({key})", {key: spoken("Alt+ArrowDown")}),
           kind: "down",
           disabled: index === last,
         })}
-        ${iconButton("delete", `Remove ${words}`, () => this.#remove(index), {title: "Remove"})}
+        ${iconButton("delete", t("Remove {entry}", {entry: words}), () => this.#remove(index), {title: t("Remove")})}
       </div>
       ${problemLines(own)} ${this.details(entry, index)}
     </div>`;
@@ -158,8 +159,5 @@ export class Entries extends PageElement {
     this.#move(index, index + step);
   }
 }
-
-/** @param {string} noun */
-const article = (noun) => `${/^[aeiou]/.test(noun) ? "an" : "a"} ${noun}`;
 
 customElements.define("hfsm-entries", Entries);

@@ -7,6 +7,7 @@
 import {html, nothing} from "lit";
 import {apply} from "../commands.js";
 import {store} from "../store.js";
+import {n, t} from "../texts.js";
 
 /** @type {InterfaceDescription[] | undefined} */
 let interfaces;
@@ -71,7 +72,9 @@ export function servedList(declared) {
   if (!all.length) return nothing;
   const taken = new Set(declared.map(({name, proxy}) => proxy.trim() || name));
   return html`<details class="operations served">
-    <summary>${store.robot.status === "present" ? "What this robot has" : "What a Nao has"}: ${all.length}</summary>
+    <summary>
+      ${store.robot.status === "present" ? t("What this robot has") : t("What a Nao has")}: ${all.length}
+    </summary>
     <ul>
       ${all.map(
         ({name, type = ""}) =>
@@ -79,14 +82,14 @@ export function servedList(declared) {
             <span class="mono">${name}</span> <span class="faint">${type}</span>
             ${
               taken.has(name)
-                ? html`<span class="faint">declared</span>`
+                ? html`<span class="faint">${t("declared")}</span>`
                 : html`<button
                     type="button"
                     class="link"
-                    aria-label="Declare ${name}"
+                    aria-label=${t("Declare {name}", {name})}
                     @click=${() => declare(name, type)}
                   >
-                    Declare
+                    ${t("Declare")}
                   </button>`
             }
           </li>`,
@@ -114,13 +117,15 @@ export function interfaceDetails(entry, all) {
   if (!found) return nothing;
   const {operations} = found;
   return html`<details class="operations">
-    <summary>${operations.length} operation${operations.length === 1 ? "" : "s"} of ${found.name}</summary>
+    <summary>
+      ${n("{count} operation of {name}", "{count} operations of {name}", operations.length, {name: found.name})}
+    </summary>
     <dl>
       ${operations.map(
         (each) =>
-          html`<dt class="mono">self.${entry.name}.${called(each)}</dt>
+          html`<dt class="mono">${`self.${entry.name}.${called(each)}`}</dt>
             <dd>
-              ${each.documentation}${each.streamed ? html` <em>Also streamed: .latest(), .wait().</em>` : nothing}
+              ${each.documentation}${each.streamed ? html` <em>${t("Also streamed: .latest(), .wait().")}</em>` : nothing}
             </dd>`,
       )}
     </dl>
@@ -151,6 +156,9 @@ const OF_KIND = {
   action: ["actions", "action"],
 };
 
+/** @type {Record<string, string>} */
+const KINDS = {subscribe: t("subscribe"), publish: t("publish"), service: t("service"), action: t("action")};
+
 /** The suggestions for a field of an interface of ROS. @param {string} field @param {Record<string, string>} entry */
 export function rosSuggestions(field, {kind, target}) {
   const [named, types] = OF_KIND[kind] ?? OF_KIND.subscribe;
@@ -162,12 +170,12 @@ export function rosSuggestions(field, {kind, target}) {
 
 /** Ask for the graph, which takes a second. @param {() => void} update */
 async function lookIntoRos(update) {
-  rosNote = "Looking…";
+  rosNote = t("Looking…");
   update();
   const asked = store.request("control", {component: "", action: "ros"});
   try {
     ros = /** @type {typeof ros} */ (await asked);
-    rosNote = Object.values(OF_KIND).some(([named]) => Object.keys(ros[named]).length) ? "" : "Nothing was found.";
+    rosNote = Object.values(OF_KIND).some(([named]) => Object.keys(ros[named]).length) ? "" : t("Nothing was found.");
   } catch (error) {
     rosNote = /** @type {Error} */ (error).message;
   }
@@ -195,7 +203,7 @@ export function rosList(declared, update) {
     @toggle=${(/** @type {Event} */ event) =>
       /** @type {HTMLDetailsElement} */ (event.target).open && lookIntoRos(update)}
   >
-    <summary>What the graph of ROS has</summary>
+    <summary>${t("What the graph of ROS has")}</summary>
     ${rosNote ? html`<p class="explain">${rosNote}</p>` : nothing}
     <ul>
       ${rows.map(
@@ -204,14 +212,14 @@ export function rosList(declared, update) {
             <span class="mono">${target}</span> <span class="faint">${type}</span>
             ${
               taken.has(`${kind} ${target}`)
-                ? html`<span class="faint">declared</span>`
+                ? html`<span class="faint">${t("declared")}</span>`
                 : html`<button
                     type="button"
                     class="link"
-                    aria-label="${kind} ${target}"
+                    aria-label="${KINDS[kind]} ${target}"
                     @click=${() => add(kind, target, type)}
                   >
-                    ${kind}
+                    ${KINDS[kind]}
                   </button>`
             }
           </li>`,

@@ -1,6 +1,7 @@
 /** The last lines that the components of the open tabs wrote; they are kept while nothing shows them. */
 
 import {store} from "../store.js";
+import {decimal, n} from "../texts.js";
 
 const KEPT = 5000; // lines of a tab
 const LONGEST = 1_000_000; // characters of these lines
@@ -79,7 +80,8 @@ class OutputLog extends /** @type {new () => import("../events.js").Target<LogEv
 }
 
 /** @param {number} lines */
-const leftOut = (lines) => `… ${lines.toLocaleString("en")} ${lines === 1 ? "line" : "lines"} left out …`;
+const leftOut = (lines) =>
+  n("… {lines} line left out …", "… {lines} lines left out …", lines, {lines: decimal(lines, 0)});
 
 /** @param {Line[]} lines */
 const sizeOf = (lines) => lines.reduce((size, {text}) => size + text.length, 0);

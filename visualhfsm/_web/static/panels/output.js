@@ -2,10 +2,11 @@
 
 import {html} from "lit";
 import {PageElement} from "../element.js";
-import {monitor, STATUS as COMPONENT_STATUS} from "../monitor/monitor.js";
+import {monitor, spokenStatus} from "../monitor/monitor.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
 import {runs, spokenEnd} from "../runs.js";
+import {t} from "../texts.js";
 import {outputLog} from "./output-log.js";
 
 const SHOWN = 2000; // lines
@@ -13,7 +14,12 @@ const LONGEST = 200_000; // characters of these lines, all of which are laid out
 const NEAR = 30; // px from the end that count as the end
 
 /** @type {Record<string, string>} */
-const STATUS = {generating: "Generating…", starting: "Starting…", running: "Running", stopping: "Stopping…"};
+const STATUS = {
+  generating: t("Generating…"),
+  starting: t("Starting…"),
+  running: t("Running"),
+  stopping: t("Stopping…"),
+};
 
 class Output extends PageElement {
   static properties = {follows: {state: true}};
@@ -49,10 +55,16 @@ class Output extends PageElement {
     return html`<div class="list-panel">
       <div class="list-tools">
         <span role="status">${this.#status()}</span><span class="room"></span>
-        <label><input type="checkbox" .checked=${this.follows} @change=${this.#follow} /> Follow</label>
-        <button type="button" class="tool" @click=${() => outputLog.clear(page.tab)}>Clear</button>
+        <label><input type="checkbox" .checked=${this.follows} @change=${this.#follow} /> ${t("Follow")}</label>
+        <button type="button" class="tool" @click=${() => outputLog.clear(page.tab)}>${t("Clear")}</button>
       </div>
-      <div class="lines" role="log" aria-label="Output of the component" tabindex="0" @scroll=${this.#scrolled}></div>
+      <div
+        class="lines"
+        role="log"
+        aria-label=${t("Output of the component")}
+        tabindex="0"
+        @scroll=${this.#scrolled}
+      ></div>
     </div>`;
   }
 
@@ -64,10 +76,10 @@ class Output extends PageElement {
 
   #status() {
     const run = runs.of(page.tab);
-    if (!run) return "Not run yet: press F5.";
+    if (!run) return t("Not run yet: press F5.");
     // Whether it is paused is known while it is followed.
     if (run.status === "running" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
-      return COMPONENT_STATUS[monitor.newest.component.status];
+      return spokenStatus(monitor.newest.component.status);
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
     return spokenEnd(run);
   }
@@ -152,7 +164,7 @@ function asElement({text, stream, place, line}) {
   link.type = "button";
   link.className = "link";
   link.textContent = text;
-  link.title = "Show the code";
+  link.title = t("Show the code");
   link.addEventListener("click", () => page.jump(place, {line: line || 1}));
   element.append(link);
   return element;

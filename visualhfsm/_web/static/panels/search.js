@@ -6,11 +6,13 @@ import {apply} from "../commands.js";
 import {messageOf, notify} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
+import {n, t} from "../texts.js";
 import {keyOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
 const PAUSE = 150; // ms
 const SHOWN = 200;
+const MOST = 1000; // hits that the server finds
 /** The parts of a document that hold code, of which the lines have numbers, and the others. */
 const LINES = /^(entry|code|exit|fired|variables|functions)$/;
 const PHRASES = /^(trigger|guard|argument)$/;
@@ -72,8 +74,8 @@ class Search extends PageElement {
       <form class="list-tools" role="search" @submit=${this.#submit}>
         <input
           type="search"
-          aria-label="Search in names and code"
-          placeholder="Search in names and code"
+          aria-label=${t("Search in names and code")}
+          placeholder=${t("Search in names and code")}
           .value=${text}
           @input=${this.#type}
           @keydown=${this.#press}
@@ -82,8 +84,8 @@ class Search extends PageElement {
         />
         <input
           type="text"
-          aria-label="Replace by"
-          placeholder="Replace by"
+          aria-label=${t("Replace by")}
+          placeholder=${t("Replace by")}
           .value=${this.by}
           @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (this.by = target.value)}
           spellcheck="false"
@@ -99,31 +101,34 @@ class Search extends PageElement {
               this.#soon();
             }}
           />
-          Whole word, same case</label
+          ${t("Whole word, same case")}</label
         >
         <label
-          ><input type="checkbox" .checked=${this.everywhere} @change=${this.#widen} /> In all open documents</label
+          ><input type="checkbox" .checked=${this.everywhere} @change=${this.#widen} />
+          ${t("In all open documents")}</label
         >
         <span class="room"></span
         ><span class="faint" role="status"
-          >${this.failed || (hits ? `${hits.length}${hits.length >= 1000 ? " or more" : ""} found` : "")}</span
+          >${this.failed || (hits ? (hits.length >= MOST ? t("{count} or more found", {count: hits.length}) : n("{count} found", "{count} found", hits.length)) : "")}</span
         >
       </form>
       ${
         hits?.length
-          ? html`<ol class="rows" aria-label="Found" @keydown=${moveAmongRows}>
+          ? html`<ol class="rows" aria-label=${t("Found")} @keydown=${moveAmongRows}>
               ${lines.slice(0, SHOWN).map((line) => this.#row(line))}
               ${
                 more
-                  ? html`<li class="faint rest">${lines.length - SHOWN} more lines: search for more letters.</li>`
+                  ? html`<li class="faint rest">
+                      ${t("{count} more lines: search for more letters.", {count: lines.length - SHOWN})}
+                    </li>`
                   : nothing
               }
             </ol>`
           : html`<p class="empty">
               ${
                 text && hits
-                  ? `No matches for “${text}”.`
-                  : "The search covers names of states and transitions, all code, and the data."
+                  ? t("No matches for “{text}”.", {text})
+                  : t("The search covers names of states and transitions, all code, and the data.")
               }
             </p>`
       }
@@ -134,9 +139,9 @@ class Search extends PageElement {
   #replaceAll() {
     const count = (this.hits ?? []).filter((hit) => hit.tab === page.tab && inCode(hit)).length;
     if (!count) return nothing;
-    const many = `${count}${(this.hits?.length ?? 0) >= 1000 ? " or more" : ""}`;
+    const many = (this.hits?.length ?? 0) >= MOST ? t("{count} or more", {count}) : String(count);
     return html`<button type="button" class="tool" @click=${() => this.#replace({})}>
-      ${this.by ? `Replace ${many} in code` : `Delete ${many} in code`}
+      ${this.by ? t("Replace {many} in code", {many}) : t("Delete {many} in code", {many})}
     </button>`;
   }
 
@@ -144,7 +149,7 @@ class Search extends PageElement {
   async #replace(where) {
     const {text, by, whole} = this;
     const done = await apply("replaceText", {text, by, whole, ...where});
-    if (done) notify(`${done.name}: done.`);
+    if (done) notify(t("{name}: done.", {name: done.name}));
   }
 
   /** @param {Hit[]} line the hits in one line */
@@ -165,10 +170,10 @@ class Search extends PageElement {
           ? html`<button
               type="button"
               class="tool"
-              aria-label="Replace in ${where}"
+              aria-label=${t("Replace in {where}", {where})}
               @click=${() => this.#replace({place: hit.place, line: hit.line})}
             >
-              Replace
+              ${t("Replace")}
             </button>`
           : nothing
       }

@@ -13,14 +13,23 @@
 import {html, keyed, live, nothing} from "lit";
 import {apply} from "../commands.js";
 import {iconButton} from "../icons.js";
+import {t} from "../texts.js";
 import {keyOf, placeOf} from "./places.js";
 import {badge, problemLines, tabStrip} from "./tabs.js";
 
 const CODES = {
-  entry: {label: "Entry", hint: "Runs once when the state is entered"},
-  code: {label: "Code", hint: "Runs in every cycle while the state is current"},
-  exit: {label: "Exit", hint: "Runs once when a transition leaves the state"},
+  entry: {label: t("Entry"), hint: t("Runs once when the state is entered")},
+  code: {label: t("Code"), hint: t("Runs in every cycle while the state is current")},
+  exit: {label: t("Exit"), hint: t("Runs once when a transition leaves the state")},
 };
+
+/** @param {keyof typeof CODES} part @param {string} name */
+const codeOf = (part, name) =>
+  ({
+    entry: t("Entry code of the state {name}", {name}),
+    code: t("Code of the state {name}", {name}),
+    exit: t("Exit code of the state {name}", {name}),
+  })[part];
 
 const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
 
@@ -41,7 +50,7 @@ export function stateEditor(about) {
   if (inputs.length || state.arguments.length) {
     tabs.push({
       id: "argument",
-      label: "Arguments",
+      label: t("Arguments"),
       filled: state.arguments.length > 0,
       problems: problems.filter((each) => placeOf(each).part === "argument"),
     });
@@ -54,7 +63,7 @@ export function stateEditor(about) {
       <hfsm-text-field
         class="title"
         data-part="name"
-        label="Name of the state"
+        label=${t("Name of the state")}
         .tab=${tab}
         .place=${{...place, part: "name"}}
         .text=${state.name}
@@ -68,7 +77,7 @@ export function stateEditor(about) {
             ?disabled=${state.initial || readonly}
             @change=${() => apply("markInitial", at(place))}
           />
-          Initial</label
+          ${t("Initial")}</label
         >
         <label
           ><input
@@ -77,13 +86,13 @@ export function stateEditor(about) {
             ?disabled=${readonly}
             @change=${(/** @type {From<HTMLInputElement>} */ {target}) => markFinal(place, state, target)}
           />
-          Final</label
+          ${t("Final")}</label
         >
         ${state.children.length ? history(place, state, readonly) : nothing}
       </div>
       ${problemLines(own)}
     </div>
-    ${tabStrip({label: "Code of the state", tabs, chosen, choose, prefix: "state"})}
+    ${tabStrip({label: t("Code of the state"), tabs, chosen, choose, prefix: "state"})}
     <div
       class="tab-panel ${showsArguments ? "scrolling" : ""}"
       role="tabpanel"
@@ -100,7 +109,7 @@ export function stateEditor(about) {
               .place=${{...place, part}}
               .text=${state[part]}
               ?readonly=${readonly}
-              label="${CODES[part].label === "Code" ? "Code" : `${CODES[part].label} code`} of the state ${state.name}"
+              label=${codeOf(part, state.name)}
               hint=${CODES[part].hint}
             ></hfsm-code-field>`
       }
@@ -139,10 +148,10 @@ function history(place, state, readonly) {
     return apply("setHistory", {...at(place), history: chosen});
   };
   return html`<label class="again"
-    >When entered again
+    >${t("When entered again")}
     <select ?disabled=${readonly} @change=${choose}>
-      <option value="" ?selected=${state.history !== "restart"}>its automata resume</option>
-      <option value="restart" ?selected=${state.history === "restart"}>its automata restart</option>
+      <option value="" ?selected=${state.history !== "restart"}>${t("its automata resume")}</option>
+      <option value="restart" ?selected=${state.history === "restart"}>${t("its automata restart")}</option>
     </select></label
   >`;
 }
@@ -182,13 +191,13 @@ function argumentList({tab, document, state, readonly}, place, inputs) {
       child: given?.child ?? (several ? child : 0),
       input,
       given,
-      words: several ? ` of automaton ${child}` : "",
+      words: several ? ` ${t("of automaton {id}", {id: child})}` : "",
     };
   });
   for (const given of strays)
-    rows.push({name: given.name, child: given.child, given, words: ", which none of its automata has"});
+    rows.push({name: given.name, child: given.child, given, words: t("none of its automata has it")});
   return html`<p class="explain">
-      Expressions over the variables of this automaton, passed to the automata below when the state is entered.
+      ${t("Expressions over the variables of this automaton, passed to the automata below when the state is entered.")}
     </p>
     <ul class="entries">
       ${rows.map(({name, child, input, given, words}) => {
@@ -202,16 +211,20 @@ function argumentList({tab, document, state, readonly}, place, inputs) {
             <strong class="mono">${name}</strong>
             <span class="faint"
               >${
-                input ? `${input.type}${input.default ? `, otherwise ${input.default}` : ", needed"}` : ""
+                input
+                  ? input.default
+                    ? t("{type}, otherwise {value}", {type: input.type, value: input.default})
+                    : t("{type}, needed", {type: input.type})
+                  : ""
               }${words}</span
             >${badge(problems)}
             ${
               given && !readonly
                 ? iconButton(
                     "delete",
-                    `Remove the argument ${name}`,
+                    t("Remove the argument {name}", {name}),
                     () => apply("removeArgument", {...at(place), name, child}),
-                    {title: "Remove"},
+                    {title: t("Remove")},
                   )
                 : nothing
             }
@@ -227,8 +240,8 @@ function argumentList({tab, document, state, readonly}, place, inputs) {
               .place=${where}
               .text=${given?.value ?? ""}
               ?readonly=${readonly}
-              label="Argument ${name}"
-              hint=${input?.default || "an expression"}
+              label=${t("Argument {name}", {name})}
+              hint=${input?.default || t("an expression")}
             ></hfsm-code-field>`,
           )}
           ${input?.description ? html`<p class="explain">${input.description}</p>` : nothing}

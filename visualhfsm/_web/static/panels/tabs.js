@@ -7,6 +7,7 @@
  */
 
 import {html, nothing} from "lit";
+import {n, t} from "../texts.js";
 
 /**
  * @param {{label: string, tabs: Tab[], chosen: string, choose: (id: string) => void, prefix: string}} options `prefix`
@@ -27,7 +28,7 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
   };
   /** @param {Tab} tab */
   const words = ({label: text, filled, problems = []}) =>
-    [text, filled && "not empty", problems.length && counted(problems)].filter(Boolean).join(", ");
+    [text, filled && t("not empty"), problems.length && counted(problems)].filter(Boolean).join(", ");
   return html`<div class="inner-tabs" role="tablist" aria-label=${label} @keydown=${press}>
     ${tabs.map(
       (each) =>
@@ -42,7 +43,7 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
           @click=${() => choose(each.id)}
         >
           ${each.label}${
-            each.filled ? html`<span class="filled" title="not empty"></span>` : nothing
+            each.filled ? html`<span class="filled" title=${t("not empty")}></span>` : nothing
           }${badge(each.problems ?? [])}
         </button>`,
     )}
@@ -58,7 +59,7 @@ export const problemLines = (problems) =>
     : nothing;
 
 /** @param {Problem[]} problems */
-const counted = (problems) => `${problems.length} problem${problems.length === 1 ? "" : "s"}`;
+const counted = (problems) => n("{count} problem", "{count} problems", problems.length);
 
 /** How many problems there are, colored by the gravest; not for screen readers. @param {Problem[]} problems */
 export function badge(problems) {

@@ -6,13 +6,18 @@
  */
 
 import {EditorView, GutterMarker, RangeSet, StateEffect, StateField, gutter} from "codemirror";
+import {t} from "../texts.js";
 import {linesInWords} from "../trials/covered.js";
 
 /** Look again what tests passed. */
 export const retest = StateEffect.define();
 
 /** @type {Record<string, string>} */
-const TITLES = {passed: "Tests passed this line", missed: "No test passed this line", failed: "A test failed here"};
+const TITLES = {
+  passed: t("Tests passed this line"),
+  missed: t("No test passed this line"),
+  failed: t("A test failed here"),
+};
 
 class Mark extends GutterMarker {
   /** @param {"passed" | "missed" | "failed"} kind */

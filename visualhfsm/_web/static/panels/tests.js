@@ -16,12 +16,15 @@ import {monitor} from "../monitor/monitor.js";
 import {messageOf, notify} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
+import {decimal, n, t} from "../texts.js";
 import {covered, gapsIn, highlightOf, summary} from "../trials/covered.js";
 import {showMarks, showNoMarks, showTested} from "./marks.js";
 import {wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
 const MOST_GAPS = 300; // that are listed
+/** @type {Record<string, string>} */
+const OUTCOMES = {passed: t("passed"), failed: t("failed"), skipped: t("skipped")};
 
 class TestsPanel extends PageElement {
   static properties = {refusal: {state: true}, marks: {state: true}};
@@ -65,11 +68,11 @@ class TestsPanel extends PageElement {
 
   render() {
     const {document, tabState} = page;
-    if (!document || !tabState) return html`<p class="empty">No document is open.</p>`;
+    if (!document || !tabState) return html`<p class="empty">${t("No document is open.")}</p>`;
     if (tabState.recording) return this.#ofRecording();
     if (this.refusal) return html`<p class="empty">${this.refusal}.</p>`;
     const tests = store.tests.get(page.tab);
-    if (!tests) return html`<p class="empty" role="status">The tests are being looked for…</p>`;
+    if (!tests) return html`<p class="empty" role="status">${t("The tests are being looked for…")}</p>`;
     const running = tests.status !== "idle";
     return html`<div class="list-panel">
       <div class="list-tools">
@@ -81,7 +84,7 @@ class TestsPanel extends PageElement {
                 ?disabled=${tests.status === "stopping"}
                 @click=${() => ask("stopTests", {tab: page.tab})}
               >
-                Stop
+                ${t("Stop")}
               </button>`
             : html`<button
                 type="button"
@@ -89,7 +92,7 @@ class TestsPanel extends PageElement {
                 ?disabled=${!tests.tests.length || !store.online}
                 @click=${() => this.#run([])}
               >
-                ${tabState.dirty ? "Save and run" : "Run"} all tests
+                ${tabState.dirty ? t("Save and run all tests") : t("Run all tests")}
               </button>`
         }
         ${
@@ -97,32 +100,32 @@ class TestsPanel extends PageElement {
             ? html`<button
                 type="button"
                 class="tool"
-                title="Write what the run did into a new file of tests, and run that"
+                title=${t("Write what the run did into a new file of tests, and run that")}
                 @click=${() => this.#keepRun()}
               >
-                Record the run as a test
+                ${t("Record the run as a test")}
               </button>`
             : nothing
         }
-        <span role="status">${running ? "Tests run…" : summary(tests.tests)}</span>
+        <span role="status">${running ? t("Tests run…") : summary(tests.tests)}</span>
         <span class="room"></span>
         ${
           tests.passed.length
             ? html`<span class="faint">${covered(document, tests.passed, tests.code)}</span>`
             : nothing
         }
-        <label title="Mark what tests passed on the canvas, and beside lines of code"
+        <label title=${t("Mark what tests passed on the canvas, and beside lines of code")}
           ><input
             type="checkbox"
             .checked=${this.marks}
             @change=${(/** @type {import("../element.js").From<HTMLInputElement>} */ {target}) => (this.marks = target.checked)}
           />
-          On canvas and code</label
+          ${t("On canvas and code")}</label
         >
       </div>
       ${
         tests.outdated && tests.passed.length
-          ? html`<p class="trials-note">The document has changed since these tests ran.</p>`
+          ? html`<p class="trials-note">${t("The document has changed since these tests ran.")}</p>`
           : nothing
       }
       ${tests.error ? html`<pre class="trials-error" role="alert">${tests.error}</pre>` : nothing}
@@ -140,27 +143,28 @@ class TestsPanel extends PageElement {
     const gaps = gapsIn(document, tests.passed, tests.code);
     return html`<section aria-labelledby="gaps-title">
       <h3 id="gaps-title" class="gaps-title">
-        ${gaps.length ? "Not passed yet" : "Everything was passed"}
+        ${gaps.length ? t("Not passed yet") : t("Everything was passed")}
         ${
           tests.code.length
             ? html`<span class="tests-legend">
-                <span class="tested-sign passed"></span> line passed <span class="tested-sign missed"></span> not passed
-                <span class="tested-sign failed">×</span> a test failed here
+                <span class="tested-sign passed"></span> ${t("line passed")}
+                <span class="tested-sign missed"></span> ${t("not passed")}
+                <span class="tested-sign failed">×</span> ${t("a test failed here")}
               </span>`
             : nothing
         }
       </h3>
-      ${tests.unmeasured ? html`<p class="trials-note">Lines were not measured: ${tests.unmeasured}.</p>` : nothing}
-      <ol class="rows" aria-label="Not passed yet" @keydown=${moveAmongRows}>
+      ${tests.unmeasured ? html`<p class="trials-note">${t("Lines were not measured: {unmeasured}.", {unmeasured: tests.unmeasured})}</p>` : nothing}
+      <ol class="rows" aria-label=${t("Not passed yet")} @keydown=${moveAmongRows}>
         ${gaps.slice(0, MOST_GAPS).map((gap) => gapRow(document, gap))}
       </ol>
-      ${gaps.length > MOST_GAPS ? html`<p class="empty">${gaps.length - MOST_GAPS} more are not listed.</p>` : nothing}
+      ${gaps.length > MOST_GAPS ? html`<p class="empty">${n("{count} more is not listed.", "{count} more are not listed.", gaps.length - MOST_GAPS)}</p>` : nothing}
     </section>`;
   }
 
   /** @param {TestsPush} tests @param {boolean} running */
   #list(tests, running) {
-    return html`<ol class="rows tests" aria-label="Tests">
+    return html`<ol class="rows tests" aria-label=${t("Tests")}>
       ${tests.tests.map((test) => this.#row(test, running))}
     </ol>`;
   }
@@ -170,15 +174,19 @@ class TestsPanel extends PageElement {
     const waits = running && !outcome;
     return html`<li class="test ${outcome}">
       <div class="row">
-        <span class="test-sign ${outcome}" role="img" aria-label=${outcome || (waits ? "waits" : "not run yet")}></span>
+        <span
+          class="test-sign ${outcome}"
+          role="img"
+          aria-label=${OUTCOMES[outcome] ?? (waits ? t("waits") : t("not run yet"))}
+        ></span>
         <span class="message">${words(name)}</span>
-        <span class="where">${file}${outcome ? `, ${seconds.toFixed(1)} s` : ""}</span>
+        <span class="where">${file}${outcome ? `, ${decimal(seconds, 1)} s` : ""}</span>
         <button
           type="button"
           class="link"
           ?disabled=${running || !store.online}
-          aria-label="Run ${words(name)}"
-          title="Run this test"
+          aria-label=${t("Run {name}", {name: words(name)})}
+          title=${t("Run this test")}
           @click=${() => this.#run([`${file}::${name}`])}
         >
           ${icon("run")}
@@ -188,7 +196,7 @@ class TestsPanel extends PageElement {
       ${
         timeline
           ? html`<details class="test-timeline">
-              <summary>What happened</summary>
+              <summary>${t("What happened")}</summary>
               <pre>${timeline}</pre>
             </details>`
           : nothing
@@ -199,8 +207,7 @@ class TestsPanel extends PageElement {
   #none() {
     const name = page.tabState?.path.replace(/^.*\//, "") ?? "";
     return html`<p class="empty">
-      No test names ${name} yet. Try it without a robot (${keyOf("tryIt")}), and record that run as a test; or write a
-      file whose name begins with test_, beside the document or in a folder tests.
+      ${t("No test names {name} yet. Try it without a robot ({key}), and record that run as a test; or write a file whose name begins with test_, beside the document or in a folder tests.", {name, key: keyOf("tryIt")})}
     </p>`;
   }
 
@@ -221,12 +228,11 @@ class TestsPanel extends PageElement {
           ?disabled=${!monitor.recording || monitor.tab !== page.tab || !store.online}
           @click=${() => this.#keepRecording()}
         >
-          Make this recording a test
+          ${t("Make this recording a test")}
         </button>
       </div>
       <p class="empty">
-        The test runs the document as it is now, without a robot, with the parameters and the events from outside of the
-        recording. It expects the same states in the same order, each within half a second of its time.
+        ${t("The test runs the document as it is now, without a robot, with the parameters and the events from outside of the recording. It expects the same states in the same order, each within half a second of its time.")}
       </p>
     </div>`;
   }
@@ -245,7 +251,7 @@ class TestsPanel extends PageElement {
     const {tab} = page;
     const saved = await ask("saveTest", {tab, component});
     if (!saved) return;
-    notify(`The run is now the test ${saved.name.replace("::", ", ")}.`);
+    notify(t("The run is now the test {name}.", {name: saved.name.replace("::", ", ")}));
     await this.#run([saved.name]);
   }
 
@@ -266,13 +272,13 @@ function gapRow(document, {place, line, what, failed}) {
   const path = wordsFor(document, place);
   const isElement = place.kind !== "automaton";
   const name = wordsFor(document, isElement ? {...place, part: ""} : place).at(-1);
-  const where = [...(isElement ? path : path.slice(0, -1)), line && `line ${line}`];
+  const where = [...(isElement ? path : path.slice(0, -1)), line && t("line {line}", {line})];
   return html`<li>
     <button type="button" class="row" @click=${() => page.jump(place, line ? {line, column: 1} : {})}>
       <span
         class="test-sign ${failed ? "failed" : ""}"
         role="img"
-        aria-label=${failed ? "failed: " : "not passed: "}
+        aria-label=${failed ? t("failed: ") : t("not passed: ")}
       ></span>
       <span class="message"><strong>${name}</strong> ${what}</span>
       <span class="where">${where.filter(Boolean).join(" › ")}</span>

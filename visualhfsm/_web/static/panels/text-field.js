@@ -9,6 +9,7 @@
 import {html, live, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 import {spokenTime, toMilliseconds} from "../times.js";
 import {Draft, isTooLong} from "./draft.js";
 import {commandFor, keyOf, problemsAt} from "./places.js";
@@ -127,7 +128,7 @@ export class TextField extends PageElement {
         ${this.options.map(
           ([value, shown]) => html`<option value=${value} ?selected=${value === text.trim()}>${shown}</option>`,
         )}
-        ${known ? nothing : html`<option value=${text} selected>${text || "none"}</option>`}
+        ${known ? nothing : html`<option value=${text} selected>${text || t("none")}</option>`}
       </select>`;
     }
     if (kind === "area") {

@@ -14,15 +14,16 @@ import {apply} from "../commands.js";
 import {iconButton} from "../icons.js";
 import {outgoing} from "../outline.js";
 import {page} from "../page.js";
+import {rich, t} from "../texts.js";
 import {placeOf} from "./places.js";
 import {problemLines} from "./tabs.js";
 
 /** @type {[type: Commands["setTransitionType"]["type"], label: string, words: string][]} */
 const TYPES = [
-  ["condition", "Condition", "when an expression is true"],
-  ["time", "Time", "after a time in the state"],
-  ["event", "Event", "when an event arrives"],
-  ["finished", "Finished", "when every automaton of the state has finished"],
+  ["condition", t("Condition"), t("when an expression is true")],
+  ["time", t("Time"), t("after a time in the state")],
+  ["event", t("Event"), t("when an event arrives")],
+  ["finished", t("Finished"), t("when every automaton of the state has finished")],
 ];
 
 /** @param {About} about */
@@ -48,7 +49,7 @@ export function transitionEditor(about) {
         ${automaton.states.map(
           (state) =>
             html` <option value=${state.id} ?selected=${state.id === transition[end]}>
-              ${state.name || `state ${state.id}`}
+              ${state.name || t("state {id}", {id: state.id})}
             </option>`,
         )}
       </select></label
@@ -57,13 +58,13 @@ export function transitionEditor(about) {
       <hfsm-text-field
         class="title"
         data-part="name"
-        label="Name of the transition"
+        label=${t("Name of the transition")}
         .tab=${tab}
         .place=${{...place, part: "name"}}
         .text=${transition.name}
         ?readonly=${readonly}
       ></hfsm-text-field>
-      <div class="marks">${ends("origin", "From")} ${ends("destination", "To")}</div>
+      <div class="marks">${ends("origin", t("From"))} ${ends("destination", t("To"))}</div>
       ${problemLines(own)}
     </div>
     <div class="tab-panel sections">
@@ -72,7 +73,7 @@ export function transitionEditor(about) {
         transition.type === "condition" && !transition.guard.trim()
           ? nothing
           : html`<div class="section">
-              <h3 id="guard-title">Guard <span class="faint">must hold as well</span></h3>
+              <h3 id="guard-title">${t("Guard")} <span class="faint">${t("must hold as well")}</span></h3>
               <hfsm-code-field
                 class="grow"
                 wraps
@@ -81,14 +82,16 @@ export function transitionEditor(about) {
                 .place=${{...place, part: "guard"}}
                 .text=${transition.guard}
                 ?readonly=${readonly}
-                label="Guard of ${transition.name}"
-                hint="always"
+                label=${t("Guard of {name}", {name: transition.name})}
+                hint=${t("always")}
               ></hfsm-code-field>
               ${
                 transition.type === "condition"
                   ? html`<p class="explain">
-                      A condition has no guard: the component cannot be generated. Write both into the condition, joined
-                      by <code>and</code>, or delete the guard.
+                      ${rich(
+                        "A condition has no guard: the component cannot be generated. Write both into the condition, joined by {and}, or delete the guard.",
+                        {and: html`<code>and</code>`},
+                      )}
                     </p>`
                   : nothing
               }
@@ -96,7 +99,7 @@ export function transitionEditor(about) {
       }
       ${priority(about, place, fields)}
       <div class="section code">
-        <h3>Code <span class="faint">runs when it fires</span></h3>
+        <h3>${t("Code")} <span class="faint">${t("runs when it fires")}</span></h3>
         <hfsm-code-field
           class="fill"
           data-part="fired"
@@ -104,8 +107,8 @@ export function transitionEditor(about) {
           .place=${{...place, part: "fired"}}
           .text=${transition.code}
           ?readonly=${readonly}
-          label="Code of the transition ${transition.name}"
-          hint="Runs once, after the old state's exit code"
+          label=${t("Code of the transition {name}", {name: transition.name})}
+          hint=${t("Runs once, after the old state's exit code")}
         ></hfsm-code-field>
       </div>
     </div>`;
@@ -120,7 +123,7 @@ function typeChoice(transition, fields, readonly) {
     page.edit({kind: "transition", automaton: fields.automaton, id: fields.transition, part: "trigger"});
   };
   return html`<fieldset class="type-choice">
-    <legend>Fires</legend>
+    <legend>${t("Fires")}</legend>
     ${TYPES.map(
       ([type, label, words]) =>
         html` <label title=${words}
@@ -142,34 +145,34 @@ function trigger({tab, document, transition, readonly}, place) {
   const where = {...place, part: "trigger"};
   switch (transition.type) {
     case "finished":
-      return html`<p class="explain">Fires when every automaton of its origin has reached a final state.</p>`;
+      return html`<p class="explain">${t("Fires when every automaton of its origin has reached a final state.")}</p>`;
     case "time":
       return html`<hfsm-text-field
         class="section"
         data-part="trigger"
         kind="time"
-        label="After"
+        label=${t("After")}
         .tab=${tab}
         .place=${where}
         .text=${transition.trigger}
         ?readonly=${readonly}
-        hint="1 s, or 500 ms"
+        hint=${t("1 s, or 500 ms")}
       ></hfsm-text-field>`;
     case "event":
       return html`<hfsm-text-field
         class="section"
         data-part="trigger"
-        label="Event"
+        label=${t("Event")}
         .tab=${tab}
         .place=${where}
         .text=${transition.trigger}
         ?readonly=${readonly}
         .suggestions=${knownEvents(document, transition)}
-        hint="its name"
+        hint=${t("its name")}
       ></hfsm-text-field>`;
     default:
       return html`<div class="section">
-        <h3>Condition <span class="faint">an expression, or statements that return</span></h3>
+        <h3>${t("Condition")} <span class="faint">${t("an expression, or statements that return")}</span></h3>
         <hfsm-code-field
           class="grow"
           wraps
@@ -178,8 +181,8 @@ function trigger({tab, document, transition, readonly}, place) {
           .place=${where}
           .text=${transition.trigger}
           ?readonly=${readonly}
-          label="Condition of ${transition.name}"
-          hint="never: write an expression"
+          label=${t("Condition of {name}", {name: transition.name})}
+          hint=${t("never: write an expression")}
         ></hfsm-code-field>
       </div>`;
   }
@@ -195,19 +198,21 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
     <hfsm-text-field
       data-part="priority"
       kind="number"
-      label="Priority"
+      label=${t("Priority")}
       .tab=${tab}
       .place=${{...place, part: "priority"}}
       .text=${transition.priority}
       ?readonly=${readonly}
-      hint="none"
+      hint=${t("none")}
     ></hfsm-text-field>
     ${
       order.length < 2
-        ? html`<span class="faint">the only transition out of its state</span>`
-        : html`<span class="faint">tried as number ${index + 1} of ${order.length}</span>
-            ${iconButton("up", "Evaluate earlier", () => move(-1), {disabled: index <= 0 || readonly})}
-            ${iconButton("up", "Evaluate later", () => move(1), {
+        ? html`<span class="faint">${t("the only transition out of its state")}</span>`
+        : html`<span class="faint"
+              >${t("tried as number {number} of {count}", {number: index + 1, count: order.length})}</span
+            >
+            ${iconButton("up", t("Evaluate earlier"), () => move(-1), {disabled: index <= 0 || readonly})}
+            ${iconButton("up", t("Evaluate later"), () => move(1), {
               kind: "down",
               disabled: index >= order.length - 1 || readonly,
             })}`

@@ -15,14 +15,15 @@ import {messageOf} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 import {actionButton} from "../shell.js";
+import {t} from "../texts.js";
 import {MOST_RUNS, duration, requestOf, statePaths, verbOf} from "../trials/asking.js";
 import "../trials/trials-view.js";
 
 /** @type {[Robot, string][]} */
 const ROBOTS = [
-  ["sim", "simulated"],
-  ["fake", "without physics"],
-  ["none", "none"],
+  ["sim", t("simulated")],
+  ["fake", t("without physics")],
+  ["none", t("none")],
 ];
 
 class TrialsPanel extends PageElement {
@@ -58,7 +59,7 @@ class TrialsPanel extends PageElement {
 
   render() {
     const trials = store.trials.get(page.tab);
-    if (!page.document) return html`<p class="empty">No document is open.</p>`;
+    if (!page.document) return html`<p class="empty">${t("No document is open.")}</p>`;
     if (page.tabState?.recording) return this.#inRecording();
     if (this.refusal)
       return html`<div class="empty trials-refused">
@@ -68,7 +69,7 @@ class TrialsPanel extends PageElement {
     if (!trials?.plan)
       return trials?.error
         ? html`<pre class="trials-error" role="alert">${trials.error}</pre>`
-        : html`<p class="empty" role="status">The plan is being read…</p>`;
+        : html`<p class="empty" role="status">${t("The plan is being read…")}</p>`;
     return html`<div class="trials-panel">
       <div class="trials-setup">${this.#setup(trials, trials.plan)}</div>
       <div class="trials-results ${trials.outdated ? "outdated" : ""}" tabindex="-1">
@@ -86,11 +87,11 @@ class TrialsPanel extends PageElement {
   #inRecording() {
     const origin = store.workspace.tabs.find(({tab}) => tab === this.origin);
     return html`<div class="empty trials-refused">
-      <p>A recording contains this document. Save a copy to run trials of it.</p>
+      <p>${t("A recording contains this document. Save a copy to run trials of it.")}</p>
       ${
         origin
           ? html`<button type="button" class="action" @click=${() => page.show(origin.tab)}>
-              ${icon("trials")}<span class="text">Back to the trials of ${origin.title}</span>
+              ${icon("trials")}<span class="text">${t("Back to the trials of {title}", {title: origin.title})}</span>
             </button>`
           : nothing
       }
@@ -102,7 +103,7 @@ class TrialsPanel extends PageElement {
     const running = trials.status === "running" || trials.status === "stopping";
     return html`<form @submit=${this.#submit}>
         <label class="trials-runs"
-          >Trials
+          >${t("Trials")}
           <input
             type="number"
             name="runs"
@@ -121,7 +122,7 @@ class TrialsPanel extends PageElement {
                 ?disabled=${trials.status === "stopping"}
                 @click=${() => ask("stopTrials", {tab: page.tab})}
               >
-                ${icon("stop")}<span class="text">Stop</span>
+                ${icon("stop")}<span class="text">${t("Stop")}</span>
               </button>`
             : html`<button type="submit" class="action primary" ?disabled=${!store.online}>
                 ${icon("run")}<span class="text">${verbOf(trials, this.draft)}</span>
@@ -129,22 +130,24 @@ class TrialsPanel extends PageElement {
         }
         ${plan.file ? nothing : this.#choices(plan, running)}
       </form>
-      ${progress(trials)} ${facts("What varies", plan.varies)} ${facts("What happens", plan.happens)}
-      ${this.#counting(plan)} ${facts("What stays", plan.fixed)}
-      <p class="faint">${plan.file ? html`By the plan ${plan.file}, seed ${plan.seed}.` : howToPlan()}</p>`;
+      ${progress(trials)} ${facts(t("What varies"), plan.varies)} ${facts(t("What happens"), plan.happens)}
+      ${this.#counting(plan)} ${facts(t("What stays"), plan.fixed)}
+      <p class="faint">
+        ${plan.file ? t("By the plan {file}, seed {seed}.", {file: plan.file, seed: plan.seed}) : howToPlan()}
+      </p>`;
   }
 
   /** Where there is no plan, what a pupil wants to choose. @param {PlanFacts} plan @param {boolean} running */
   #choices(plan, running) {
     const {state = plan.state, robot = /** @type {Robot} */ (plan.robot), limit = plan.limit} = this.draft;
     return html`<label
-        >Reach
+        >${t("Reach")}
         <select name="state" ?disabled=${running} @change=${this.#input}>
-          <option value="" ?selected=${!state}>no particular state</option>
+          <option value="" ?selected=${!state}>${t("no particular state")}</option>
           ${statePaths(page.document).map((path) => html`<option value=${path} ?selected=${path === state}>${path}</option>`)}
         </select></label
       ><label
-        >Within
+        >${t("Within")}
         <input
           type="number"
           name="limit"
@@ -158,7 +161,7 @@ class TrialsPanel extends PageElement {
         />
         s</label
       ><label
-        >Robot
+        >${t("Robot")}
         <select name="robot" ?disabled=${running} @change=${this.#input}>
           ${ROBOTS.map(([value, words]) => html`<option value=${value} ?selected=${value === robot}>${words}</option>`)}
         </select></label
@@ -168,18 +171,20 @@ class TrialsPanel extends PageElement {
   /** @param {PlanFacts} plan */
   #counting(plan) {
     const {state, limit, counts, measures, file} = plan;
-    const goal = state ? [`reaches ${state} within ${limit} s`] : [`runs for ${limit} s without an error`];
+    const goal = state
+      ? [t("reaches {state} within {limit} s", {state, limit})]
+      : [t("runs for {limit} s without an error", {limit})];
     const all = [...(file ? goal : []), ...counts];
     return html`${
       all.length
-        ? html`<h3>It succeeds when</h3>
+        ? html`<h3>${t("It succeeds when")}</h3>
             <ul>
               ${all.map((words) => html`<li>${words}</li>`)}
             </ul>`
         : nothing
     }${
       measures.length
-        ? html`<h3>What is measured</h3>
+        ? html`<h3>${t("What is measured")}</h3>
             <p>${measures.join(", ")}</p>`
         : nothing
     }`;
@@ -193,8 +198,8 @@ class TrialsPanel extends PageElement {
         ? html`<p class="trials-note">
             ${
               status === "running"
-                ? "The document has changed since: its older version runs here."
-                : "These are of an older version of the document, of its plan or of a file beside it."
+                ? t("The document has changed since: its older version runs here.")
+                : t("These are of an older version of the document, of its plan or of a file beside it.")
             }
           </p>`
         : nothing
@@ -202,11 +207,11 @@ class TrialsPanel extends PageElement {
       recording === null
         ? nothing
         : html`<p class="trials-note coming" role="status">
-            Trial ${recording} runs again and is recorded…
+            ${t("Trial {number} runs again and is recorded…", {number: recording})}
             ${
               status === "idle"
                 ? html`<button type="button" class="link" @click=${() => ask("stopTrials", {tab: page.tab})}>
-                    Stop
+                    ${t("Stop")}
                   </button>`
                 : nothing
             }
@@ -266,11 +271,14 @@ class TrialsPanel extends PageElement {
 function progress({status, view, left, plan, workers}) {
   if (status === "reading" || status === "idle" || !plan) return nothing;
   const done = view?.share.trials ?? 0;
-  const at = workers > 1 ? `, ${workers} at a time` : "";
-  const words = status === "stopping" ? "stopping" : left === null ? `starting${at}` : `${duration(left)} left${at}`;
+  const at = workers > 1 ? t("{count} at a time", {count: workers}) : "";
+  const now = left === null ? t("starting") : t("{time} left", {time: duration(left)});
+  const words = status === "stopping" ? t("stopping") : [now, at].filter(Boolean).join(", ");
   return html`<div class="trials-progress">
-    <progress max=${plan.runs} value=${done} aria-label="Trials that have ended"></progress>
-    <p class="between" role="status"><span>${done} of ${plan.runs}</span><span>${words}</span></p>
+    <progress max=${plan.runs} value=${done} aria-label=${t("Trials that have ended")}></progress>
+    <p class="between" role="status">
+      <span>${t("{done} of {runs}", {done, runs: plan.runs})}</span><span>${words}</span>
+    </p>
   </div>`;
 }
 
@@ -291,8 +299,10 @@ function facts(title, list) {
 
 function howToPlan() {
   const name = page.tabState?.path.replace(/^.*\//, "").replace(/\.xml$/i, "") ?? "";
-  return html`Nothing varies yet. A file ${name}.trials.toml beside the document says what does: places, light, noise,
-  pushes, parameters.`;
+  return t(
+    "Nothing varies yet. A file {name}.trials.toml beside the document says what does: places, light, noise, pushes, parameters.",
+    {name},
+  );
 }
 
 /** @param {string} text */

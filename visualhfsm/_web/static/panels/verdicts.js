@@ -1,6 +1,7 @@
 /** The verdicts of the model checker on the properties of a document. */
 
 import {FAILED} from "../problems.js";
+import {t} from "../texts.js";
 import {placeOf} from "./places.js";
 
 /**
@@ -10,17 +11,18 @@ import {placeOf} from "./places.js";
  */
 
 /** What the model checker assumes; `visualhfsm check` has the same words. */
-export const ASSUMPTIONS =
+export const ASSUMPTIONS = t(
   "Proofs hold as long as cycles begin and end within their periods, automata side by side change on time, " +
-  "code raises no errors, libraries use only what code passes to them, and nobody pauses, forces, sets or " +
-  "reloads anything.";
+    "code raises no errors, libraries use only what code passes to them, and nobody pauses, forces, sets or " +
+    "reloads anything.",
+);
 
 /** @type {Record<string, Verdict>} */
 const BY_CODE = {
-  E610: {kind: "violated", words: "Violated."},
-  W611: {kind: "undecided", words: "Undecided: the search took too long, or some code cannot be followed."},
-  E612: {kind: "invalid", words: "Not understood."},
-  E613: {kind: "invalid", words: "Not understood."},
+  E610: {kind: "violated", words: t("Violated.")},
+  W611: {kind: "undecided", words: t("Undecided: the search took too long, or some code cannot be followed.")},
+  E612: {kind: "invalid", words: t("Not understood.")},
+  E613: {kind: "invalid", words: t("Not understood.")},
 };
 
 /** Whether a problem is the verdict on a valid property. @param {Problem} problem */
@@ -45,8 +47,8 @@ export function verdictOf(document, index) {
   );
   if (own) return BY_CODE[own.code];
   if (!document.fields.properties?.[index]?.expression.trim()) return undefined;
-  if (checked !== revision) return {kind: "unknown", words: "Checking…"};
+  if (checked !== revision) return {kind: "unknown", words: t("Checking…")};
   if (problems.some((each) => each.severity === "error" && each.code !== FAILED && !isOfProperty(each)))
-    return {kind: "unknown", words: "Not checked: the document has errors."};
-  return {kind: "holds", words: "Holds in every run."};
+    return {kind: "unknown", words: t("Not checked: the document has errors.")};
+  return {kind: "holds", words: t("Holds in every run.")};
 }

@@ -8,6 +8,7 @@
  */
 
 import {RADIUS} from "../canvas/geometry.js";
+import {t} from "../texts.js";
 import {canDraw} from "./ready-states.js";
 
 const FAR = 6; // pixels; a shorter move is a click
@@ -76,7 +77,10 @@ export class Carrying {
     this.#carried.style.setProperty("--size", `${size}px`);
     this.#carried.style.transform = `translate(${clientX}px, ${clientY}px)`;
     const label = this.#carried.lastElementChild;
-    if (label) label.textContent = this.#after ? `${this.ready.title} after ${this.#after.name}` : this.ready.title;
+    if (label)
+      label.textContent = this.#after
+        ? t("{title} after {name}", {title: this.ready.title, name: this.#after.name})
+        : this.ready.title;
   }
 
   /** @param {PointerEvent} event */

@@ -14,20 +14,21 @@ import {notifyError} from "../notices.js";
 import {triggerFrom} from "../outline.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
+import {t} from "../texts.js";
 
 const BESIDE = 190; // pixels from a state to one that is drawn after it
 
 /** What people call that which a robot needs for a servant. @type {Record<string, string>} */
 const PARTS = {
-  Camera: "camera",
-  Head: "head that turns",
-  Hearing: "ears",
-  Leds: "lights",
-  Motions: "motions",
-  Postures: "postures",
-  Speech: "voice",
-  Touch: "touch sensors",
-  Walk: "legs or wheels",
+  Camera: t("camera"),
+  Head: t("head that turns"),
+  Hearing: t("ears"),
+  Leds: t("lights"),
+  Motions: t("motions"),
+  Postures: t("postures"),
+  Speech: t("voice"),
+  Touch: t("touch sensors"),
+  Walk: t("legs or wheels"),
 };
 
 /** The names of what the robot serves; empty while it is not known. @type {Set<string>} */
@@ -48,7 +49,7 @@ export async function lookAtRobot() {
 export function lacking({needs}) {
   if (!has.has("Safety")) return ""; // every robot has it
   const missing = needs.filter(({identity}) => !has.has(identity)).map(({identity}) => PARTS[identity] ?? identity);
-  return missing.length ? `this robot has no ${missing.join(" and no ")}` : "";
+  return missing.length ? t("this robot has no {parts}", {parts: missing.join(t(" and no "))}) : "";
 }
 
 /** The ready states that contain all words of a text, the best first. @param {string} text */
@@ -79,7 +80,7 @@ export const canDraw = (canvas) => Boolean(page.document) && !canvas.readOnly;
  */
 export async function drawReady(canvas, ready, {point, after} = {}) {
   if (!canDraw(canvas)) {
-    notifyError(new Error("Nothing can be drawn here: open a document of your own."));
+    notifyError(new Error(t("Nothing can be drawn here: open a document of your own.")));
     return;
   }
   if (!page.automaton) await commands.apply("addRoot");
@@ -92,7 +93,7 @@ export async function drawReady(canvas, ready, {point, after} = {}) {
     const id = commands.selectAdded(done, "states");
     if (id === undefined) return;
     page.dispatchEvent(new Event("reveal"));
-    canvas.announce(`${ready.title} is drawn`);
+    canvas.announce(t("{title} is drawn", {title: ready.title}));
     const [first] = ready.inputs;
     const edit = {kind: /** @type {const} */ ("state"), automaton: page.shownAutomaton.id, id, part: "argument"};
     if (first) page.edit({...edit, name: first.name, selects: true});

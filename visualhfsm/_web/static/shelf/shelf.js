@@ -14,6 +14,7 @@ import {page} from "../page.js";
 import {resizer} from "../shell.js";
 import {browserStorage} from "../storage.js";
 import {store} from "../store.js";
+import {rich, t} from "../texts.js";
 import {Carrying} from "./carrying.js";
 import {drawReady, findReady, lacking, lookAtRobot} from "./ready-states.js";
 
@@ -22,7 +23,7 @@ const TALL = 620; // px of height from which it is open by default
 
 /** The line that changes its height. */
 const heightLine = () =>
-  resizer({name: "Height of the shelf", variable: "--shelf", along: "y", sign: -1, smallest: 120, largest: 900});
+  resizer({name: t("Height of the shelf"), variable: "--shelf", along: "y", sign: -1, smallest: 120, largest: 900});
 
 export class Shelf extends PageElement {
   static properties = {open: {state: true}, text: {state: true}, chosen: {state: true}, described: {state: true}};
@@ -59,17 +60,17 @@ export class Shelf extends PageElement {
 
   render() {
     if (!page.document) return nothing;
-    return html`<section class="shelf ${this.open ? "open" : ""}" aria-label="Shelf">
+    return html`<section class="shelf ${this.open ? "open" : ""}" aria-label=${t("Shelf")}>
       ${this.open ? heightLine() : nothing}
       <h2>
         <button
           type="button"
           aria-expanded=${this.open}
           aria-controls="shelf-content"
-          title="Ready states to draw (${keyOf("shelf")})"
+          title=${t("Ready states to draw ({key})", {key: keyOf("shelf")})}
           @click=${() => this.#toggle(!this.open)}
         >
-          ${icon("chevron")}<span>Shelf</span>
+          ${icon("chevron")}<span>${t("Shelf")}</span>
         </button>
       </h2>
       <div class="shelf-content" id="shelf-content" ?hidden=${!this.open}>${this.open ? this.#content() : nothing}</div>
@@ -88,12 +89,12 @@ export class Shelf extends PageElement {
     return html`<input
         type="search"
         role="combobox"
-        aria-label="Search the shelf"
+        aria-label=${t("Search the shelf")}
         aria-expanded="true"
         aria-controls="shelf-list"
         aria-activedescendant=${chosen ? optionOf(chosen) : nothing}
         aria-describedby="shelf-about"
-        placeholder="Search"
+        placeholder=${t("Search")}
         autocomplete="off"
         spellcheck="false"
         .value=${this.text}
@@ -109,14 +110,14 @@ export class Shelf extends PageElement {
         class="shelf-list"
         id="shelf-list"
         role="listbox"
-        aria-label="Ready states"
+        aria-label=${t("Ready states")}
         @pointerleave=${() => (this.described = "")}
         @scroll=${() => this.requestUpdate()}
       >
         ${this.text.trim() ? found.map((each) => this.#option(each, chosen)) : this.#groups(found, chosen)}
-        ${found.length ? nothing : html`<p class="faint" role="presentation">Nothing with these words.</p>`}
+        ${found.length ? nothing : html`<p class="faint" role="presentation">${t("Nothing with these words.")}</p>`}
       </div>
-      <p class="shelf-hint faint">Click, or drag to the canvas</p>
+      <p class="shelf-hint faint">${t("Click, or drag to the canvas")}</p>
       <div class="shelf-about" id="shelf-about" ?hidden=${!described}>${described ? about(described) : nothing}</div>`;
   }
 
@@ -143,7 +144,11 @@ export class Shelf extends PageElement {
       class="ready ${ready.trouble ? "broken" : lacks ? "lacking" : ""}"
       aria-selected=${ready === chosen}
       aria-disabled=${ready.trouble ? "true" : nothing}
-      aria-label="${ready.title}${ready.trouble ? `, cannot be used: ${ready.trouble}` : lacks ? `, ${lacks}` : ""}"
+      aria-label=${
+        ready.trouble
+          ? t("{title}, cannot be used: {trouble}", {title: ready.title, trouble: ready.trouble})
+          : [ready.title, lacks].filter(Boolean).join(", ")
+      }
       @pointerenter=${() => (this.described = ready.id)}
       @pointerdown=${(/** @type {PointerEvent & From<HTMLElement>} */ event) => this.#press(event, ready)}
     >
@@ -229,10 +234,10 @@ const optionOf = ({id}) => `shelf-${id.replace(/[^\w-]/g, "-")}`;
 /** What a ready state does, and what can be set. @param {ReadyState} ready */
 function about(ready) {
   if (ready.trouble)
-    return html`<p><strong>${ready.title}</strong> cannot be used.</p>
+    return html`<p>${rich("{title} cannot be used.", {title: html`<strong>${ready.title}</strong>`})}</p>
       <p class="trouble">${ready.path}: ${ready.trouble}</p>`;
   const lacks = lacking(ready);
-  return html`<p><strong>${ready.title}</strong> ${ready.text || "has no description."}</p>
+  return html`<p><strong>${ready.title}</strong> ${ready.text || t("has no description.")}</p>
     ${lacks ? html`<p class="trouble">${lacks[0].toUpperCase() + lacks.slice(1)}.</p>` : nothing}
     ${
       ready.inputs.length

@@ -8,6 +8,7 @@
  */
 
 import {rootOf} from "../outline.js";
+import {decimal, n, t} from "../texts.js";
 
 export const MOST_RUNS = 1_000_000;
 const MOST_MORE = 1000; // that are added at once
@@ -22,9 +23,9 @@ const MOST_LEVELS = 12;
 export function verbOf(trials, draft) {
   const done = trials.view?.share.trials ?? 0;
   const runs = draft.runs ?? trials.plan?.runs ?? 0;
-  if (!done) return "Run";
-  if (isOlder(trials, draft)) return "Run from the start";
-  return done < runs ? "Go on" : `Run ${more(runs)} more`;
+  if (!done) return t("Run");
+  if (isOlder(trials, draft)) return t("Run from the start");
+  return done < runs ? t("Go on") : n("Run {count} more", "Run {count} more", more(runs));
 }
 
 /**
@@ -57,7 +58,7 @@ const more = (runs) => Math.min(runs, MOST_MORE);
 /** How long the others take, in words. @param {number} seconds */
 export function duration(seconds) {
   if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;
-  return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`;
+  return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${decimal(seconds / 3600, 1)} h`;
 }
 
 /**

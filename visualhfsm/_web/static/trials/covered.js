@@ -8,6 +8,8 @@
  *   wholly: what, and where to look; a line of 0 is the element as a whole
  */
 
+import {n, t} from "../texts.js";
+
 /**
  * The marks of what was passed, for the canvas.
  *
@@ -39,8 +41,13 @@ export function covered(document, passed, code) {
     allStates += automaton.states.length;
     allTransitions += automaton.transitions.length;
   }
-  const lines = code.length ? `, ${sumOf(code)} lines` : "";
-  return `${states} of ${allStates} states, ${transitions} of ${allTransitions} transitions${lines} passed`;
+  const counts = {states, allStates, transitions, allTransitions};
+  return code.length
+    ? t(
+        "{states} of {allStates} states, {transitions} of {allTransitions} transitions, {lines} of {allLines} lines passed",
+        {...counts, ...sumOf(code)},
+      )
+    : t("{states} of {allStates} states, {transitions} of {allTransitions} transitions passed", counts);
 }
 
 /**
@@ -65,7 +72,7 @@ export function gapsIn(document, passed, code) {
     for (const state of automaton.states) {
       const key = `${automaton.id} state ${state.id}`;
       if (known.get(key)?.count) gaps.push(...linesOf(pieces.get(key)));
-      else gaps.push(gapAt({kind: "state", automaton: automaton.id, id: state.id}, "never entered"));
+      else gaps.push(gapAt({kind: "state", automaton: automaton.id, id: state.id}, t("never entered")));
     }
     for (const transition of automaton.transitions) {
       const key = `${automaton.id} transition ${transition.id}`;
@@ -84,15 +91,29 @@ function neverFired(automaton, {id, type, guard}, passed) {
   /** @type {Place} */
   const place = {kind: "transition", automaton: automaton.id, id};
   const part = type === "condition" ? "trigger" : guard.trim() ? "guard" : "";
-  if (!part) return gapAt(place, "never fired");
-  const word = type === "condition" ? "condition" : "guard";
-  const times = passed?.asked === 1 ? "once" : `${passed?.asked} times`;
-  const why = !passed?.asked
-    ? `its ${word} was never evaluated`
-    : passed.held
-      ? `though its ${word} was true`
-      : `its ${word} was evaluated ${times}, and was never true`;
-  return gapAt({...place, part}, `never fired: ${why}`);
+  if (!part) return gapAt(place, t("never fired"));
+  const isCondition = type === "condition";
+  const count = passed?.asked ?? 0;
+  let why;
+  if (!count)
+    why = isCondition
+      ? t("never fired: its condition was never evaluated")
+      : t("never fired: its guard was never evaluated");
+  else if (passed?.held)
+    why = isCondition ? t("never fired: though its condition was true") : t("never fired: though its guard was true");
+  else
+    why = isCondition
+      ? n(
+          "never fired: its condition was evaluated once, and was never true",
+          "never fired: its condition was evaluated {count} times, and was never true",
+          count,
+        )
+      : n(
+          "never fired: its guard was evaluated once, and was never true",
+          "never fired: its guard was evaluated {count} times, and was never true",
+          count,
+        );
+  return gapAt({...place, part}, why);
 }
 
 /**
@@ -105,7 +126,9 @@ function linesOf(pieces = []) {
   const broken = pieces.find(({failed}) => failed.length);
   const first = broken ?? pieces.find(({missed}) => missed.length);
   if (!first) return [];
-  const what = `${sumOf(pieces)} lines passed${broken ? "; a test failed in its code" : ""}`;
+  const what = broken
+    ? t("{lines} of {allLines} lines passed; a test failed in its code", sumOf(pieces))
+    : t("{lines} of {allLines} lines passed", sumOf(pieces));
   return [{place: first.place, line: (broken ? first.failed : first.missed)[0], what, failed: Boolean(broken)}];
 }
 
@@ -113,15 +136,15 @@ function linesOf(pieces = []) {
 function sumOf(pieces) {
   const passed = pieces.reduce((sum, each) => sum + each.passed.length, 0);
   const all = pieces.reduce((sum, each) => sum + each.missed.length + each.failed.length, passed);
-  return `${passed} of ${all}`;
+  return {lines: passed, allLines: all};
 }
 
 /** What tests passed of a piece of code, as a sentence. @param {PassedCode} code */
 export function linesInWords(code) {
   const {missed, failed} = code;
-  const parts = [`Tests passed ${sumOf([code])} lines`];
-  if (missed.length) parts.push(`not ${lineNumbers(missed)}`);
-  if (failed.length) parts.push(`and failed in ${lineNumbers(failed)}`);
+  const parts = [t("Tests passed {lines} of {allLines} lines", sumOf([code]))];
+  if (missed.length) parts.push(t("not {lines}", {lines: lineNumbers(missed)}));
+  if (failed.length) parts.push(t("and failed in {lines}", {lines: lineNumbers(failed)}));
   return parts.join(", ");
 }
 
@@ -130,18 +153,23 @@ const MOST_NUMBERS = 12;
 /** @param {readonly number[]} lines */
 function lineNumbers(lines) {
   const shown = lines.slice(0, MOST_NUMBERS).join(", ");
-  const more = lines.length > MOST_NUMBERS ? ` and ${lines.length - MOST_NUMBERS} more` : "";
-  return `${lines.length === 1 ? "line" : "lines"} ${shown}${more}`;
+  return lines.length > MOST_NUMBERS
+    ? t("lines {lines} and {more} more", {lines: shown, more: lines.length - MOST_NUMBERS})
+    : n("line {lines}", "lines {lines}", lines.length, {lines: shown});
 }
 
 /** How tests went, in words. @param {readonly TestView[]} tests */
 export function summary(tests) {
   const ran = tests.filter(({outcome}) => outcome);
-  if (!tests.length) return "No tests";
-  if (!ran.length) return `${tests.length} ${tests.length === 1 ? "test" : "tests"}, not run yet`;
+  if (!tests.length) return t("No tests");
+  if (!ran.length) return n("{count} test, not run yet", "{count} tests, not run yet", tests.length);
   const count = (/** @type {string} */ wanted) => tests.filter(({outcome}) => outcome === wanted).length;
-  const parts = [count("passed") && `${count("passed")} passed`, count("failed") && `${count("failed")} failed`];
-  if (count("skipped")) parts.push(`${count("skipped")} skipped`);
-  if (count("")) parts.push(`${count("")} not run`);
+  const [passed, failed, skipped, left] = ["passed", "failed", "skipped", ""].map(count);
+  const parts = [
+    passed && n("{count} passed", "{count} passed", passed),
+    failed && n("{count} failed", "{count} failed", failed),
+    skipped && n("{count} skipped", "{count} skipped", skipped),
+    left && n("{count} not run", "{count} not run", left),
+  ];
   return parts.filter(Boolean).join(", ");
 }

@@ -5,6 +5,7 @@
  */
 
 import {LitElement, html, nothing, repeat, svg} from "lit";
+import {decimal, n, rich, t} from "../texts.js";
 
 const WIDTH = 300; // of a plot, in its own units
 const HEIGHT = 84;
@@ -40,29 +41,38 @@ export class HfsmTrials extends LitElement {
 
   render() {
     const {view} = this;
-    if (!view) return html`<p class="empty">There are no trials yet.</p>`;
+    if (!view) return html`<p class="empty">${t("There are no trials yet.")}</p>`;
     const {share, planned, histograms, dependences, maps, ways, worst} = view;
-    if (!share.trials) return html`<p class="empty" role="status">None of ${planned} trials has ended yet.</p>`;
+    if (!share.trials)
+      return html`<p class="empty" role="status">${t("None of {planned} trials has ended yet.", {planned})}</p>`;
     return html`
-      <section class="trials-rate" aria-label="Success">
+      <section class="trials-rate" aria-label=${t("Success")}>
         <p class="rate-figure">${percent(rate(share))}</p>
         <div>
           <p>
-            <b>${share.successes} of ${share.trials}</b> trials
-            succeed${planned > share.trials ? `; ${planned - share.trials} are still to come` : ""}
+            ${rich("{share} trials succeed", {
+              share: html`<b>${t("{successes} of {trials}", {successes: share.successes, trials: share.trials})}</b>`,
+            })}${
+              planned > share.trials
+                ? n("; {count} is still to come", "; {count} are still to come", planned - share.trials)
+                : ""
+            }
           </p>
           <p class="muted">
-            The true rate is between ${percent(share.lowest)} and ${percent(share.highest)}, with a confidence of 95 %.
+            ${t("The true rate is between {lowest} and {highest}, with a confidence of 95 %.", {
+              lowest: percent(share.lowest),
+              highest: percent(share.highest),
+            })}
           </p>
         </div>
-        <p class="trials-legend">${sign("good", "succeed")} ${sign("bad", "fail")}</p>
+        <p class="trials-legend">${sign("good", t("succeed"))} ${sign("bad", t("fail"))}</p>
         ${shareBar(share)}
       </section>
-      ${ways.length ? this.#section("How it fails", this.#ways(ways)) : nothing}
-      ${maps.length ? this.#section("Where", html`<div class="trials-plots">${maps.map((map) => this.#map(map))}</div>`) : nothing}
-      ${dependences.length ? this.#section("What success depends on", html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`) : nothing}
-      ${histograms.length ? this.#section("Numbers", html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`) : nothing}
-      ${worst.length ? this.#section("The worst trials", this.#worst(worst)) : nothing}
+      ${ways.length ? this.#section(t("How it fails"), this.#ways(ways)) : nothing}
+      ${maps.length ? this.#section(t("Where"), html`<div class="trials-plots">${maps.map((map) => this.#map(map))}</div>`) : nothing}
+      ${dependences.length ? this.#section(t("What success depends on"), html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`) : nothing}
+      ${histograms.length ? this.#section(t("Numbers"), html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`) : nothing}
+      ${worst.length ? this.#section(t("The worst trials"), this.#worst(worst)) : nothing}
     `;
   }
 
@@ -74,12 +84,17 @@ export class HfsmTrials extends LitElement {
       ({reason, states, count, numbers, timeline}) =>
         html`<details class="way">
           <summary>
-            <b>${count}</b> ${reason}${states ? html` <span class="muted">in ${states}</span>` : nothing}
+            <b>${count}</b>
+            ${reason}${states ? html` <span class="muted">${t("in {states}", {states})}</span>` : nothing}
           </summary>
           <p class="muted">
-            Trials
-            ${numbers.map((number, index) => [index ? ", " : "", this.#link(number)])}${count > numbers.length ? ", …" : ""}.
-            Trial ${timeline.number}:
+            ${rich("Trials {numbers}. Trial {number}:", {
+              numbers: [
+                numbers.map((number, index) => [index ? ", " : "", this.#link(number)]),
+                count > numbers.length ? ", …" : "",
+              ],
+              number: timeline.number,
+            })}
           </p>
           ${timelineOf(timeline)}
         </details>`,
@@ -95,7 +110,8 @@ export class HfsmTrials extends LitElement {
         html`<div class="way-row">
           <details class="way ${success ? "good" : "bad"}">
             <summary>
-              <b>${number}</b> ${success ? `succeeds after ${short(time)} s` : `${reason} at ${short(time)} s`}
+              <b>${number}</b>
+              ${success ? t("succeeds after {seconds} s", {seconds: short(time)}) : t("{reason} at {seconds} s", {reason, seconds: short(time)})}
             </summary>
             <dl>
               ${values.map(
@@ -108,7 +124,7 @@ export class HfsmTrials extends LitElement {
             </dl>
             ${timelineOf(timeline)}
           </details>
-          ${page ? html`<a href=${page}>open its recording</a>` : this.opens ? this.#link(number, "look back") : nothing}
+          ${page ? html`<a href=${page}>${t("open its recording")}</a>` : this.opens ? this.#link(number, t("look back")) : nothing}
         </div>`,
     );
   }
@@ -119,7 +135,7 @@ export class HfsmTrials extends LitElement {
     return html`<button
       type="button"
       class="link"
-      title="Run trial ${number} again, and look back at it"
+      title=${t("Run trial {number} again, and look back at it", {number})}
       @click=${() => this.#open(number)}
     >
       ${words}
@@ -140,22 +156,29 @@ export class HfsmTrials extends LitElement {
     const [low, high] = [Math.min(...ys) - MARGIN, Math.max(...ys) + MARGIN];
     const size = Math.max(right - left, high - low) / 110;
     const failed = places.filter(([, , success]) => !success).length;
-    const some = places.length < trials ? `, ${places.length} of ${trials} are shown` : "";
+    const counts = {succeeded: places.length - failed, failed, shown: places.length, trials};
     return html`<figure>
       <figcaption>
-        <b>${thing}</b> <span class="muted">${places.length - failed} succeed, ${failed} fail${some}</span>
+        <b>${thing}</b>
+        <span class="muted"
+          >${
+            places.length < trials
+              ? t("{succeeded} succeed, {failed} fail, {shown} of {trials} are shown", counts)
+              : t("{succeeded} succeed, {failed} fail", counts)
+          }</span
+        >
       </figcaption>
       <svg
         class="trials-map ${this.opens ? "opens" : ""}"
         viewBox="${left} ${-high} ${right - left} ${high - low}"
         role="img"
-        aria-label="Places of ${thing}"
+        aria-label=${t("Places of {thing}", {thing})}
         @click=${this.opens ? this.#clickPlace : nothing}
       >
         <path class="floor-line" d=${lines.map(([x, y, endX, endY]) => `M${x} ${-y}L${endX} ${-endY}`).join("")}></path>
         ${places.map(
           ([x, y, success, number]) =>
-            svg`<g transform="translate(${x} ${-y})" data-number=${number}><title>trial ${number} ${success ? "succeeds" : "fails"} from ${short(x)}, ${short(y)} m</title>
+            svg`<g transform="translate(${x} ${-y})" data-number=${number}><title>${success ? t("trial {number} succeeds from {x}, {y} m", {number, x: short(x), y: short(y)}) : t("trial {number} fails from {x}, {y} m", {number, x: short(x), y: short(y)})}</title>
             ${success ? svg`<circle class="good" r=${size}></circle>` : svg`<path class="bad-cross" d="M${-size} ${-size}L${size} ${size}M${size} ${-size}L${-size} ${size}"></path>`}</g>`,
         )}
       </svg>
@@ -188,7 +211,11 @@ const sign = (kind, meaning) =>
 
 /** A rate as a bar, with the interval as a whisker. @param {Share} share */
 function shareBar(share) {
-  const label = `${percent(rate(share))}, between ${percent(share.lowest)} and ${percent(share.highest)}`;
+  const label = t("{rate}, between {lowest} and {highest}", {
+    rate: percent(rate(share)),
+    lowest: percent(share.lowest),
+    highest: percent(share.highest),
+  });
   return html`<svg class="share-bar" viewBox="0 0 100 10" preserveAspectRatio="none" role="img" aria-label=${label}>
     <rect class="bad" width="100" height="10"></rect>
     <rect class="good" width=${100 * rate(share)} height="10"></rect>
@@ -211,7 +238,11 @@ function timelineOf({changes, end}) {
             role="listitem"
             class="state-span"
             .style=${`width: ${(100 * (stop - start)) / length}%; --color: var(--line-${names.indexOf(states) % MOST_COLORS})`}
-            title=${`${states}, from ${start.toFixed(2)} s to ${stop.toFixed(2)} s`}
+            title=${t("{states}, from {start} s to {stop} s", {
+              states,
+              start: decimal(start, 2),
+              stop: decimal(stop, 2),
+            })}
             >${states}</span
           >`,
       )}
@@ -225,16 +256,28 @@ function histogramPlot({name, median, lower, upper, edges, good, bad}) {
   const step = WIDTH / good.length;
   const bars = good.map((count, index) => {
     const [high, low] = [(count / most) * HEIGHT, (bad[index] / most) * HEIGHT];
-    const range = `${short(edges[index])} to ${short(edges[index + 1])}`;
-    return svg`<g><title>${range}: ${count} succeed, ${bad[index]} fail</title>
+    const title = t("{lower} to {upper}: {succeeded} succeed, {failed} fail", {
+      lower: short(edges[index]),
+      upper: short(edges[index + 1]),
+      succeeded: count,
+      failed: bad[index],
+    });
+    return svg`<g><title>${title}</title>
       <rect class="good" x=${index * step + 1} y=${HEIGHT - high} width=${step - 2} height=${high}></rect>
       <rect class="bad" x=${index * step + 1} y=${HEIGHT - high - low} width=${step - 2} height=${low}></rect></g>`;
   });
   return html`<figure>
     <figcaption>
-      <b>${name}</b> <span class="muted">median ${short(median)}, half of them ${short(lower)} to ${short(upper)}</span>
+      <b>${name}</b>
+      <span class="muted"
+        >${t("median {median}, half of them {lower} to {upper}", {
+          median: short(median),
+          lower: short(lower),
+          upper: short(upper),
+        })}</span
+      >
     </figcaption>
-    <svg viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label="Distribution of ${name}">
+    <svg viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label=${t("Distribution of {name}", {name})}>
       ${bars}
       <path class="axis" d="M0 ${HEIGHT}H${WIDTH}"></path>
     </svg>
@@ -248,7 +291,7 @@ function dependencePlot({name, parts}) {
   const head = html`<thead>
     <tr>
       <td colspan="3"></td>
-      ${numbers.map((number) => html`<th scope="col" title="Mean of ${number}">${number}</th>`)}
+      ${numbers.map((number) => html`<th scope="col" title=${t("Mean of {number}", {number})}>${number}</th>`)}
     </tr>
   </thead>`;
   return html`<figure>
@@ -261,7 +304,7 @@ function dependencePlot({name, parts}) {
           return html`<tr>
             <th scope="row">${label}</th>
             <td class="rate">${shareBar(share)}</td>
-            <td class="muted">${share.successes} of ${share.trials}</td>
+            <td class="muted">${t("{successes} of {trials}", {successes: share.successes, trials: share.trials})}</td>
             ${numbers.map((number) => html`<td>${meanText(mean.get(number))}</td>`)}
           </tr>`;
         })}
