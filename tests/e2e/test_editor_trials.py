@@ -127,7 +127,10 @@ def test_it_stops_and_says_what_is_wrong(browser: Browser, edited: Editor, path:
         panel.get_by_role("button", name="Go on").wait_for(timeout=ENDED)
 
 
-def test_tests_run_beside_the_document_and_mark_what_they_pass(browser: Browser, path: Path) -> None:
+def test_tests_run_beside_the_document_and_mark_what_they_pass(
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else their process is measured already
     path.with_name("test_waits.py").write_text(
         'def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n\n\n'
         'def test_it_is_done_at_once(behavior):\n    behavior("waits.xml").run_until("done", limit=0.2)\n'
@@ -153,7 +156,10 @@ def test_tests_run_beside_the_document_and_mark_what_they_pass(browser: Browser,
         expect(panel).to_contain_text("2 passed", timeout=ENDED)
 
 
-def test_lines_that_tests_passed_are_marked_beside_the_code(browser: Browser, path: Path) -> None:
+def test_lines_that_tests_passed_are_marked_beside_the_code(
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else their process is measured already
     path.write_text(WAITS.replace("self.waited += 0.5", BRANCHES))
     path.with_name("test_waits.py").write_text(
         'def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n\n\n'

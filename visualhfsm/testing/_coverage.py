@@ -1,13 +1,14 @@
 """Coverage of automata in a run of pytest: states entered, transitions fired, guards seen true and false.
 
-`Hits` counts while behaviors run; `CoverageSession` adds up the counts of xdist's workers, compares them with
-the contents of the documents, and prints a table and the gaps.
+`Hits` counts while behaviors run; `CoverageSession` adds up the counts of xdist's workers, and the lines of
+code that ran if they are measured, compares them with the contents of the documents, and prints a table and
+the gaps.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -20,13 +21,20 @@ from codegen.hfsm.formats.reader import looks_like_document
 from hfsm_runtime import Transition
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run, Tree
+from visualhfsm._editing.places import Located, Locator, spots
 from visualhfsm.simulation._loading import DocumentInvalid, read
 
+from ._lines import Lines
+
 _OUTPUT: Final = "hfsm_coverage"
+_OUTPUT_OF_LINES: Final = "hfsm_lines"
 
 _Key = tuple[str, int, str, int]
 """The absolute path of a document, the id of an automaton, the kind of hit, and the id of the state or
 transition that was hit."""
+
+_Code = tuple[str, str, int, int, str, str, int]
+"""The absolute path of a document, and the place of a piece of its code, as xdist can send it."""
 
 
 class Hits(Counter[_Key]):
@@ -66,17 +74,21 @@ class _Counter(Observer):
 
 @dataclass
 class _Covered:
-    """Which states, transitions and values of guards were hit; `missing` has the places of the others."""
+    """Which states, transitions, values of guards and lines were hit.
+
+    `missing` has the places of the others.
+    """
 
     name: str
     states: list[bool] = field(default_factory=list)
     transitions: list[bool] = field(default_factory=list)
     guards: list[bool] = field(default_factory=list)
+    lines: list[bool] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
 
     @property
     def all(self) -> list[bool]:
-        return self.states + self.transitions + self.guards
+        return self.states + self.transitions + self.guards + self.lines
 
     @property
     def percent(self) -> float:
@@ -86,26 +98,43 @@ class _Covered:
         self.states += other.states
         self.transitions += other.transitions
         self.guards += other.guards
+        self.lines += other.lines
         self.missing += other.missing
 
 
 class CoverageSession:
     """Count what behaviors do in this process, and report the coverage: a plugin of pytest."""
 
-    def __init__(self, config: pytest.Config) -> None:
+    def __init__(self, config: pytest.Config, lines: Lines | None) -> None:
         self.hits: Final = Hits()
+        self._lines: Final = lines
+        self._code: Final[dict[_Code, tuple[set[int], set[int]]]] = {}
+        """Of each piece of code the lines that it has, and those that ran."""
         self._config: Final = config
         self._root: Final = config.rootpath.resolve()
         self._documents: Final = self._read_documents()
         self._least: Final[float | None] = config.getoption("--hfsm-cov-fail-under")
         self._covered: list[_Covered] | None = None
+        self._unmeasured: Final[list[str]] = []
         self._total: Final = _Covered("total")
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Add the lines that ran in a test."""
+        if self._lines is None or report.when != "call":
+            return
+        for code in self._lines.pieces():
+            place = code.place
+            key = place.kind, place.automaton, place.id, place.part, place.name, place.child
+            self._add_lines((code.document, *key), code.lines, code.ran)
+        if self._lines.unmeasured and self._lines.unmeasured not in self._unmeasured:
+            self._unmeasured.append(self._lines.unmeasured)
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Send the counts of a worker, or merge all counts and fail when the coverage is too low."""
         output: dict[str, Any] | None = getattr(self._config, "workeroutput", None)
         if output is not None:  # a worker of xdist
             output[_OUTPUT] = dict(self.hits)
+            output[_OUTPUT_OF_LINES] = [(key, [*there], [*ran]) for key, (there, ran) in self._code.items()]
             return
         self._covered = [self._cover(file, document) for file, document in self._documents.items()]
         for each in self._covered:
@@ -116,15 +145,20 @@ class CoverageSession:
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any, error: object) -> None:  # noqa: ANN401, ARG002 - of xdist
         """Add the counts of a worker."""
-        self.hits.update(getattr(node, "workeroutput", {}).get(_OUTPUT, {}))
+        output = getattr(node, "workeroutput", {})
+        self.hits.update(output.get(_OUTPUT, {}))
+        for key, there, ran in output.get(_OUTPUT_OF_LINES, ()):
+            self._add_lines(key, there, ran)
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Print the table, the gaps, and whether the coverage is too low."""
         if self._covered is None:
             return
         terminalreporter.section("coverage of automata")
-        for line, missing in _table(self._covered, self._total):
+        for line, missing in _table(self._covered, self._total, lines=self._lines is not None):
             terminalreporter.write_line(line, red=missing)
+        for why in self._unmeasured:
+            terminalreporter.write_line(f"lines were not measured: {why}", red=True)
         if self._too_little:
             terminalreporter.write_line(
                 f"FAIL: {self._total.percent:.1f} % of the automata is covered, "
@@ -152,7 +186,31 @@ class CoverageSession:
             name = names[each.id]
             several = list(names.values()).count(name) > 1
             self._cover_automaton(covered, file, each, f"{name} ({each.id})" if several else name)
+        if self._lines is not None:
+            self._cover_lines(covered, file, document)
         return covered
+
+    def _add_lines(self, key: _Code, there: Iterable[int], ran: Iterable[int]) -> None:
+        known = self._code.setdefault(key, (set(), set()))
+        known[0].update(there)
+        known[1].update(ran)
+
+    def _cover_lines(self, covered: _Covered, file: Path, document: Document) -> None:
+        """Add the lines of the code of a document that some test ran."""
+        missing = []
+        locator = Locator(document)
+        for spot in spots(document):
+            place = spot.place
+            key = place.kind, place.automaton, place.id, place.part, place.name, place.child
+            there, ran = self._code.get((str(file), *key), (set(), set()))
+            covered.lines += (line in ran for line in there)
+            if never := sorted(there - ran):
+                lines = ", ".join(str(spot.line + line - 1) for line in never)
+                automaton = document.automaton(place.automaton)
+                shown = self._shown((automaton and automaton.path) or file)
+                what = f"{locator.name(Located(place, 1, 0))}: never ran {lines}"
+                missing.append((shown, spot.line + never[0] - 1, what))
+        covered.missing += [f"{shown}:{line}: {what}" for shown, line, what in sorted(missing)]
 
     def _cover_automaton(self, covered: _Covered, file: Path, automaton: Automaton, name: str) -> None:
         def hit(what: str, id: int) -> bool:
@@ -185,10 +243,13 @@ class CoverageSession:
         return (file.relative_to(self._root) if file.is_relative_to(self._root) else file).as_posix()
 
 
-def _table(documents: Sequence[_Covered], total: _Covered) -> Iterator[tuple[str, bool]]:
+def _table(documents: Sequence[_Covered], total: _Covered, *, lines: bool) -> Iterator[tuple[str, bool]]:
     """Yield the lines of the report, each with a flag for missing coverage."""
     width = max([len("document"), *(len(each.name) for each in documents)])
-    head = f"{'document':<{width}}  {'states':>8}  {'transitions':>11}  {'guards':>8}  {'covered':>8}"
+    of_lines = f"  {'lines':>9}" if lines else ""
+    head = (
+        f"{'document':<{width}}  {'states':>8}  {'transitions':>11}  {'guards':>8}{of_lines}  {'covered':>8}"
+    )
     rule = "-" * len(head), False
     yield from ((head, False), rule)
     for each in (*documents, total):
@@ -196,9 +257,9 @@ def _table(documents: Sequence[_Covered], total: _Covered) -> Iterator[tuple[str
             yield rule
         # Never 100 % while something is missing.
         percent = 100 if all(each.all) else min(99, int(each.percent))
-        kinds = (each.states, each.transitions, each.guards)
-        states, transitions, guards = (f"{sum(hits)}/{len(hits)}" if hits else "-" for hits in kinds)
-        ratios = f"{states:>8}  {transitions:>11}  {guards:>8}"
+        kinds = (each.states, each.transitions, each.guards, each.lines)
+        states, transitions, guards, ran = (f"{sum(hits)}/{len(hits)}" if hits else "-" for hits in kinds)
+        ratios = f"{states:>8}  {transitions:>11}  {guards:>8}" + (f"  {ran:>9}" if lines else "")
         yield f"{each.name:<{width}}  {ratios}  {percent:>6} %", not all(each.all)
     if total.missing:
         yield from (("", False), ("missing:", False), *((f"  {line}", True) for line in total.missing))

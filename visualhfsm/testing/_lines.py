@@ -17,6 +17,8 @@ from pathlib import Path
 from types import CodeType
 from typing import TYPE_CHECKING, Final
 
+import pytest
+
 from codegen.hfsm.source_map import SourceMap
 from hfsm_runtime import Component
 from hfsm_runtime.component import source_of
@@ -43,28 +45,47 @@ _KINDS: Final = {
 
 
 class Lines:
-    """Measures the lines that run in one test after the other."""
+    """Measures the lines that run in one test after the other: a plugin of pytest."""
 
     def __init__(self) -> None:
         self._files: dict[str, Path] = {}
         """The documents of the components that were measured."""
-        self._known: set[tuple[str, int]] = set()
-        """The components whose code that never ran has been said: their files, and versions."""
         self._ran: dict[str, set[int]] = {}
         self._coverage: Coverage | None = None
         self._measures = False
         self._included = {f"*/{COMPILED}/*"}
         self._naming = ExitStack()
         self._behaviors: list[Behavior] = []
+        self._error: BaseException | None = None
+        """The exception by which the present test has failed."""
         self.unmeasured = ""
         """Why nothing is measured in the present test; empty if it is."""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_logstart(self) -> None:
+        """Begin a test: forget the one before."""
+        self._stop()
+        self._behaviors.clear()
+        self._files.clear()
+        self._ran.clear()
+        self._error = None
+        self.unmeasured = ""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_makereport(self, call: pytest.CallInfo[None]) -> None:
+        """Measure no longer once the test has run."""
+        if call.when != "call":
+            return
+        self._stop()
+        self._error = None if call.excinfo is None else call.excinfo.value
+        for behavior in self._behaviors:
+            self._take_file(behavior)  # the document may be another one since a reload
 
     def begin(self, component: type[Component] | None) -> None:
         """Measure from now on, before a document is loaded, or the `component` of one is made."""
         if component is not None:
             self._include(component.automaton.__code__.co_filename)
         if not self._measures and not self.unmeasured:
-            self._naming.enter_context(measurable())
             self._start()
 
     def watch(self, behavior: Behavior) -> None:
@@ -72,29 +93,11 @@ class Lines:
         self._behaviors.append(behavior)
         self._take_file(behavior)
 
-    def end(self) -> None:
-        """Measure no longer."""
-        for behavior in self._behaviors:
-            self._take_file(behavior)  # the document may be another one since a reload
-        self._stop()
-        self._naming.close()
-
-    def clear(self) -> None:
-        """Forget the present test."""
-        self.end()
-        self._behaviors.clear()
-        self._files.clear()
-        self._ran.clear()
-        self.unmeasured = ""
-
-    def pieces(self, error: BaseException | None) -> Iterator[CodeRun]:
-        """Yield the code that ran in the present test; `error` is the exception by which it failed."""
-        failed = {} if error is None else _lines_in(error, self._files)
+    def pieces(self) -> Iterator[CodeRun]:
+        """Yield the code of the documents of the present test, and what ran of it."""
+        failed = {} if self._error is None else _lines_in(self._error, self._files)
         for file, document in self._files.items():
             text = "".join(linecache.getlines(file))
-            component = file, version_of(text)
-            is_new = component not in self._known
-            self._known.add(component)
             ran = self._ran.get(file, set())
             try:
                 code = _code_of(document, document.stat().st_mtime_ns, file, text)
@@ -102,12 +105,14 @@ class Lines:
                 self.unmeasured = f"{document.name} was changed by a test"
                 continue
             for place, version, lines in code:
-                here = tuple(line for number, line in lines if number in ran)
-                if here or is_new:
-                    there = tuple(line for number, line in lines if number in failed.get(file, ()))
-                    yield CodeRun(
-                        str(document), place, version, tuple(line for _, line in lines), here, there
-                    )
+                yield CodeRun(
+                    document=str(document),
+                    place=place,
+                    version=version,
+                    lines=tuple(line for _, line in lines),
+                    ran=tuple(line for number, line in lines if number in ran),
+                    failed=tuple(line for number, line in lines if number in failed.get(file, ())),
+                )
 
     def _take_file(self, behavior: Behavior) -> None:
         if behavior.document is not None and not self.unmeasured:
@@ -133,6 +138,7 @@ class Lines:
                 data_file=None, config_file=False, include=sorted(self._included), messages=False
             )
             self._coverage.set_option("run:disable_warnings", ["no-data-collected"])
+        self._naming.enter_context(measurable())
         self._coverage.start()
         self._measures = True
 
@@ -145,6 +151,7 @@ class Lines:
         for file in data.measured_files():
             self._ran.setdefault(file, set()).update(data.lines(file) or ())
         self._coverage.erase()
+        self._naming.close()
 
 
 @lru_cache(maxsize=32)

@@ -33,6 +33,7 @@ def __tracebackhide__(caught: pytest.ExceptionInfo[BaseException]) -> bool:  # n
 _BEHAVIORS: Final = pytest.StashKey["list[Behavior]"]()
 _COVERAGE: Final = "hfsm_coverage"
 _RESULTS: Final = "hfsm_results"
+_LINES: Final = "hfsm_lines"
 
 
 class MakeBehavior(Protocol):
@@ -71,6 +72,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="measure which states, transitions and guards of these documents the tests cover; repeatable",
     )
     group.addoption(
+        "--hfsm-cov-lines",
+        action="store_true",
+        help="with --hfsm-cov, measure which lines of their code run, too; tests take longer",
+    )
+    group.addoption(
         "--hfsm-cov-fail-under",
         type=float,
         metavar="PERCENT",
@@ -82,15 +88,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Measure coverage if an option requests it."""
-    if config.getoption("--hfsm-cov"):
+    """Measure what tests pass if an option requests it."""
+    documents, file = config.getoption("--hfsm-cov"), config.getoption("--hfsm-results")
+    lines = None
+    if file or (documents and config.getoption("--hfsm-cov-lines")):
+        from ._lines import Lines
+
+        lines = Lines()
+        config.pluginmanager.register(lines, _LINES)
+    if documents:
         from ._coverage import CoverageSession
 
-        config.pluginmanager.register(CoverageSession(config), _COVERAGE)
-    if file := config.getoption("--hfsm-results"):
+        wanted = lines if config.getoption("--hfsm-cov-lines") else None
+        config.pluginmanager.register(CoverageSession(config, wanted), _COVERAGE)
+    if file:
         from ._results import Results
 
-        config.pluginmanager.register(Results(Path(file)), _RESULTS)
+        assert lines is not None
+        config.pluginmanager.register(Results(Path(file), lines), _RESULTS)
 
 
 @pytest.fixture
@@ -104,6 +119,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     request.node.stash[_BEHAVIORS] = made
     coverage = request.config.pluginmanager.get_plugin(_COVERAGE)
     results = request.config.pluginmanager.get_plugin(_RESULTS)
+    lines = request.config.pluginmanager.get_plugin(_LINES)
     places = [request.path.parent, request.config.rootpath]
 
     def make(
@@ -116,14 +132,16 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
             document = _find_file("document", Path(document), places)
         if str(body := options.get("body", "")).endswith(".toml"):
             options["body"] = _find_file("robot", Path(body), places)
-        if results is not None:
-            results.begin(document if isinstance(document, type) else None)
+        if lines is not None:
+            lines.begin(document if isinstance(document, type) else None)
         behavior = simulate(document, include=_find_directories(include, places), **options)
         made.append(behavior)
         if coverage is not None and behavior.document is not None:
             coverage.hits.watch(lambda: behavior.document, behavior.tree)
         if results is not None:
             results.watch(behavior)
+        if lines is not None:
+            lines.watch(behavior)
         return behavior
 
     yield make

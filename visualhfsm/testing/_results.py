@@ -9,8 +9,8 @@ from typing import Final
 import msgspec
 import pytest
 
-from hfsm_runtime import Component
-from visualhfsm._test_results import Hit, TestResult
+from visualhfsm._editing.places import Place
+from visualhfsm._test_results import CodeRun, Hit, TestResult
 from visualhfsm.simulation import Behavior
 
 from ._coverage import Hits
@@ -26,39 +26,28 @@ _MOST_HITS: Final = 20_000
 class Results:
     """Writes a line for each test into a file: a plugin of pytest."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, lines: Lines) -> None:
         self._path: Final = path
         self._hits = Hits()
-        self._lines = Lines()
+        self._lines = lines
         self._behaviors: list[Behavior] = []
-        self._error: BaseException | None = None
-
-    def begin(self, component: type[Component] | None) -> None:
-        """Measure lines from now on, before a behavior is made."""
-        self._lines.begin(component)
+        self._known: set[tuple[str, Place, int]] = set()
+        """The code that was written down: documents, places and versions."""
 
     def watch(self, behavior: Behavior) -> None:
         """Count what a behavior of the present test does."""
         self._hits.watch(lambda: behavior.document, behavior.tree)
-        self._lines.watch(behavior)
         self._behaviors.append(behavior)
 
     def pytest_runtest_logstart(self) -> None:
         """Begin a test."""
         self._hits.clear()
-        self._lines.clear()
         self._behaviors.clear()
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_makereport(self, call: pytest.CallInfo[None]) -> None:
-        """Keep the exception by which a test fails."""
-        self._error = None if call.excinfo is None else call.excinfo.value
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Write down how a test went; one that cannot begin, or not end, has failed."""
         if report.when != "call" and report.passed:
             return
-        self._lines.end()
         reason, mark, rest = _reason(report).partition(_TIMELINE)
         timeline = next((text for name, text in report.sections if name == "behavior"), mark.strip() + rest)
         self._write(
@@ -70,7 +59,7 @@ class Results:
                 timeline=timeline[-_LONGEST_TIMELINE:],
                 hits=tuple(self._counted()),
                 ended=tuple(self._current()) if report.failed else (),
-                code=tuple(self._lines.pieces(self._error if report.failed else None)),
+                code=tuple(self._code()),
                 unmeasured=self._lines.unmeasured,
             )
         )
@@ -91,6 +80,13 @@ class Results:
             for run in behavior.tree.runs:
                 if run.active:
                     yield Hit(path, run.automaton.id, "entered", run.current.id, 1)
+
+    def _code(self) -> Iterator[CodeRun]:
+        for code in self._lines.pieces():
+            key = code.document, code.place, code.version
+            if code.ran or key not in self._known:
+                self._known.add(key)
+                yield code
 
     def _write(self, result: TestResult) -> None:
         with self._path.open("ab") as file:

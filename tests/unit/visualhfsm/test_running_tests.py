@@ -76,7 +76,8 @@ def test_it_is_done_at_once(behavior, limit):
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
+def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else these processes are measured already
     (tmp_path / "behaviors").mkdir()
     (tmp_path / "tests").mkdir()
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\n")

@@ -162,6 +162,29 @@ def test_the_workers_of_xdist_count_together(lamp: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(BOTH, consecutive=True)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("more", [[], ["-n2", "--dist=load"]])
+def test_lines_that_never_ran_are_reported_if_one_asks(
+    lamp: pytest.Pytester, more: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else these processes are measured already
+    code = "n += 1\nif n == 9000:\n    n = 0\n    n = 1"
+    (lamp.path / "lamp.xml").write_text(LAMP.replace("n += 1", code), encoding="utf-8")
+    result = lamp.runpytest_subprocess(COVERAGE, "--hfsm-cov-lines", *more)
+    result.assert_outcomes(passed=2)
+    result.stdout.fnmatch_lines(
+        [
+            "document * states *transitions *guards *lines *covered",
+            "lamp.xml * 3/3 * 2/3 * 4/4 * 5/7 *",
+            "missing:",
+            "  lamp.xml:5: code of off: never ran 5, 6",
+        ]
+    )
+    lamp.runpytest_subprocess(COVERAGE, "-k", "test_lit").stdout.fnmatch_lines(
+        ["document * guards   covered"]
+    )
+
+
 @pytest.mark.parametrize(("least", "code"), [(90, 0), (90.1, 1)])
 def test_too_little_coverage_fails_the_run(lamp: pytest.Pytester, least: float, code: int) -> None:
     result = lamp.runpytest(COVERAGE, f"--hfsm-cov-fail-under={least}")
