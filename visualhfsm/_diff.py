@@ -15,7 +15,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.options import DOCUMENTS, DiffFormat, DiffResult, ErrorFormat, require_extensions, show
 
 if TYPE_CHECKING:
-    from codegen.hfsm.document import Document, State, Transition
+    from codegen.hfsm.document import Annotation, Document, State, Transition
     from visualhfsm._editing.diff import Difference
 
 EPILOG: Final = """Examples:
@@ -147,12 +147,12 @@ def _named(difference: Difference, document: Document) -> str:
     place = difference.place
     automaton = document.automaton(place.automaton)
     words = "the document" if place.kind == "document" else f"automaton {place.automaton}"
-    if automaton is not None and place.kind in ("state", "transition"):
-        items: tuple[State | Transition, ...] = automaton.transitions
-        if place.kind == "state":
-            items = automaton.states
-        name = next((item.name for item in items if item.id == place.id), "")
-        words = f"{place.kind} {f'`{name}`' if name else place.id} of {words}"
+    if automaton is not None and place.id:
+        items: tuple[State | Transition | Annotation, ...] = getattr(automaton, f"{place.kind}s")
+        item = next((item for item in items if item.id == place.id), None)
+        name = shown(item)
+        kind = getattr(item, "kind", place.kind)  # a note or a frame
+        words = f"{kind} {f'`{name}`' if name else place.id} of {words}"
     if place.part in ("argument", "result"):
         return f"{words}: {place.part} `{place.name}`"
     if place.part:

@@ -9,6 +9,7 @@ from typing import Final
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import Automaton, Document
+from visualhfsm._drawing.annotations import box_of, draw_annotations
 from visualhfsm._drawing.arcs import RADIUS, Box, arc, handles, place
 from visualhfsm._drawing.elements import element, pixels, written
 from visualhfsm._drawing.labels import place_labels
@@ -26,10 +27,11 @@ _EMPTY: Final = Box(0.0, 0.0, 200.0, 100.0)
 def svg(document: Document, automaton_id: int, *, component: str = "root") -> str:
     """Draw one automaton of a document as an SVG picture, and return its text.
 
-    It shows states with their names and signs, and transitions with what fires them, in light colours;
-    lengths are in pixels. States that all have the same position stand on a circle. The text is a whole
-    file, which needs no style sheet, no script and no font. Its title is the name of the state that owns the
-    automaton, for the root `component`. Raises MissingError when the document has no automaton with this id.
+    It shows states with their names and signs, transitions with what fires them, notes and frames, in light
+    colours; lengths are in pixels. States that all have the same position stand on a circle. The text is a
+    whole file, which needs no style sheet, no script and no font. Its title is the name of the state that
+    owns the automaton, for the root `component`. Raises MissingError when the document has no automaton with
+    this id.
     """
     automaton = document.automaton(automaton_id)
     if automaton is None:
@@ -48,7 +50,9 @@ def svg(document: Document, automaton_id: int, *, component: str = "root") -> st
         for spot, label in zip(spots, labels, strict=True)
         if label.width
     ]
+    boxes += map(box_of, automaton.annotations)
     layers = (
+        *([draw_annotations(automaton.annotations)] if automaton.annotations else []),
         element("g", *(each.line() for each in transitions)),
         element(
             "g",

@@ -21,6 +21,16 @@ DEFAULT_PERIOD: Final = "100"
 """The default period of an automaton in ms."""
 
 
+ANNOTATION_KINDS: Final = ("note", "frame")
+"""The kinds of annotations; one of another kind is drawn as the first."""
+
+ANNOTATION_COLORS: Final = ("yellow", "blue", "green", "pink", "gray")
+"""The colors of annotations; one of another color is drawn in the first."""
+
+SMALLEST_ANNOTATION: Final = 24.0
+"""The least width and height of an annotation in pixels: a finger can touch it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Text:
     """A text with the position of its first character in the file."""
@@ -147,6 +157,25 @@ class Transition(Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Annotation(Node):
+    """What people wrote on the canvas for each other; nothing that runs depends on it.
+
+    `kind` is `note`, a text of any number of lines, or `frame`, a titled rectangle around states, which move
+    with it. `x` and `y` are its upper left corner in pixels. A blank `color` is yellow for a note and gray
+    for a frame.
+    """
+
+    id: int
+    kind: str = "note"
+    x: float = 0.0
+    y: float = 0.0
+    width: float = 0.0
+    height: float = 0.0
+    color: Text = Text()
+    text: Text = Text()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter(Node):
     """A typed value: a parameter of a component (`self.name`, `--name`), an input or output of an automaton.
 
@@ -184,6 +213,7 @@ class Automaton(Node):
     father: int = NO_CHILD
     states: tuple[State, ...] = ()
     transitions: tuple[Transition, ...] = ()
+    annotations: tuple[Annotation, ...] = ()
     inputs: tuple[Parameter, ...] = ()
     outputs: tuple[Parameter, ...] = ()
     imported: Import | None = None
@@ -327,13 +357,13 @@ class Shelf(Node):
 class Document(Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
-    `description`, `on_error`, `on_refused`, `world`, `dialect`, `language`, `shelf`, parameters, events,
-    properties and `ros` are our additions; the original editor ignores them. `dialect` is blank for the
-    current format, and otherwise names the former editor (`VisualHFSM`, `VisualStates`) whose generator the
-    code was written for. `language` is blank for Python, and otherwise names the language of the code, which
-    is kept but does not run. `lists` has the unknown content of the elements around parameters, libraries,
-    interfaces and so on, such as settings of ROS in `config`. `functions` come from imported files, and
-    `format` is the format that the document was read from: neither is written.
+    `description`, `on_error`, `on_refused`, `world`, `dialect`, `language`, `shelf`, annotations, parameters,
+    events, properties and `ros` are our additions; the original editor ignores them. `dialect` is blank for
+    the current format, and otherwise names the former editor (`VisualHFSM`, `VisualStates`) whose generator
+    the code was written for. `language` is blank for Python, and otherwise names the language of the code,
+    which is kept but does not run. `lists` has the unknown content of the elements around parameters,
+    libraries, interfaces and so on, such as settings of ROS in `config`. `functions` come from imported
+    files, and `format` is the format that the document was read from: neither is written.
     """
 
     root_tag: str = "VisualHFSM"

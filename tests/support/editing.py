@@ -32,7 +32,9 @@ TEXTS = (
 NAMES = ("", "go", "wait", "wait 2", "<b>", "a\nb", "\x1b")
 
 
-_GROWING = frozenset(("AddAutomaton", "AddEntry", "AddState", "AddTransition", "PasteStates"))
+_GROWING = frozenset(
+    ("AddAnnotation", "AddAutomaton", "AddEntry", "AddState", "AddTransition", "PasteStates")
+)
 _SHRINKING = frozenset(("DeleteItems", "ExtractAutomaton", "FillAutomaton", "ReplaceDocument"))
 
 
@@ -152,6 +154,7 @@ def _value(
 ) -> object:
     states = [state.id for state in automaton.states] or [1]
     transitions = [transition.id for transition in automaton.transitions] or [1]
+    annotations = [annotation.id for annotation in automaton.annotations] or [1]
     options = [
         each
         for kind in (field.type, *get_args(field.type))
@@ -171,6 +174,12 @@ def _value(
             return random.choice([*states * 8, 77])
         case "transition":
             return random.choice([*transitions * 8, 77])
+        case "annotation":
+            return random.choice([*annotations * 8, 77])
+        case "annotations":
+            return random.sample(annotations, min(len(annotations), random.randint(0, 2)))
+        case "width" | "height":
+            return random.choice([0.0, 120.0, 200.5, 1e5, 1e7])
         case "states":
             return random.sample(states, min(len(states), random.randint(1, 4)))
         case "transitions":
@@ -192,7 +201,8 @@ def _value(
             return {random.choice(names): random.choice(TEXTS)}
         case "placements":
             places = [(state, random.uniform(-9, 9), random.uniform(-9, 9)) for state in states]
-            return [{"automaton": automaton.id, "states": places}]
+            notes = [(annotation.id, 5.0, -7.5) for annotation in automaton.annotations]
+            return [{"automaton": automaton.id, "states": places, "annotations": notes}]
     return random.choice(TEXTS)
 
 
@@ -200,6 +210,7 @@ def _content(random: Random, document: Document, automaton: Automaton, states: l
     if random.random() < 0.2:
         return written(tree())
     try:
-        return copy_states(document, automaton.id, states[:2])
+        annotations = [annotation.id for annotation in automaton.annotations]
+        return copy_states(document, automaton.id, states[:2], annotations[:1])
     except EditError:
         return "<VisualHFSM/>"

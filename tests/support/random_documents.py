@@ -5,6 +5,7 @@ from __future__ import annotations
 from hypothesis import strategies as st
 
 from codegen.hfsm.document import (
+    Annotation,
     Argument,
     Automaton,
     Comment,
@@ -110,9 +111,15 @@ transitions = st.builds(
     Transition, id=ids, name=texts, x=numbers, y=numbers, origin=ids, destination=ids,
     type=texts, trigger=code, guard=code, priority=code, code=code, **node,
 )  # fmt: skip
+written = st.lists(
+    st.builds(
+        Annotation, id=st.integers(1, 2**31 - 1), kind=st.sampled_from(["note", "frame", "", "later"]), x=numbers, y=numbers,
+        width=numbers, height=numbers, color=code, text=code, **node,
+    ), max_size=2, unique_by=lambda each: each.id,
+).map(tuple)  # fmt: skip
 automata = st.builds(
     Automaton, id=ids, father=ids, states=st.lists(states, max_size=2).map(tuple),
-    transitions=st.lists(transitions, max_size=2).map(tuple), inputs=parameters, outputs=parameters,
+    transitions=st.lists(transitions, max_size=2).map(tuple), annotations=written, inputs=parameters, outputs=parameters,
     imported=imports, iteration_time=code, variables=code,
     functions=code, **node,
 )  # fmt: skip
@@ -168,7 +175,7 @@ _tree_transitions = st.builds(
 )  # fmt: skip
 _tree_automata = st.builds(
     Automaton, id=st.integers(1, 5), father=_few_ids, states=st.lists(_tree_states, max_size=3).map(tuple),
-    transitions=st.lists(_tree_transitions, max_size=4).map(tuple), inputs=parameters, outputs=parameters, imported=imports,
+    transitions=st.lists(_tree_transitions, max_size=4).map(tuple), annotations=written, inputs=parameters, outputs=parameters, imported=imports,
     iteration_time=st.sampled_from(["100", "", "50"]).map(Text), variables=_code_lines, functions=_code_lines,
     **_awkward,
 )  # fmt: skip

@@ -76,6 +76,40 @@ def shortened(text: str, size: float, room: float) -> str:
     return text[:taken].rstrip() + _ELLIPSIS
 
 
+def wrapped(text: str, size: float, room: float) -> list[str]:
+    """Return a text in lines no wider than some pixels, broken at spaces, or within a word that is wider.
+
+    Its own line ends and the spaces before a line are kept.
+    """
+    lines: list[str] = []
+    for paragraph in text.replace("\r\n", "\n").split("\n"):
+        indent = paragraph[: len(paragraph) - len(paragraph.lstrip(" "))]
+        line = "\N{NO-BREAK SPACE}" * len(indent)
+        has_word = False
+        for word in paragraph.split():
+            longer = f"{line} {word}" if has_word else line + word
+            if has_word and width(longer, size) > room:
+                lines.append(line)
+                longer = word
+            while width(longer, size) > room and len(longer) > 1:
+                taken = _fitting(longer, size, room)
+                lines.append(longer[:taken])
+                longer = longer[taken:]
+            line, has_word = longer, True
+        lines.append(line)
+    return lines
+
+
+def _fitting(text: str, size: float, room: float) -> int:
+    """Return how many characters of a text fit, at least one."""
+    used = 0.0
+    for index, each in enumerate(text):
+        used += _width(each) * size
+        if used > room:
+            return max(1, index)
+    return len(text)
+
+
 def fit_circle(name: str, *, has_ring: bool = False) -> Fitted:
     """Return the lines of a state's name, broken at spaces, hyphens, underscores and before capitals."""
     radius = RADIUS - (_RING_MARGIN if has_ring else _MARGIN)

@@ -12,6 +12,7 @@ from typing import Any, Final, Literal, TypeVar
 import msgspec
 
 from codegen.hfsm.document import (
+    Annotation,
     Argument,
     Automaton,
     Document,
@@ -31,6 +32,7 @@ KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
     "automata": lambda automaton: automaton.id,
     "states": lambda state: state.id,
     "transitions": lambda transition: transition.id,
+    "annotations": lambda annotation: annotation.id,
     "parameters": lambda parameter: parameter.name,
     "inputs": lambda parameter: parameter.name,
     "outputs": lambda parameter: parameter.name,
@@ -73,7 +75,7 @@ class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit
 def diff_documents(before: Document, after: Document) -> list[Difference]:
     """Return the differences between two versions, in the order of `after`, the later one.
 
-    Automata, states and transitions are matched by their ids, other things by their names.
+    Automata, states, transitions and annotations are matched by their ids, other things by their names.
     """
     return list(_nodes(before, after, Place(kind="document")))
 
@@ -151,6 +153,8 @@ def _place_of(parent: Place, name: str, item: Node, index: int) -> Place:
             return Place(kind="state", automaton=parent.automaton, id=item.id)
         case Transition():
             return Place(kind="transition", automaton=parent.automaton, id=item.id)
+        case Annotation():
+            return Place(kind="annotation", automaton=parent.automaton, id=item.id)
         case Argument():
             return msgspec.structs.replace(parent, part="argument", name=item.name, child=item.child)
         case Result():
@@ -161,6 +165,11 @@ def _place_of(parent: Place, name: str, item: Node, index: int) -> Place:
 def part_of(node: Node, name: str) -> str:
     """Return the name of a field of an element in a place."""
     return _PARTS.get((type(node), name), name)
+
+
+def first_line(text: str) -> str:
+    """Return the first line of a text that has letters in it, blank if it has none."""
+    return next((line.strip() for line in text.splitlines() if line.strip()), "")
 
 
 def shown(value: object) -> str:
@@ -178,6 +187,8 @@ def shown(value: object) -> str:
             return ", ".join(shown(each) for each in value)
         case Import():
             return value.file.text
+        case Annotation():
+            return first_line(value.text.text)
         case Node():
             return shown(getattr(value, "name", ""))
     return str(value)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import chain, count, islice
 from typing import Final, TypeVar
 
-from codegen.hfsm.document import Automaton, State, Transition
+from codegen.hfsm.document import Annotation, Automaton, State, Transition
 
 from .nodes import coordinate
 
@@ -26,7 +26,7 @@ _MOST_TRIES: Final = 80
 _MOST_STATES: Final = 200
 """States of the largest automaton in which arcs avoid other states, which takes time."""
 
-_Placed = TypeVar("_Placed", State, Transition)
+_Placed = TypeVar("_Placed", State, Transition, Annotation)
 
 
 def with_default_handles(automaton: Automaton, ids: frozenset[int]) -> Automaton:
@@ -59,8 +59,13 @@ def with_default_handles(automaton: Automaton, ids: frozenset[int]) -> Automaton
     return replace(automaton, transitions=tuple(transitions))
 
 
-def moved(automaton: Automaton, shifts: Mapping[int, Point], handles: Mapping[int, Point]) -> Automaton:
-    """Return an automaton with states moved by `shifts`, and handles by `handles`.
+def moved(
+    automaton: Automaton,
+    shifts: Mapping[int, Point],
+    handles: Mapping[int, Point],
+    annotations: Mapping[int, Point] | None = None,
+) -> Automaton:
+    """Return an automaton with states moved by `shifts`, handles by `handles`, and annotations.
 
     A handle that is not named follows the states at its ends.
     """
@@ -75,9 +80,15 @@ def moved(automaton: Automaton, shifts: Mapping[int, Point], handles: Mapping[in
         follow = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
         shift = handles.get(transition.id, follow)
         transitions.append(_shifted(transition, shift))
-    if states == automaton.states and tuple(transitions) == automaton.transitions:
-        return automaton
-    return replace(automaton, states=states, transitions=tuple(transitions))
+    found = replace(
+        automaton,
+        states=states,
+        transitions=tuple(transitions),
+        annotations=tuple(
+            _shifted(each, (annotations or {}).get(each.id, nowhere)) for each in automaton.annotations
+        ),
+    )
+    return automaton if found == automaton else found
 
 
 def _shifted(node: _Placed, shift: Point) -> _Placed:

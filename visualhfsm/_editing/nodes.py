@@ -12,7 +12,7 @@ from dataclasses import replace
 from itertools import count
 from typing import Any, Final, TypeVar
 
-from codegen.hfsm.document import Automaton, Document, Node, State, Text, Transition
+from codegen.hfsm.document import Annotation, Automaton, Document, Node, State, Text, Transition
 from codegen.hfsm.formats.native import MAX_ID
 from codegen.hfsm.formats.writer import UNWRITABLE
 from visualhfsm._errors import EditError
@@ -27,7 +27,7 @@ _LONGEST_LABEL: Final = 30
 _NUMBERED: Final = re.compile(r"^(?P<stem>.*?)\s+\d{1,9}$", re.DOTALL)
 
 _NodeT = TypeVar("_NodeT", bound=Node)
-_NumberedT = TypeVar("_NumberedT", Automaton, State, Transition)
+_NumberedT = TypeVar("_NumberedT", Automaton, State, Transition, Annotation)
 _T = TypeVar("_T")
 
 
@@ -95,6 +95,11 @@ def find_transition(automaton: Automaton, id: int) -> Transition:
     return _only(automaton.transitions, id, f"transition {id} of automaton {automaton.id}")
 
 
+def find_annotation(automaton: Automaton, id: int) -> Annotation:
+    """Return the annotation with an id. Raises EditError when there is none, or more than one."""
+    return _only(automaton.annotations, id, f"annotation {id} of automaton {automaton.id}")
+
+
 def _only(items: Iterable[_NumberedT], id: int, what: str) -> _NumberedT:
     found = [each for each in items if each.id == id]
     if not found:
@@ -112,11 +117,15 @@ def with_automaton(document: Document, id: int, change: Callable[[Automaton], Au
     return document if new is former else replace(document, automata=swapped(document.automata, former, new))
 
 
-def label(node: State | Transition) -> str:
-    """Return the name of a state or a transition for a message or a step."""
-    name = " ".join(node.name.split())
+def label(node: State | Transition | Annotation) -> str:
+    """Return the name of a state or a transition, or the words of an annotation, for a message or a step."""
+    if isinstance(node, Annotation):
+        words, kind = node.text.text, node.kind
+    else:
+        words, kind = node.name, type(node).__name__.lower()
+    name = " ".join(words.split())
     if not name:
-        return f"{type(node).__name__.lower()} {node.id}"
+        return f"{kind} {node.id}"
     short = name if len(name) <= _LONGEST_LABEL else f"{name[: _LONGEST_LABEL - 1]}…"
     return f"“{short}”"
 

@@ -18,9 +18,20 @@ CODE: Final = frozenset(
 )
 """The parts that hold code, or the name of a variable."""
 TEXTS: Final = CODE | frozenset(
-    ("description", "import", "language", "name", "onError", "onRefused", "period", "priority", "world")
+    (
+        "description",
+        "import",
+        "language",
+        "name",
+        "onError",
+        "onRefused",
+        "period",
+        "priority",
+        "text",
+        "world",
+    )
 )
-"""The parts of a document, automaton, state or transition that are typed."""
+"""The parts of a document, automaton, state, transition or annotation that are typed."""
 
 _NAMED: Final = {
     "argument": Message("argument"),
@@ -50,15 +61,16 @@ _LONGEST_EXCERPT: Final = 160
 class Place(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """A place in a document.
 
-    `id` is that of a state or a transition of the `automaton`. `part` is one of its fields: of a document
-    `description`, `onError`, `onRefused`, `world`, `language`, or a list, such as `parameters`; of an
-    automaton `period`, `variables`, `functions`, `import` or the lists `inputs` and `outputs`; of a state
+    `id` is that of a state, a transition or an annotation of the `automaton`. `part` is one of its fields: of
+    a document `description`, `onError`, `onRefused`, `world`, `language`, or a list, such as `parameters`; of
+    an automaton `period`, `variables`, `functions`, `import` or the lists `inputs` and `outputs`; of a state
     `name`, `entry`, `code`, `exit`, `argument` or `result`; of a transition `name`, `trigger`, `guard`,
-    `fired` or `priority`. It is blank for the element itself. `index` is that in a list, `name` the field of
-    an entry or the name of an argument or a result, `child` the automaton that it is for.
+    `fired` or `priority`; of an annotation `text`. It is blank for the element itself. `index` is that in a
+    list, `name` the field of an entry or the name of an argument or a result, `child` the automaton that it
+    is for.
     """
 
-    kind: Literal["document", "automaton", "state", "transition"]
+    kind: Literal["document", "automaton", "state", "transition", "annotation"]
     automaton: int = 0
     id: int = 0
     part: str = ""
@@ -102,6 +114,10 @@ def _automaton(automaton: Automaton) -> Iterator[Spot]:
         yield from _state(automaton, state)
     for transition in automaton.transitions:
         yield from _transition(automaton, transition)
+    for annotation in automaton.annotations:
+        at = Place(kind="annotation", automaton=automaton.id, id=annotation.id)
+        yield Spot(at, None, annotation.line, annotation.column)
+        yield from _text(_part(at, "text"), annotation.text)
     fields = ("name", "type", "default", "description")
     yield from _list(place, "inputs", automaton.inputs, fields)
     yield from _list(place, "outputs", automaton.outputs, fields)

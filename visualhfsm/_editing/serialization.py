@@ -1,7 +1,8 @@
 """Documents as text: whole ones of any dialect, and fragments for the clipboard.
 
-A fragment is a document in the native format. Its first automaton has the copied states and the transitions
-among them; the others are the automata below these. It can go through any clipboard.
+A fragment is a document in the native format. Its first automaton has the copied states, the transitions
+among them and the copied annotations; the others are the automata below these. It can go through any
+clipboard.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from codegen.hfsm.scxml import parse_scxml
 from visualhfsm._errors import EditError
 
 from .geometry import with_default_handles
-from .nodes import find_automaton, find_state
+from .nodes import find_annotation, find_automaton, find_state
 from .subtrees import below
 
 MAX_SIZE: Final = 12 << 20
@@ -29,14 +30,17 @@ MAX_SIZE: Final = 12 << 20
 NATIVE: Final[str] = Dialect.NATIVE.value
 
 
-def copy_states(document: Document, automaton: int, states: Sequence[int]) -> str:
-    """Return states as a fragment: with the transitions among them and all automata below them.
+def copy_states(
+    document: Document, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()
+) -> str:
+    """Return states and annotations as a fragment: with the transitions among them and all automata below.
 
-    Raises EditError when a state does not exist.
+    Raises EditError when one of them does not exist.
     """
     source = find_automaton(document, automaton)
     chosen = {find_state(source, number).id for number in states}
-    if not chosen:
+    noted = {find_annotation(source, number).id for number in annotations}
+    if not chosen and not noted:
         raise EditError("Cannot copy", "no state is selected", "select states first")
     top = Automaton(
         id=source.id,
@@ -44,6 +48,7 @@ def copy_states(document: Document, automaton: int, states: Sequence[int]) -> st
         transitions=tuple(
             each for each in source.transitions if each.origin in chosen and each.destination in chosen
         ),
+        annotations=tuple(each for each in source.annotations if each.id in noted),
     )
     children = [child for state in top.states for child in state.children]
     others = tuple(each for each in below(document, children) if each.id != source.id)

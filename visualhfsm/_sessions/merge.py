@@ -15,12 +15,13 @@ from dataclasses import replace
 from difflib import SequenceMatcher
 from typing import Any, Final, NamedTuple, TypeVar
 
-from codegen.hfsm.document import Automaton, Document, Node, State, Text, Transition
+from codegen.hfsm.document import Annotation, Automaton, Document, Node, State, Text, Transition
 from visualhfsm._editing.diff import KEYS, compared_fields, keyed, part_of, shown
 from visualhfsm._editing.nodes import free_ids, label
 
 _NodeT = TypeVar("_NodeT", bound=Node)
 _T = TypeVar("_T", bound=Hashable)
+_Numbered = Automaton | State | Transition | Annotation
 
 _MOST_LINES: Final = 5000
 """Limit of the lines of a text that is compared line by line."""
@@ -58,7 +59,7 @@ def _merged_node(base: _NodeT, mine: _NodeT, theirs: _NodeT, conflicts: list[str
             values[name] = _merged_sequence(old, own, other)
         elif isinstance(own, Text) and (text := merge_lines(old.text, own.text, other.text)) is not None:
             values[name] = Text(text)
-        elif name not in ("x", "y"):  # positions are no conflict
+        elif name not in ("x", "y", "width", "height"):  # places on the canvas are no conflict
             parts.append(part_of(mine, name))
     if parts:
         conflicts.append(f"{_what(mine)} ({', '.join(parts)}): yours stays")
@@ -97,6 +98,8 @@ def _what(node: Node) -> str:
             return f"automaton {node.id}"
         case State() | Transition():
             return f"{type(node).__name__.lower()} {label(node)}"
+        case Annotation():
+            return f"{node.kind} {label(node)}"
     return f"{type(node).__name__.lower()} {shown(node)}"
 
 
@@ -163,17 +166,19 @@ def _with_own_items(base: Automaton, mine: Automaton, theirs: Automaton) -> Auto
         for each in theirs.transitions
     )
     numbers = _new_numbers(base.transitions, mine.transitions, transitions)
+    notes = _new_numbers(base.annotations, mine.annotations, theirs.annotations)
     return replace(
         theirs,
         states=tuple(replace(each, id=states.get(each.id, each.id)) for each in theirs.states),
         transitions=tuple(replace(each, id=numbers.get(each.id, each.id)) for each in transitions),
+        annotations=tuple(replace(each, id=notes.get(each.id, each.id)) for each in theirs.annotations),
     )
 
 
 def _new_numbers(
-    base: Sequence[Automaton | State | Transition],
-    mine: Sequence[Automaton | State | Transition],
-    theirs: Sequence[Automaton | State | Transition],
+    base: Sequence[_Numbered],
+    mine: Sequence[_Numbered],
+    theirs: Sequence[_Numbered],
 ) -> dict[int, int]:
     """Return other ids for what is new in theirs and has that of something else that is new in mine."""
     old = {each.id for each in base}

@@ -43,11 +43,12 @@ _MOST_STEPS: Final = 5000
 
 @dataclass(frozen=True, slots=True)
 class Added:
-    """The new states and transitions of one automaton, by id; the automaton itself may be new."""
+    """What is new in one automaton, by id; the automaton itself may be new."""
 
     automaton: int
     states: tuple[int, ...]
     transitions: tuple[int, ...]
+    annotations: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,12 +163,14 @@ def _added(before: Document, after: Document) -> Iterator[Added]:
         known = old or Automaton(id=automaton.id)
         states = {state.id for state in known.states}
         transitions = {transition.id for transition in known.transitions}
+        annotations = {annotation.id for annotation in known.annotations}
         added = Added(
             automaton.id,
             tuple(state.id for state in automaton.states if state.id not in states),
             tuple(each.id for each in automaton.transitions if each.id not in transitions),
+            tuple(each.id for each in automaton.annotations if each.id not in annotations),
         )
-        if old is None or added.states or added.transitions:
+        if old is None or added.states or added.transitions or added.annotations:
             yield added
 
 
@@ -359,10 +362,13 @@ class DocumentSession:
         why = "the document was changed since the list was shown"
         raise EditError("Cannot go to this step", why, "choose it in the list as it is now")
 
-    def cut(self, automaton: int, states: tuple[int, ...]) -> tuple[str, Change]:
+    def cut(
+        self, automaton: int, states: tuple[int, ...], annotations: tuple[int, ...] = ()
+    ) -> tuple[str, Change]:
         """Return states as text for the clipboard, and delete them. Raises EditError."""
-        text = copy_states(self.document, automaton, states)
-        return text, self.do(DeleteItems(automaton=automaton, states=states, cut=True))
+        text = copy_states(self.document, automaton, states, annotations)
+        gone = DeleteItems(automaton=automaton, states=states, annotations=annotations, cut=True)
+        return text, self.do(gone)
 
     def text(self) -> str:
         """Return the document as its file would hold it. Raises EditError."""

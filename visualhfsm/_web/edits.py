@@ -42,7 +42,7 @@ async def go_to(workspace: Workspace, _: Window, request: p.GoTo) -> dict[str, A
 async def copy(workspace: Workspace, _: Window, request: p.Copy) -> dict[str, str]:
     """Put states into the clipboard."""
     tab = workspace.tabs.get(request.tab)
-    text = await tab.edit(OpenDocument.copy, request.automaton, request.states)
+    text = await tab.edit(OpenDocument.copy, request.automaton, request.states, request.annotations)
     workspace.clipboard = text
     return {"text": text}
 
@@ -50,7 +50,7 @@ async def copy(workspace: Workspace, _: Window, request: p.Copy) -> dict[str, st
 async def cut(workspace: Workspace, _: Window, request: p.Cut) -> dict[str, Any]:
     """Put states into the clipboard, and delete them."""
     tab = workspace.tabs.editable(request.tab)
-    text, change = await tab.edit(OpenDocument.cut, request.automaton, request.states)
+    text, change = await tab.edit(OpenDocument.cut, request.automaton, request.states, request.annotations)
     workspace.clipboard = text
     return {**_outcome(change), "text": text}
 

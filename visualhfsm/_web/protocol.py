@@ -140,10 +140,11 @@ class GoTo(TabEdit):
 
 
 class Copy(TabEdit):
-    """Put states, their sub-trees and the transitions among them into the clipboard."""
+    """Put states, their sub-trees, the transitions among them and annotations into the clipboard."""
 
     automaton: ElementId
     states: Ids
+    annotations: Ids = []
 
 
 class Cut(TabEdit):
@@ -151,6 +152,7 @@ class Cut(TabEdit):
 
     automaton: ElementId
     states: Ids
+    annotations: Ids = []
 
 
 class Paste(TabEdit):

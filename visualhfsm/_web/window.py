@@ -21,7 +21,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 import msgspec
 
-from codegen.hfsm.document import Automaton, Document, State, Transition
+from codegen.hfsm.document import Annotation, Automaton, Document, State, Transition
 from visualhfsm._editing.views import view
 from visualhfsm._languages import ENGLISH
 from visualhfsm._services import Output, Push, RecentLines, RunPush, Snapshot, Stale, Structure
@@ -33,7 +33,7 @@ from .tab import Tab
 _SHOWN: Final = 1.0
 """Seconds after which output counts as shown: a hidden page may be asleep."""
 
-Item = TypeVar("Item", State, Transition)
+Item = TypeVar("Item", State, Transition, Annotation)
 
 
 class Sent(NamedTuple):
@@ -220,16 +220,18 @@ def patch(old: Sent, new: Sent) -> msgspec.Raw | None:
 def _part(old: Automaton, new: Automaton) -> dict[str, Any] | None:
     """Return what changed in an automaton; None when ids of its items are not unique.
 
-    `fields`: those of the automaton itself that changed; `states` and `transitions`: what changed in these.
+    `fields`: those of the automaton itself that changed; `states`, `transitions`, `annotations`: what changed
+    in these.
     """
     states = _items(old.states, new.states)
     transitions = _items(old.transitions, new.transitions)
-    if states is None or transitions is None:
+    annotations = _items(old.annotations, new.annotations)
+    if states is None or transitions is None or annotations is None:
         return None
-    former = view(replace(old, states=(), transitions=()))
-    now = view(replace(new, states=(), transitions=()))
+    former = view(replace(old, states=(), transitions=(), annotations=()))
+    now = view(replace(new, states=(), transitions=(), annotations=()))
     fields = {name: value for name, value in now.items() if value != former[name]}
-    changed = {"fields": fields, "states": states, "transitions": transitions}
+    changed = {"fields": fields, "states": states, "transitions": transitions, "annotations": annotations}
     return {name: value for name, value in changed.items() if value}
 
 

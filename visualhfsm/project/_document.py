@@ -171,14 +171,16 @@ class OpenDocument:
         with self.together():
             return self._session.go_to(revision)
 
-    def copy(self, automaton: int, states: Sequence[int]) -> str:
+    def copy(self, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()) -> str:
         """Return states, with the transitions among them and all below, as text for `PasteStates`."""
-        return copy_states(self._version.document, automaton, states)
+        return copy_states(self._version.document, automaton, states, annotations)
 
-    def cut(self, automaton: int, states: Sequence[int]) -> tuple[str, Change]:
-        """Copy states, and delete them."""
+    def cut(
+        self, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()
+    ) -> tuple[str, Change]:
+        """Copy states and annotations, and delete them."""
         with self.together():
-            return self._session.cut(automaton, tuple(states))
+            return self._session.cut(automaton, tuple(states), tuple(annotations))
 
     def extract(self, automaton: int, path: str | Path) -> Change:
         """Move an automaton with all below it to a new file beside this one, and import it from there."""

@@ -15,6 +15,7 @@ from ..code.names import RESERVED, reserved_names
 from ..codes import Code
 from ..known_interfaces import KnownInterfaces
 from ..ros import TF
+from .annotations import check_annotations
 from .attributes import check_attributes
 from .blocking import check_blocking
 from .component import (
@@ -61,6 +62,7 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     check_tree(document, report)
     for automaton in document.automata:
         check_automaton(automaton, report)
+        check_annotations(automaton, report)
     if (foreign := first_foreign(document, path)) is not None:
         report_foreign(foreign, document.language.text.strip()[:20], diagnostics)
         return

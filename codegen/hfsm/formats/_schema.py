@@ -14,6 +14,7 @@ from typing import Final, get_type_hints
 from .. import document as model
 
 __all__ = [
+    "ANNOTATION",
     "AUTOMATON",
     "DOCUMENT",
     "INTERFACE",
@@ -128,6 +129,12 @@ TRANSITION: Final = _kind(
     "id",
     "posx=x posy=y origin destiny=destination transcode=code name trans=trigger guard? priority?",
 )
+ANNOTATION: Final = _kind(
+    "annotation",
+    model.Annotation,
+    "id kind",
+    "posx=x posy=y width height color? text",
+)
 AUTOMATON: Final = NodeKind(
     "SubAutomata",
     model.Automaton,
@@ -135,6 +142,7 @@ AUTOMATON: Final = NodeKind(
     {
         "state": Items("states", STATE),
         "transition": Items("transitions", TRANSITION),
+        "annotation": Items("annotations", ANNOTATION),
         "input": Items("inputs", replace(_PARAMETER, tag="input")),
         "output": Items("outputs", replace(_PARAMETER, tag="output")),
         "import": Items("imported", _kind("import", model.Import, "automaton?", text="file"), one=True),

@@ -18,7 +18,7 @@ from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 from ...messages import Message, any_of
 from ..codes import Code
 from ..document import NO_CHILD, Document, Element, Extra, Node, Text
-from ._schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind, enclosing_tags
+from ._schema import ANNOTATION, DOCUMENT, TRANSITION, Items, Leaf, NodeKind, enclosing_tags
 from .xml_tree import XmlElement
 
 __all__ = ["MAX_ID", "NativeReader", "Translation"]
@@ -173,7 +173,8 @@ class NativeReader:
                 self._lists.append(Element(container.tag, tuple(container.attributes.items()), "", extras))
             found = inside.get(items.kind.tag, [])
         if "id" in items.kind.attributes:
-            self.number(found, unique=self._unique_ids and items.kind is TRANSITION)
+            is_unique = items.kind is ANNOTATION or (items.kind is TRANSITION and self._unique_ids)
+            self.number(found, unique=is_unique)
         nodes = tuple(self._node(element, items.kind) for element in found)
         return next(iter(nodes), None) if items.one else nodes
 
@@ -317,9 +318,14 @@ class NativeReader:
             elif unique and (known is not element or number == "0"):
                 element.attributes["id"] = next(free)
                 new = element.attributes["id"]
-                message = Message(
-                    "the id {id} of a transition is not unique: it gets {new}", id=number, new=new
-                )
+                if element.tag == ANNOTATION.tag:
+                    message = Message(
+                        "the id {id} of an annotation is not unique: it gets {new}", id=number, new=new
+                    )
+                else:
+                    message = Message(
+                        "the id {id} of a transition is not unique: it gets {new}", id=number, new=new
+                    )
                 if known is element:
                     message = Message(
                         "the id {id} of a transition is less than 1: it gets {new}", id=number, new=new

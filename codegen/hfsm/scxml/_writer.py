@@ -146,6 +146,7 @@ class _Writer:
         )
         self._omit(Message("the input of an automaton"), automaton.inputs)
         self._omit(Message("the output of an automaton"), automaton.outputs)
+        self._omit(Message("a note or a frame"), automaton.annotations)
         if not states:
             return ""
         first = next((each for each in states if each.state.initial), states[0])

@@ -6,12 +6,13 @@ import re
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.formats._schema import AUTOMATON, DOCUMENT, INTERFACE, STATE, TRANSITION
+from codegen.hfsm.formats._schema import ANNOTATION, AUTOMATON, DOCUMENT, INTERFACE, STATE, TRANSITION
 from tests.support.pages import DOCS
 from visualhfsm._convert import EPILOG
 
 PAGE = (DOCS / "reference/documents.md").read_text("utf-8")
-TABLES = {kind.tag: frozenset(kind.children) for kind in (DOCUMENT, AUTOMATON, STATE, TRANSITION, INTERFACE)}
+KINDS = (DOCUMENT, AUTOMATON, STATE, TRANSITION, ANNOTATION, INTERFACE)
+TABLES = {kind.tag: frozenset(kind.children) for kind in KINDS}
 
 
 def test_the_example_is_written_as_it_stands() -> None:

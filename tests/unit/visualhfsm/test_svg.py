@@ -12,7 +12,7 @@ from hypothesis import given
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
-from codegen.hfsm.document import Automaton, Document, Import, State, Text, Transition
+from codegen.hfsm.document import Annotation, Automaton, Document, Import, State, Text, Transition
 from tests.support.places import ROOT
 from tests.support.random_documents import documents
 from visualhfsm._errors import MissingError
@@ -121,3 +121,15 @@ def test_an_unknown_automaton_is_an_error_that_names_the_known_ones() -> None:
         svg(document, 5)
     with pytest.raises(MissingError, match="none"):
         svg(replace(document, automata=()), 1)
+
+
+def test_notes_and_frames_are_below_the_states() -> None:
+    annotations = (
+        Annotation(id=1, x=-100, y=0, width=120, height=60, text=Text("why")),
+        Annotation(id=2, kind="frame", x=0, y=-100, width=400, height=300, text=Text("begin")),
+    )
+    document = one(State(id=1, name="wait", x=100, y=50))
+    document = replace(document, automata=(replace(document.automata[0], annotations=annotations),))
+    picture = drawn(document)
+    assert texts(picture) == ["begin", "why", "wait"]
+    assert picture.get("viewBox") == "-124 -124 548 348"

@@ -11,14 +11,25 @@ import msgspec
 
 from visualhfsm._errors import EditError
 
-from . import automata, component, group, items, paste, states, text, transitions, variables
+from . import annotations, automata, component, group, items, paste, states, text, transitions, variables
 from .base import Command
 
 __all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command"]
 
 COMMANDS: Final[tuple[type[Command], ...]] = tuple(
     found
-    for module in (automata, component, group, items, paste, states, text, transitions, variables)
+    for module in (
+        annotations,
+        automata,
+        component,
+        group,
+        items,
+        paste,
+        states,
+        text,
+        transitions,
+        variables,
+    )
     for found in vars(module).values()
     if isinstance(found, type) and issubclass(found, Command) and not found.__name__.startswith("_")
     if found.__module__ == module.__name__

@@ -1,4 +1,4 @@
-"""Commands for a selection on the canvas: states and transitions together."""
+"""Commands for a selection on the canvas: states, transitions and annotations together."""
 
 # ruff: noqa: ARG002 - `Command` documents its methods and their parameters
 
@@ -13,17 +13,29 @@ import msgspec
 from codegen.hfsm.document import Automaton, Document
 
 from ..geometry import Point, moved, with_default_handles
-from ..nodes import changed, find_automaton, find_state, find_transition, label, with_automaton
+from ..nodes import (
+    changed,
+    find_annotation,
+    find_automaton,
+    find_state,
+    find_transition,
+    label,
+    with_automaton,
+)
 from ..subtrees import hanging, without_automata
 from .base import AutomatonCommand, Command, Id, Ids
 
 
 class DeleteItems(Command, frozen=True, kw_only=True):
-    """Delete states and transitions, with the transitions at those states and all automata below them."""
+    """Delete states, transitions and annotations.
+
+    The transitions at those states go, too, and all automata below them; what a frame holds stays.
+    """
 
     automaton: Id
     states: Ids = ()
     transitions: Ids = ()
+    annotations: Ids = ()
     cut: bool = False
     """Whether they were cut to the clipboard; affects only the name of the step."""
 
@@ -31,6 +43,7 @@ class DeleteItems(Command, frozen=True, kw_only=True):
         automaton = find_automaton(document, self.automaton)
         states = [find_state(automaton, number) for number in self.states]
         transitions = {id(find_transition(automaton, number)) for number in self.transitions}
+        annotations = {find_annotation(automaton, number).id for number in self.annotations}
         document = without_automata(document, hanging(document, automaton, states))
         gone = set(self.states)
 
@@ -43,20 +56,26 @@ class DeleteItems(Command, frozen=True, kw_only=True):
                     for each in automaton.transitions
                     if id(each) not in transitions and not gone & {each.origin, each.destination}
                 ),
+                annotations=tuple(each for each in automaton.annotations if each.id not in annotations),
             )
 
         return with_automaton(document, self.automaton, delete)
 
     def title(self, document: Document) -> str:
-        what = describe(find_automaton(document, self.automaton), self.states, self.transitions)
+        automaton = find_automaton(document, self.automaton)
+        what = describe(automaton, self.states, self.transitions, self.annotations)
         return f"{'Cut' if self.cut else 'Delete'} {what}"
 
 
 class MoveItems(AutomatonCommand, frozen=True, kw_only=True):
-    """Move states and handles by some pixels; the handles of other transitions follow their states."""
+    """Move states, handles and annotations by some pixels.
+
+    The handles of other transitions follow their states. A frame alone does not move what it holds.
+    """
 
     states: Ids = ()
     transitions: Ids = ()
+    annotations: Ids = ()
     dx: float
     dy: float
 
@@ -64,14 +83,17 @@ class MoveItems(AutomatonCommand, frozen=True, kw_only=True):
         shift = (self.dx, self.dy)
         states = {find_state(automaton, number).id: shift for number in self.states}
         handles = {find_transition(automaton, number).id: shift for number in self.transitions}
-        return moved(automaton, states, handles)
+        annotations = {find_annotation(automaton, number).id: shift for number in self.annotations}
+        return moved(automaton, states, handles, annotations)
 
     def title(self, document: Document) -> str:
-        return f"Move {describe(find_automaton(document, self.automaton), self.states, self.transitions)}"
+        automaton = find_automaton(document, self.automaton)
+        return f"Move {describe(automaton, self.states, self.transitions, self.annotations)}"
 
     @property
     def merge_key(self) -> Hashable:
-        return type(self), self.automaton, frozenset(self.states), frozenset(self.transitions)
+        chosen = map(frozenset, (self.states, self.transitions, self.annotations))
+        return type(self), self.automaton, *chosen
 
 
 class AlignStates(AutomatonCommand, frozen=True, kw_only=True):
@@ -136,15 +158,16 @@ class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
 
 
 class Placement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
-    """New places of states and handles of one automaton, each `[id, x, y]`."""
+    """New places of states, handles and annotations of one automaton, each `[id, x, y]`."""
 
     automaton: Id
     states: tuple[tuple[Id, float, float], ...] = ()
     transitions: tuple[tuple[Id, float, float], ...] = ()
+    annotations: tuple[tuple[Id, float, float], ...] = ()
 
 
 class PlaceItems(Command, frozen=True, kw_only=True):
-    """Place states and handles of any number of automata, as after an automatic layout.
+    """Place states, handles and annotations of any number of automata, as after an automatic layout.
 
     Handles that are not given move to their default places.
     """
@@ -161,15 +184,22 @@ class PlaceItems(Command, frozen=True, kw_only=True):
         return self.name[:80]
 
 
-def describe(automaton: Automaton, states: Ids, transitions: Ids) -> str:
-    """Return a name for some states and transitions together."""
+def describe(automaton: Automaton, states: Ids, transitions: Ids, annotations: Ids = ()) -> str:
+    """Return a name for some states, transitions and annotations together."""
+    if annotations:
+        chosen = [find_annotation(automaton, number) for number in annotations]
+        frames = [each for each in chosen if each.kind == "frame"]
+        if len(frames) == 1:
+            return f"the frame {label(frames[0])}"  # with what it holds
+        if len(chosen) == 1 and not states and not transitions:
+            return f"the note {label(chosen[0])}"
     if len(states) == 1 and not transitions:
         return label(find_state(automaton, states[0]))
     if len(transitions) == 1 and not states:
         return label(find_transition(automaton, transitions[0]))
     parts = [
         f"{len(ids)} {noun}{'' if len(ids) == 1 else 's'}"
-        for ids, noun in ((states, "state"), (transitions, "transition"))
+        for ids, noun in ((states, "state"), (transitions, "transition"), (annotations, "note"))
         if ids
     ]
     return " and ".join(parts) or "nothing"
@@ -195,7 +225,11 @@ def _placed(placement: Placement, automaton: Automaton) -> Automaton:
     handle_shifts = {
         number: (x - handles[number].x, y - handles[number].y) for number, x, y in placement.transitions
     }
-    automaton = moved(automaton, shifts, handle_shifts)
+    corners = {number: find_annotation(automaton, number) for number, _, _ in placement.annotations}
+    annotation_shifts = {
+        number: (x - corners[number].x, y - corners[number].y) for number, x, y in placement.annotations
+    }
+    automaton = moved(automaton, shifts, handle_shifts, annotation_shifts)
     moved_ends = frozenset(
         transition.id
         for transition in automaton.transitions

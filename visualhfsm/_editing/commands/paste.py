@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Final
 
 from codegen.hfsm.document import (
+    Annotation,
     Argument,
     Automaton,
     Document,
@@ -31,6 +32,7 @@ from ..nodes import (
     checked,
     coordinate,
     find_automaton,
+    free_ids,
     free_name,
     state_ids,
     swapped,
@@ -68,7 +70,7 @@ class PasteStates(Command, frozen=True, kw_only=True):
             why = "its content comes from another file"
             raise EditError("Cannot paste into this automaton", why, "change that file, or inline it first")
         fragment = parse(self.content, "Cannot paste")
-        if not fragment.automata or not fragment.automata[0].states:
+        if not fragment.automata or not (fragment.automata[0].states or fragment.automata[0].annotations):
             raise EditError("Cannot paste", "it contains no states", "copy states first")
         top, *others = fragment.automata
         numbers = _numbers(document, others)
@@ -80,6 +82,7 @@ class PasteStates(Command, frozen=True, kw_only=True):
             target,
             states=(*target.states, *states),
             transitions=(*target.transitions, *transitions),
+            annotations=(*target.annotations, *_pasted_annotations(target, top, shift)),
         )
         pasted = tuple(renumbered(each, numbers, target.id) for each in others)
         return replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
@@ -88,25 +91,27 @@ class PasteStates(Command, frozen=True, kw_only=True):
         return self.name[:80] or "Paste"
 
     def _shift(self, target: Automaton, top: Automaton) -> Point:
-        left = min(state.x for state in top.states)
-        upper = min(state.y for state in top.states)
+        pasted_nodes: tuple[State | Annotation, ...] = top.states or top.annotations
+        left = min(each.x for each in pasted_nodes)
+        upper = min(each.y for each in pasted_nodes)
         if self.x is not None and self.y is not None:
             return self.x - left, self.y - upper
+        placed: tuple[State | Annotation, ...] = target.states if top.states else target.annotations
         taken = {
             (across + right, down + below)
-            for across, down in map(_square, target.states)
+            for across, down in map(_square, placed)
             for right in _NEAR
             for below in _NEAR
         }
-        pasted = [_square(state) for state in top.states]
+        pasted = [_square(each) for each in pasted_nodes]
         steps = 0
         while any((across + steps, down + steps) in taken for across, down in pasted):
             steps += 1
         return steps * _STEP, steps * _STEP
 
 
-def _square(state: State) -> tuple[int, int]:
-    return round(state.x / _STEP), round(state.y / _STEP)
+def _square(node: State | Annotation) -> tuple[int, int]:
+    return round(node.x / _STEP), round(node.y / _STEP)
 
 
 class AddReadyState(Command, frozen=True, kw_only=True):
@@ -188,6 +193,7 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
             target,
             states=tuple(renumbered_state(state, numbers) for state in top.states),
             transitions=top.transitions,
+            annotations=top.annotations,
             inputs=top.inputs,
             outputs=top.outputs,
             imported=None,
@@ -301,3 +307,9 @@ def _pasted_transitions(
                 x=coordinate(transition.x + shift[0]),
                 y=coordinate(transition.y + shift[1]),
             )
+
+
+def _pasted_annotations(target: Automaton, top: Automaton, shift: Point) -> Iterator[Annotation]:
+    ids = free_ids(each.id for each in target.annotations)
+    for each in top.annotations:
+        yield replace(each, id=next(ids), x=coordinate(each.x + shift[0]), y=coordinate(each.y + shift[1]))

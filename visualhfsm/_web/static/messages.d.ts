@@ -4,6 +4,7 @@ import type {Described} from "./monitor/robot-drawing.js";
 import type {WorldShape} from "./monitor/world-drawing.js";
 import type * as protocol from "./protocol.js";
 import type {
+  Annotation,
   Automaton,
   DocumentFields,
   Hit,
@@ -47,6 +48,7 @@ export interface Part {
   fields?: Partial<Automaton>;
   states?: Change<State>;
   transitions?: Change<Transition>;
+  annotations?: Change<Annotation>;
 }
 
 /** What changed in a list of items. */
@@ -93,7 +95,7 @@ export interface Greeting {
 export interface Done {
   name: string;
   revision: number;
-  added: {automaton: number; states: number[]; transitions: number[]}[];
+  added: {automaton: number; states: number[]; transitions: number[]; annotations: number[]}[];
   conflict?: boolean;
 }
 

@@ -1,5 +1,17 @@
 // Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
 
+/** What people wrote on the canvas for each other; nothing that runs depends on it. */
+export interface Annotation {
+  id: number;
+  kind: string;
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+  color: string;
+  text: string;
+}
+
 /** The expression that a state passes to the input `name` of one of its automata. */
 export interface Argument {
   name: string;
@@ -13,6 +25,7 @@ export interface Automaton {
   father: number;
   states: State[];
   transitions: Transition[];
+  annotations: Annotation[];
   inputs: Parameter[];
   outputs: Parameter[];
   imported: Import | null;
@@ -115,17 +128,24 @@ export interface Commands {
   };
   /** Move states into a new automaton below a new state that takes their place. */
   groupStates: {automaton: number; states: number[]; name?: string};
-  /** Delete states and transitions, with the transitions at those states and all automata below them. */
-  deleteItems: {automaton: number; states?: number[]; transitions?: number[]; cut?: boolean};
-  /** Move states and handles by some pixels; the handles of other transitions follow their states. */
-  moveItems: {automaton: number; states?: number[]; transitions?: number[]; dx: number; dy: number};
+  /** Delete states, transitions and annotations. */
+  deleteItems: {automaton: number; states?: number[]; transitions?: number[]; annotations?: number[]; cut?: boolean};
+  /** Move states, handles and annotations by some pixels. */
+  moveItems: {
+    automaton: number;
+    states?: number[];
+    transitions?: number[];
+    annotations?: number[];
+    dx: number;
+    dy: number;
+  };
   /** Align states at the outermost of them, or in the middle between both ends. */
   alignStates: {automaton: number; states: number[]; to: "bottom" | "center" | "left" | "middle" | "right" | "top"};
   /** Distribute states at equal distances between the two outermost. */
   distributeStates: {automaton: number; states: number[]; along: "x" | "y"};
   /** Move handles to their default places. */
   resetHandles: {automaton: number; transitions: number[]};
-  /** Place states and handles of any number of automata, as after an automatic layout. */
+  /** Place states, handles and annotations of any number of automata, as after an automatic layout. */
   placeItems: {placements: Placement[]; name?: string};
   /** Paste a fragment into an automaton, with new numbers. */
   pasteStates: {automaton: number; content: string; x?: number | null; y?: number | null; name?: string};
@@ -535,7 +555,7 @@ export interface PassedCode {
 
 /** A place in a document. */
 export interface Place {
-  kind: "automaton" | "document" | "state" | "transition";
+  kind: "annotation" | "automaton" | "document" | "state" | "transition";
   automaton?: number;
   id?: number;
   part?: string;
@@ -552,11 +572,12 @@ export interface PlaceMap {
   lines: [number, number, number, number][];
 }
 
-/** New places of states and handles of one automaton, each `[id, x, y]`. */
+/** New places of states, handles and annotations of one automaton, each `[id, x, y]`. */
 export interface Placement {
   automaton: number;
   states?: [number, number, number][];
   transitions?: [number, number, number][];
+  annotations?: [number, number, number][];
 }
 
 /** A plan in words; `file` is empty where there is none, so that everything has its default. */
@@ -690,10 +711,10 @@ export interface Requests {
   connectRobot: {address: string; start?: "leave" | "stand" | "stiffen"};
   /** Steer a running component: pause, step, force a transition and the like. */
   control: {component: string; action: string; arguments?: Record<string, unknown>};
-  /** Put states, their sub-trees and the transitions among them into the clipboard. */
-  copy: {tab: number; automaton: number; states: number[]};
+  /** Put states, their sub-trees, the transitions among them and annotations into the clipboard. */
+  copy: {tab: number; automaton: number; states: number[]; annotations?: number[]};
   /** Copy, and delete. */
-  cut: {tab: number; automaton: number; states: number[]};
+  cut: {tab: number; automaton: number; states: number[]; annotations?: number[]};
   /** Stop following it; it keeps running. */
   detach: {component: string};
   /** Compare a document with another version: a file, or `saved`. */

@@ -72,13 +72,14 @@ export function withContent({own, content}) {
  * @param {Part} part
  * @returns {Automaton}
  */
-function patched(automaton, {id, fields, states, transitions}) {
+function patched(automaton, {id, fields, states, transitions, annotations}) {
   if (!automaton) throw new Error(`the server has changed automaton ${id}, which this page does not have`);
   return {
     ...automaton,
     ...fields,
     states: patchedItems(automaton.states, states),
     transitions: patchedItems(automaton.transitions, transitions),
+    annotations: patchedItems(automaton.annotations, annotations),
   };
 }
 

@@ -260,7 +260,7 @@ STATE = AUTOMATON.format("<state id='1' initial='true'><name>a</name>{}</state>"
         (STATE.format("<guard>x</guard>"), "`guard` means nothing in `state`", "it belongs into `transition`"),
         ("<iceinterface/>", "`iceinterface` means nothing in `VisualHFSM`", "it belongs into `config`"),
         ("<library>cv2</library>", "`library` means nothing in `VisualHFSM`", "did you mean `libraries`?"),
-        (STATE.format("<color/>"), "`color` means nothing in `state`", None),
+        (STATE.format("<shape/>"), "`shape` means nothing in `state`", None),
         (STATE.replace("initial", "initiall").format(""), "`state` has no attribute `initiall`", "did you mean `initial`?"),
     ],
 )  # fmt: skip

@@ -1,0 +1,41 @@
+"""Check notes and frames: whatever is wrong with one, the component is generated."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from ...diagnostics import did_you_mean
+from ..codes import Code
+from ..document import ANNOTATION_COLORS, ANNOTATION_KINDS, SMALLEST_ANNOTATION, Annotation, Automaton
+from .report import Report
+
+__all__ = ["check_annotations"]
+
+_LARGEST: Final = 1e6
+"""Pixels: no canvas is larger."""
+
+
+def check_annotations(automaton: Automaton, report: Report) -> None:
+    """Check the kind, size and color of each note and frame of an automaton."""
+    for each in automaton.annotations:
+        _check_word("kind", each.kind, ANNOTATION_KINDS, each, report)
+        color = each.color.text.strip()
+        if color:
+            _check_word("color", color, ANNOTATION_COLORS, each, report)
+        for name, size in (("width", each.width), ("height", each.height)):
+            if not SMALLEST_ANNOTATION <= size <= _LARGEST:
+                message = (
+                    f"the {name} of annotation {each.id} must be from {SMALLEST_ANNOTATION:.0f} to "
+                    f"{_LARGEST:.0f} pixels, not {size:g}: it is drawn as large as the nearest of these"
+                )
+                report.warning(Code.BAD_ANNOTATION, message, each)
+
+
+def _check_word(what: str, word: str, known: tuple[str, ...], annotation: Annotation, report: Report) -> None:
+    if word not in known:
+        *others, last = (f"`{each}`" for each in known)
+        message = (
+            f"the {what} of annotation {annotation.id} must be {', '.join(others)} or {last}, "
+            f"not `{word[:40]}`: it is drawn as `{known[0]}`"
+        )
+        report.warning(Code.BAD_ANNOTATION, message, annotation, did_you_mean(word, known))
