@@ -42,13 +42,13 @@ def svg(document: Document, automaton_id: int, *, component: str = "root") -> st
     transitions = list(_transitions(automaton))
     labels = [each.label() for each in transitions]
     middles = [place(state) for state in automaton.states]
-    spots = place_labels(labels, middles)
+    spots = place_labels(labels, middles, [each.arc for each in transitions])
     boxes = [Box.around(middle, 2 * RADIUS, 2 * RADIUS) for middle in middles]
     boxes += [each.arc.box for each in transitions]
     boxes += [
-        Box.around(spot, label.width, label.height)
+        Box.around(spot.middle, *label.sizes[spot.size])
         for spot, label in zip(spots, labels, strict=True)
-        if label.width
+        if spot is not None
     ]
     boxes += map(box_of, automaton.annotations)
     layers = (

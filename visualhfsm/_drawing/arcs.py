@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -83,6 +83,16 @@ class Arc:
     box: Box
     start: complex | None = None
     end: complex | None = None
+
+    def points(self, step: float) -> Iterator[complex]:
+        """Yield points of it, at most so many pixels apart; none where it has only one end."""
+        if self.start is None or self.end is None:
+            return
+        control = 2 * self.handle - (self.start + self.end) / 2
+        count = math.ceil((abs(self.handle - self.start) + abs(self.end - self.handle)) / step)
+        for index in range(count + 1):
+            part = index / count if count else 0.0
+            yield (1 - part) ** 2 * self.start + 2 * part * (1 - part) * control + part**2 * self.end
 
 
 def place(node: State | Transition) -> complex:

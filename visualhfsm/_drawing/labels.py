@@ -1,44 +1,85 @@
-"""Put names beside their handles so that none covers another name, a handle or a state.
+"""Put names beside their handles so that none covers another name, a handle or a state, or an arc.
 
-Each name tries some places around its handle, the best first, and takes the first that is free.
+Each name tries some places around its handle, the best first, and takes the first that is free: at its full
+length, or else shortened.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
-from .arcs import RADIUS, Box
+from .arcs import RADIUS, Arc, Box
 
 HANDLE: Final = 9.0
 """Radius of the sign of a transition."""
 
 _CELL: Final = 96.0
 _GAP: Final = 5.0
-_STATE: Final = RADIUS * 1.76
-"""Side of the square of a state that names leave free."""
+_CIRCLE: Final = ((2 * RADIUS + 4, RADIUS), (RADIUS, 2 * RADIUS + 4), (1.6 * RADIUS, 1.6 * RADIUS))
+"""Width and height of boxes that together are about a state's circle."""
+_STEP: Final = 12.0
+"""Pixels between two points of an arc."""
+_CROSSED: Final = 72.0
+"""A point of an arc in a label is as bad as so many covered square pixels."""
+_MANY: Final = 400
+"""Of more arcs, none is avoided."""
+_LANDSCAPE: Final = 1.5
+"""Width to height of the room of long labels, unless the states take a wider one."""
+_BESIDE: Final = 40.0
+"""Pixels beside the outermost states where long labels may stand."""
 _STEEP: Final = 1e-6
 _DIAGONALS: Final = (0.7 - 0.7j, -0.7 - 0.7j, 0.7 + 0.7j, -0.7 + 0.7j)
 
 
-@dataclass(frozen=True, slots=True)
-class Label:
-    """A name of some size in pixels, which belongs to a handle; `normal` points to the best side for it."""
+class Size(NamedTuple):
+    """The size of a label in pixels."""
 
-    handle: complex
-    normal: complex
     width: float
     height: float
 
-    def beside(self, direction: complex, far: float = 0.0) -> complex:
+
+class Placed(NamedTuple):
+    """Where a label stands: its middle, and the index of its size."""
+
+    middle: complex
+    size: int
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A name that belongs to a handle, with the sizes that it may have, the largest first.
+
+    `normal` points to the best side for it. A name without a text has no sizes.
+    """
+
+    handle: complex
+    normal: complex
+    sizes: tuple[Size, ...]
+
+    def places(self, size: Size) -> Iterator[complex]:
+        """Yield the middles that it may have, the best first: beside its handle, then across corners."""
+        for direction in _directions(self.normal):
+            yield self._beside(direction, size, 0.0)
+            yield self._beside(direction, size, size.height)
+        across, down = size.width / 2 + HANDLE + _GAP, size.height / 2 + _GAP
+        for corner in (
+            complex(across, -down),
+            complex(across, down),
+            complex(-across, -down),
+            complex(-across, down),
+        ):
+            yield self.handle + corner
+
+    def _beside(self, direction: complex, size: Size, far: float) -> complex:
         """Return its middle when it stands in some direction of its handle, and just does not touch it."""
         across, down = abs(direction.real), abs(direction.imag)
         room = HANDLE + _GAP
         reach = min(
-            (self.width / 2 + room) / across if across > _STEEP else math.inf,
-            (self.height / 2 + room) / down if down > _STEEP else math.inf,
+            (size.width / 2 + room) / across if across > _STEEP else math.inf,
+            (size.height / 2 + room) / down if down > _STEEP else math.inf,
         )
         return self.handle + direction * (reach + far)
 
@@ -64,33 +105,74 @@ class _Boxes:
         return area
 
 
-def place_labels(labels: Sequence[Label], states: Iterable[complex]) -> list[complex]:
-    """Return the middle of each label, given the middles of the states; labels without a size stay away."""
-    taken = _Boxes()
+class _Points:
+    """A set of points that knows quickly how many of them are in a box."""
+
+    def __init__(self) -> None:
+        self._cells: dict[tuple[int, int], list[complex]] = {}
+
+    def add(self, point: complex) -> None:
+        cell = (math.floor(point.real / _CELL), math.floor(point.imag / _CELL))
+        self._cells.setdefault(cell, []).append(point)
+
+    def within(self, box: Box) -> int:
+        return sum(
+            box.left < point.real < box.right and box.top < point.imag < box.bottom
+            for cell in _cells(box)
+            for point in self._cells.get(cell, ())
+        )
+
+
+def place_labels(
+    labels: Sequence[Label], states: Sequence[complex], arcs: Sequence[Arc] = ()
+) -> list[Placed | None]:
+    """Return where each label stands, given the middles of the states; None for one without sizes."""
+    taken, crossed = _Boxes(), _Points()
     for state in states:
-        taken.add(Box.around(state, _STATE, _STATE))
+        for width, height in _CIRCLE:
+            taken.add(Box.around(state, width, height))
     for label in labels:
         taken.add(Box.around(label.handle, HANDLE * 2, HANDLE * 2))
-    found: list[complex] = []
+    if len(arcs) <= _MANY:
+        for arc in arcs:
+            for point in arc.points(_STEP):
+                crossed.add(point)
+    room = _room(states)
+    found: list[Placed | None] = []
     for label in labels:
-        place = _best_place(label, taken)
-        if label.width:
-            taken.add(Box.around(place, label.width, label.height))
-        found.append(place)
+        placed = _best_place(label, taken, crossed, room) if label.sizes else None
+        if placed is not None:
+            taken.add(Box.around(placed.middle, *label.sizes[placed.size]))
+        found.append(placed)
     return found
 
 
-def _best_place(label: Label, taken: _Boxes) -> complex:
-    best, least = label.handle, math.inf
-    for direction in _directions(label.normal):
-        for far in (0.0, label.height):
-            place = label.beside(direction, far)
-            cover = taken.covered(Box.around(place, label.width, label.height))
-            if cover == 0.0:
-                return place
+def _best_place(label: Label, taken: _Boxes, crossed: _Points, room: Box) -> Placed:
+    """Return a place that nothing else takes, or else the one of the smallest size that covers the least."""
+    last = len(label.sizes) - 1
+    best, least = Placed(label.handle, last), math.inf
+    for index, size in enumerate(label.sizes):
+        for middle in label.places(size):
+            box = Box.around(middle, *size)
+            if index < last and (box.left < room.left or box.right > room.right):
+                continue
+            cover = taken.covered(box)
             if cover < least:
-                best, least = place, cover
+                cover += _CROSSED * crossed.within(box)
+            if cover == 0.0:
+                return Placed(middle, index)
+            if index == last and cover < least:
+                best, least = Placed(middle, index), cover
     return best
+
+
+def _room(states: Sequence[complex]) -> Box:
+    """Return where long labels may stand, so that a picture is not much larger than one without them."""
+    box = Box.of(states or (0j,))
+    far = RADIUS + _BESIDE
+    high, wide = box.bottom - box.top + 2 * far, box.right - box.left + 2 * far
+    missing = max(0.0, high * _LANDSCAPE - wide) / 2
+    return Box(box.left - far - missing, -math.inf, box.right + far + missing, math.inf)
 
 
 def _directions(normal: complex) -> tuple[complex, ...]:

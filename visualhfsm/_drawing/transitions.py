@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import Transition
 
 from .arcs import Arc
 from .elements import element, moved
-from .labels import HANDLE, Label
+from .labels import HANDLE, Label, Placed, Size
 from .symbols import ARC, INK, MUTED, PAPER, TRIGGERS, UNKNOWN_TRIGGER
 from .text import shortened, spoken_time, width
 
 _NAME: Final = 12.0
 _DETAIL: Final = 10.5
-_WIDEST_LINE: Final = 150.0
-"""Pixels of the longest line of a label; a longer one is shortened."""
+_WIDTHS: Final = (400.0, 260.0, 150.0)
+"""Pixels of the longest line of a label, the less room there is, the shorter; more is cut off."""
 _LINE: Final = 13.5
 _FIRST_LINE: Final = 11.0
 """Pixels from the top of a label to the foot of its first line."""
 _RANK_FOOT: Final = 3.5
+
+_Lines: TypeAlias = tuple[tuple[str, float, str], ...]
+"""The lines of a label, each with its size and its colour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,29 +59,41 @@ class DrawnTransition:
         )
 
     def label(self) -> Label:
-        """Return the size of its name and of what fires it, for `place_labels`."""
-        lines = self._lines()
-        wide = max((width(text, size) + 6 for text, size, _ in lines), default=0.0)
-        return Label(self.arc.handle, self.arc.normal, wide, len(lines) * _LINE + 2)
+        """Return the sizes of its name and of what fires it, for `place_labels`."""
+        return Label(self.arc.handle, self.arc.normal, tuple(size for size, _ in self._texts()))
 
-    def text(self, middle: complex) -> Element:
-        """Return its label with its middle at a point, and its number at the beginning of the arc."""
-        top = middle.imag - self.label().height / 2 + _FIRST_LINE
+    def text(self, placed: Placed | None) -> Element:
+        """Return its label where it was placed, and its number at the beginning of the arc."""
         texts = []
         if self.rank:
             foot = self.arc.rank.imag + _RANK_FOOT
             texts.append(_text(str(self.rank), _DETAIL, MUTED, self.arc.rank.real, foot, weight="650"))
-        for index, (text, size, color) in enumerate(self._lines()):
-            weight = "500" if size == _NAME else "400"
-            texts.append(_text(text, size, color, middle.real, top + index * _LINE, weight=weight))
+        if placed is not None:
+            size, lines = self._texts()[placed.size]
+            top = placed.middle.imag - size.height / 2 + _FIRST_LINE
+            for index, (text, letters, color) in enumerate(lines):
+                weight = "500" if letters == _NAME else "400"
+                texts.append(
+                    _text(text, letters, color, placed.middle.real, top + index * _LINE, weight=weight)
+                )
         return element("g", *texts)
 
-    def _lines(self) -> list[tuple[str, float, str]]:
-        """Return the lines of the label, each with its size and its colour."""
-        name = shortened(self.transition.name.strip(), _NAME, _WIDEST_LINE)
-        detail = shortened(_what_fires(self.transition), _DETAIL, _WIDEST_LINE)
+    def _texts(self) -> list[tuple[Size, _Lines]]:
+        """Return the texts that the label may have, each with its size, the longest first."""
+        found: list[tuple[Size, _Lines]] = []
+        for widest in _WIDTHS:
+            lines = self._lines(widest)
+            if not lines or (found and found[-1][1] == lines):
+                continue
+            wide = max(width(text, letters) + 6 for text, letters, _ in lines)
+            found.append((Size(wide, len(lines) * _LINE + 2), lines))
+        return found
+
+    def _lines(self, widest: float) -> _Lines:
+        name = shortened(self.transition.name.strip(), _NAME, widest)
+        detail = shortened(_what_fires(self.transition), _DETAIL, widest)
         lines = ((name, _NAME, INK), (detail, _DETAIL, MUTED))
-        return [line for line in lines if line[0]]
+        return tuple(line for line in lines if line[0])
 
 
 def _text(text: str, size: float, color: str, x: float, y: float, *, weight: str) -> Element:

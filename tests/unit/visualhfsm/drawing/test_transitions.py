@@ -8,6 +8,7 @@ import pytest
 
 from codegen.hfsm.document import Text, Transition
 from visualhfsm._drawing.arcs import arc
+from visualhfsm._drawing.labels import Placed
 from visualhfsm._drawing.symbols import TRIGGERS, UNKNOWN_TRIGGER
 from visualhfsm._drawing.transitions import DrawnTransition
 
@@ -18,7 +19,8 @@ def drawn(type: str = "condition", *, rank: int = 0, **others: Any) -> DrawnTran
 
 
 def texts(each: DrawnTransition) -> list[str | None]:
-    return [text.text for text in each.text(150 + 80j)]
+    placed = Placed(150 + 80j, 0) if each.label().sizes else None
+    return [text.text for text in each.text(placed)]
 
 
 @pytest.mark.parametrize("type", [*TRIGGERS, "unheard of"])
@@ -50,12 +52,18 @@ def test_the_label_has_the_first_lines_of_trigger_and_guard(
 ) -> None:
     plain = drawn(type, trigger=Text(trigger), guard=Text(guard))
     assert texts(plain) == label
-    assert (plain.label().width > 0) == bool(label)
+    assert len(plain.label().sizes) == len(label)
     named = drawn(type, trigger=Text(trigger), guard=Text(guard), name="go", rank=3)
     assert texts(named) == ["3", "go", *label]
-    assert named.label().height > plain.label().height
+    assert named.label().sizes[0].height == pytest.approx(13.5 * (1 + len(label)) + 2)
 
 
-def test_long_lines_are_shortened() -> None:
-    label = drawn(name="n" * 200, trigger=Text("t" * 200)).label()
-    assert label.width < 160
+def test_a_long_line_has_shorter_forms_for_where_there_is_less_room() -> None:
+    long = drawn(name="n" * 200, trigger=Text("t" * 200))
+    widths = [size.width for size in long.label().sizes]
+    assert [round(each, -1) for each in widths] == [400, 260, 150]
+    assert all(each <= widest + 6 for each, widest in zip(widths, (400, 260, 150), strict=True))
+    shortest = long.text(Placed(0j, 2))
+    assert [str(text.text)[-1] for text in shortest] == ["…", "…"]
+    condition = "self.Head.getPose().pan < self.limit"
+    assert texts(drawn(trigger=Text(condition))) == [condition]
