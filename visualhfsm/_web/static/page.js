@@ -9,7 +9,7 @@ import {required} from "./required.js";
 import {store} from "./store.js";
 
 /** Parts of a place that are edited as code beside the canvas. */
-const CODE_PARTS = new Set(["code", "entry", "exit", "trigger", "guard", "fired", "argument"]);
+const CODE_PARTS = new Set(["code", "entry", "exit", "trigger", "guard", "fired", "argument", "result"]);
 /** The section in which the data of other parts is shown. @type {Record<string, string>} */
 const SECTIONS = {
   period: "timing",

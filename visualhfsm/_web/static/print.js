@@ -65,6 +65,7 @@ function automatonPage(automaton) {
     </p>
     ${automaton.states.length ? html`<figure>${picture(automaton)}</figure>` : nothing}
     ${table(t("Inputs"), ["name", "type", "default", "description"], automaton.inputs)}
+    ${table(t("Outputs"), ["name", "type", "default", "description"], automaton.outputs)}
     ${code(t("Variables"), automaton.variables)}${code(t("Functions"), automaton.functions)}
     ${automaton.states.map((state) => statePart(automaton, state))}
   </section>`;

@@ -26,6 +26,7 @@ const plain = {
   code: "",
   exit: "",
   arguments: [],
+  results: [],
 };
 /** @type {Transition} */
 const arc = {
@@ -127,7 +128,17 @@ const transitionSign = (type, trigger = "") =>
 
 /** @param {Pick<Automaton, "states" | "transitions">} drawn @param {string} [viewBox] */
 function sign(drawn, viewBox) {
-  const automaton = {id: 0, father: 0, period: "", variables: "", functions: "", inputs: [], imported: null, ...drawn};
+  const automaton = {
+    id: 0,
+    father: 0,
+    period: "",
+    variables: "",
+    functions: "",
+    inputs: [],
+    outputs: [],
+    imported: null,
+    ...drawn,
+  };
   const made = picture(automaton, currentTheme());
   made.querySelector("rect")?.remove();
   made.querySelector("title")?.remove();

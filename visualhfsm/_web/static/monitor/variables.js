@@ -2,13 +2,14 @@
  * Variables of the automata and parameters of the component; they can be set while it is steered.
  *
  * @import {From} from "../element.js"
- * @import {ParameterStructure} from "../protocol.js"
+ * @typedef {{type: string, description: string}} Note beside a name: its type, or what it has to do with others
  */
 
 import {html, live, nothing} from "lit";
 
 import {notify} from "../notices.js";
 import {page} from "../page.js";
+import {store} from "../store.js";
 import {t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
@@ -41,12 +42,13 @@ class LiveVariables extends MonitorElement {
     const none = !automata.length && !Object.keys(component.parameters).length;
     return html`<div class="live-values">
       ${none ? html`<p class="empty">${t("There are no variables and no parameters at this moment.")}</p>` : nothing}
-      ${automata.map(({id, variables, ghost}) =>
+      ${automata.map(({id, state, variables, ghost}) =>
         this.#table(
           monitor.automaton(id)?.name ?? t("automaton {id}", {id}),
           id,
           Object.entries(variables),
           ghost ? t("ghost") : "",
+          exchanged(id, state),
         ),
       )}
       ${
@@ -74,20 +76,20 @@ class LiveVariables extends MonitorElement {
    * @param {number} automaton
    * @param {[string, string][]} entries
    * @param {string} note
-   * @param {Map<string, ParameterStructure>} [types]
+   * @param {Map<string, Note>} [notes]
    */
-  #table(title, automaton, entries, note, types) {
+  #table(title, automaton, entries, note, notes) {
     return html`<section>
       <h3>${title}${note ? html` <span class="faint">${note}</span>` : nothing}</h3>
       <table aria-label=${title}>
         <tbody>
-          ${entries.map(([name, text]) => this.#row(automaton, name, text, types?.get(name)))}
+          ${entries.map(([name, text]) => this.#row(automaton, name, text, notes?.get(name)))}
         </tbody>
       </table>
     </section>`;
   }
 
-  /** @param {number} automaton @param {string} name @param {string} text @param {ParameterStructure} [type] */
+  /** @param {number} automaton @param {string} name @param {string} text @param {Note} [type] */
   #row(automaton, name, text, type) {
     const key = `${automaton}.${name}`;
     this.#values.set(key, text);
@@ -160,6 +162,26 @@ class LiveVariables extends MonitorElement {
     target.blur();
     if (target.value !== text) notify(t("Set {name} to {value}.", {name, value: target.value}));
   }
+}
+
+/**
+ * What the variables of an automaton have to do with others: its inputs and outputs, and the outputs that its state
+ * takes into them. It is known where the document is open.
+ *
+ * @param {number} id
+ * @param {number} state
+ * @returns {Map<string, Note>}
+ */
+function exchanged(id, state) {
+  const document = monitor.tab === undefined ? undefined : store.documents.get(monitor.tab);
+  const automaton = document?.automata.get(id);
+  /** @type {Map<string, Note>} */
+  const found = new Map();
+  for (const {name, variable} of automaton?.states.find((each) => each.id === state)?.results ?? [])
+    found.set(variable.trim(), {type: t("from {output}", {output: name}), description: ""});
+  for (const {name, description} of automaton?.inputs ?? []) found.set(name, {type: t("input"), description});
+  for (const {name, description} of automaton?.outputs ?? []) found.set(name, {type: t("output"), description});
+  return found;
 }
 
 /** @param {string} name @param {number | null} radians */

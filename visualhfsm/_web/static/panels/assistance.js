@@ -20,8 +20,9 @@ import {problemsAt} from "./places.js";
 
 /** The problem of an attribute of `self` that nothing declares. */
 const UNKNOWN_ATTRIBUTE = "W524";
-/** The problem of a variable that an automaton above has. */
-const VARIABLE_ABOVE = "W535";
+/** The problems of a variable that an automaton above has: code reads it, or assigns it. */
+const READ_ABOVE = "W535";
+const ASSIGNED_ABOVE = "W542";
 const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
@@ -170,20 +171,16 @@ function asMark(doc, problem, automaton) {
  * @param {number} automaton
  * @returns {NonNullable<Diagnostic["actions"]>}
  */
-function fixesFor({code, notes = []}, name, automaton) {
+function fixesFor({code}, name, automaton) {
   const type = code === UNKNOWN_ATTRIBUTE ? typeOf(name) : undefined;
   if (type) return [{name: t("Declare {name} ({type})", {name, type}), apply: () => void declare(name, type)}];
-  if (code !== VARIABLE_ABOVE) return [];
-  const fixes = [
-    {name: t("Write self.{name} in both", {name}), apply: () => void apply("shareVariable", {automaton, name})},
-  ];
-  const isOnlyRead = notes.some((each) => each.includes("as an input"));
-  if (isOnlyRead)
-    fixes.unshift({
-      name: t("Pass {name} as an input", {name}),
-      apply: () => void apply("passVariable", {automaton, name}),
-    });
-  return fixes;
+  const about = {automaton, name};
+  const shared = {name: t("Write self.{name} in both", {name}), apply: () => void apply("shareVariable", about)};
+  if (code === READ_ABOVE)
+    return [{name: t("Pass {name} as an input", {name}), apply: () => void apply("passVariable", about)}, shared];
+  if (code === ASSIGNED_ABOVE)
+    return [{name: t("Hand {name} up as an output", {name}), apply: () => void apply("handUpVariable", about)}, shared];
+  return [];
 }
 
 /**

@@ -53,7 +53,7 @@ class CodePanel extends PageElement {
     if (seen === this.#seen) return;
     this.#seen = seen;
     if (document && state && isSetByArguments(document, state)) this.shownPart = "argument";
-    else if (this.shownPart === "argument") this.shownPart = "code";
+    else if (this.shownPart === "argument" || this.shownPart === "result") this.shownPart = "code";
   }
 
   render() {

@@ -33,7 +33,7 @@ import {placeOf} from "./places.js";
 import {tabStrip} from "./tabs.js";
 import {ASSUMPTIONS, verdictOf} from "./verdicts.js";
 
-const OF_AUTOMATON = new Set(["timing", "period", "variables", "functions", "inputs", "import"]);
+const OF_AUTOMATON = new Set(["timing", "period", "variables", "functions", "inputs", "outputs", "import"]);
 
 class DataPanel extends PageElement {
   static properties = {section: {attribute: false}, place: {attribute: false}, half: {state: true}};
@@ -140,7 +140,7 @@ async function focusFirst(list) {
 }
 
 /**
- * The data of one automaton: its period, variables, functions, inputs, and the source of its content.
+ * The data of one automaton: its period, variables, functions, inputs, outputs, and the source of its content.
  *
  * @param {{tab: number, document: OpenDocument, automaton: Automaton}} about
  */
@@ -200,7 +200,15 @@ function automatonData({tab, document, automaton}) {
                   .entries=${automaton.inputs}
                   .problems=${document.problems}
                 ></hfsm-entries>`
-          }`
+          }
+          <hfsm-entries
+            data-section="outputs"
+            .tab=${tab}
+            .automaton=${automaton.id}
+            .of=${LISTS.outputs}
+            .entries=${automaton.outputs}
+            .problems=${document.problems}
+          ></hfsm-entries>`
   }
   ${isRoot || !document.own.has(automaton.id) ? "" : importSection(tab, automaton, place)}`;
 }
@@ -216,7 +224,8 @@ function rate(period) {
 /** @param {number} tab @param {Automaton} automaton @param {Place} place */
 function importSection(tab, automaton, place) {
   const {imported} = automaton;
-  const isEmpty = !automaton.states.length && !automaton.transitions.length && !automaton.inputs.length;
+  const {states, transitions, inputs, outputs} = automaton;
+  const isEmpty = [states, transitions, inputs, outputs].every((each) => !each.length);
   if (!imported && !isEmpty) return "";
   /** @param {(text: string) => object} fields @returns {TextField["send"]} */
   const set = (fields) => (to, text) => {
@@ -481,6 +490,13 @@ const LISTS = {
     add: t("Add an input"),
     explain: t("Variables that the state above sets each time it is entered."),
     fields: parameterFields(INPUT_TYPES, t("none: must be passed")),
+  },
+  outputs: {
+    list: "outputs",
+    title: "Outputs",
+    noun: "output",
+    explain: "Variables that the code sets and the state above may take.",
+    fields: parameterFields(INPUT_TYPES, "until the code sets it"),
   },
 };
 

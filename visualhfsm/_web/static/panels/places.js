@@ -8,13 +8,14 @@
 import {ownerOf, pathTo, titleOf} from "../outline.js";
 import {t} from "../texts.js";
 
-const LISTS = new Set(["parameters", "inputs", "events", "properties", "libraries", "interfaces", "ros"]);
+const LISTS = new Set(["parameters", "inputs", "outputs", "events", "properties", "libraries", "interfaces", "ros"]);
 /** @type {Record<string, string>} */
 const WORDS = {
   entry: t("entry code"),
   code: t("code"),
   exit: t("exit code"),
   argument: t("argument"),
+  result: t("result"),
   trigger: t("trigger"),
   guard: t("guard"),
   fired: t("code"),
@@ -30,6 +31,7 @@ const WORDS = {
   world: t("world"),
   language: t("language"),
   inputs: t("input"),
+  outputs: t("output"),
   parameters: t("parameter"),
   events: t("event"),
   properties: t("property"),
@@ -77,6 +79,7 @@ export function commandFor(place, text) {
     case "state":
       if (part === "name") return {command: "renameState", automaton, state: id, name: text};
       if (part === "argument") return {command: "setArgument", automaton, state: id, name, child, value: text};
+      if (part === "result") return {command: "setResult", automaton, state: id, name, child, variable: text};
       return {command: "setStateCode", automaton, state: id, part, text};
     case "transition":
       if (part === "name") return {command: "renameTransition", automaton, transition: id, name: text};
@@ -84,7 +87,7 @@ export function commandFor(place, text) {
       return {command: "setTransitionCode", automaton, transition: id, part, text};
     case "automaton":
       if (part === "period") return {command: "setPeriod", automaton, period: text};
-      if (part === "inputs") return {command: "changeEntry", list: part, automaton, index, fields: {[name]: text}};
+      if (LISTS.has(part)) return {command: "changeEntry", list: part, automaton, index, fields: {[name]: text}};
       return {command: "setAutomatonCode", automaton, part, text};
     default:
       if (LISTS.has(part)) return {command: "changeEntry", list: part, index, fields: {[name]: text}};
@@ -114,11 +117,12 @@ export function wordsFor(document, place) {
   if (kind === "transition") found.push(nameOf(shown?.transitions, id) ?? t("transition {id}", {id}));
   if (kind === "document") found.push(t("component"));
   const lists = /** @type {Record<string, {name: string}[] | undefined>} */ (
-    kind === "automaton" ? {inputs: shown?.inputs} : document.fields
+    kind === "automaton" ? {inputs: shown?.inputs, outputs: shown?.outputs} : document.fields
   );
   if (LISTS.has(part))
     found.push(`${WORDS[part]} ${lists[part]?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
   else if (part === "argument") found.push(t("argument {name}", {name}));
+  else if (part === "result") found.push(t("result {name}", {name}));
   else if (part) found.push(wordOf(part));
   return found;
 }

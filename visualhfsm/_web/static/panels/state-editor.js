@@ -1,5 +1,5 @@
 /**
- * A state in the panel beside the canvas: its name, its marks, its code and its arguments.
+ * A state in the panel beside the canvas: its name, its marks, its code, its arguments and results.
  *
  * @import {From} from "../element.js"
  * @import {Argument, Automaton, Commands, Parameter, Place, State} from "../protocol.js"
@@ -15,6 +15,7 @@ import {apply} from "../commands.js";
 import {iconButton} from "../icons.js";
 import {t} from "../texts.js";
 import {keyOf, placeOf} from "./places.js";
+import {outputsOf, resultList} from "./results.js";
 import {badge, problemLines, tabStrip} from "./tabs.js";
 
 const CODES = {
@@ -55,9 +56,17 @@ export function stateEditor(about) {
       problems: problems.filter((each) => placeOf(each).part === "argument"),
     });
   }
+  if (outputsOf(document, state).length || state.results.length) {
+    tabs.push({
+      id: "result",
+      label: t("Results"),
+      filled: state.results.length > 0,
+      problems: problems.filter((each) => placeOf(each).part === "result"),
+    });
+  }
   const part = PARTS.find((each) => each === about.part) ?? "code";
-  const showsArguments = about.part === "argument" && tabs.some((each) => each.id === "argument");
-  const chosen = showsArguments ? "argument" : part;
+  const shown = tabs.some((each) => each.id === about.part) ? about.part : part;
+  const chosen = shown === "argument" || shown === "result" ? shown : part;
   const own = problems.filter((each) => !placeOf(each).part);
   return html` <div class="about">
       <hfsm-text-field
@@ -94,24 +103,26 @@ export function stateEditor(about) {
     </div>
     ${tabStrip({label: t("Code of the state"), tabs, chosen, choose, prefix: "state"})}
     <div
-      class="tab-panel ${showsArguments ? "scrolling" : ""}"
+      class="tab-panel ${chosen === part ? "" : "scrolling"}"
       role="tabpanel"
       id="state-panel"
       aria-labelledby="state-tab-${chosen}"
     >
       ${
-        showsArguments
+        chosen === "argument"
           ? argumentList(about, place, inputs)
-          : html`<hfsm-code-field
-              class="fill"
-              data-part=${part}
-              .tab=${tab}
-              .place=${{...place, part}}
-              .text=${state[part]}
-              ?readonly=${readonly}
-              label=${codeOf(part, state.name)}
-              hint=${CODES[part].hint}
-            ></hfsm-code-field>`
+          : chosen === "result"
+            ? resultList(about, place)
+            : html`<hfsm-code-field
+                class="fill"
+                data-part=${part}
+                .tab=${tab}
+                .place=${{...place, part}}
+                .text=${state[part]}
+                ?readonly=${readonly}
+                label=${codeOf(part, state.name)}
+                hint=${CODES[part].hint}
+              ></hfsm-code-field>`
       }
     </div>`;
 }

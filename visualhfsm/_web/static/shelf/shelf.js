@@ -2,7 +2,7 @@
  * The shelf: ready states that are drawn by a click, a key, or by carrying them to the canvas.
  *
  * @import {From} from "../element.js"
- * @import {ReadyState} from "../protocol.js"
+ * @import {ReadyState, ReadyValue} from "../protocol.js"
  */
 
 import {html, nothing} from "lit";
@@ -239,18 +239,20 @@ function about(ready) {
   const lacks = lacking(ready);
   return html`<p><strong>${ready.title}</strong> ${ready.text || t("has no description.")}</p>
     ${lacks ? html`<p class="trouble">${lacks[0].toUpperCase() + lacks.slice(1)}.</p>` : nothing}
-    ${
-      ready.inputs.length
-        ? html`<dl>
-            ${ready.inputs.map(
-              ({name, default: value, description}) =>
-                html`<dt><span class="mono">${name}</span> <span class="faint mono">${value}</span></dt>
-                  <dd>${description}</dd>`,
-            )}
-          </dl>`
-        : nothing
-    }
+    ${values(ready.inputs)} ${ready.outputs.length ? html`<p>It hands up:</p>` : nothing} ${values(ready.outputs)}
     ${ready.own ? html`<p class="faint">${ready.path}</p>` : nothing}`;
 }
+
+/** @param {ReadyValue[]} declared */
+const values = (declared) =>
+  declared.length
+    ? html`<dl>
+        ${declared.map(
+          ({name, default: value, description}) =>
+            html`<dt><span class="mono">${name}</span> <span class="faint mono">${value}</span></dt>
+              <dd>${description}</dd>`,
+        )}
+      </dl>`
+    : nothing;
 
 customElements.define("hfsm-shelf", Shelf);

@@ -17,7 +17,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def found(path: Path, *automata: str) -> list[tuple[str, list[str]]]:
-    """Return the messages of W535, each with its notes."""
+    """Return the messages of W535 and W542, each with its notes."""
     path.write_text(document(*automata))
     diagnostics = Diagnostics()
     compile_document(path, None, diagnostics)
@@ -25,7 +25,9 @@ def found(path: Path, *automata: str) -> list[tuple[str, list[str]]]:
     assert "W522" not in codes
     assert "W520" not in codes
     return [
-        (each.message, [note.message for note in each.notes]) for each in diagnostics if each.code == "W535"
+        (each.message, [note.message for note in each.notes])
+        for each in diagnostics
+        if each.code in ("W535", "W542")
     ]
 
 
