@@ -58,7 +58,7 @@ class Above:
         notes = [Note(advice)]
         if (given := _first_value(owner, name)) is not None:
             notes.insert(0, Note(Message("it gets its value here"), given))
-        # With codes of their own the editor knows what it can mend.
+        # By the code the editor knows which fix to offer.
         code = Code.VARIABLE_ABOVE if is_read_only else Code.ASSIGNED_VARIABLE_ABOVE
         report.warning(code, message, place, notes)
         return True
