@@ -388,14 +388,21 @@ class EditorPage:
 
 @contextlib.contextmanager
 def editor_page(
-    browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800, cached: bool = True
+    browser: Browser,
+    editor: Editor,
+    *,
+    width: int = 1280,
+    height: int = 800,
+    cached: bool = True,
+    language: str | None = None,
 ) -> Iterator[EditorPage]:
     """Open the editor in a window; fail if the page throws or logs an error.
 
-    Its files may come from the browser's cache if `cached`; then it does not always list what it loads.
+    Its files may come from the browser's cache if `cached`; then it does not always list what it loads. A window with a
+    `language` other than English remembers nothing.
     """
     origin = f"http://{editor.host}"
-    with window(browser, origin, width, height, cached) as page:
+    with window(browser, origin, width, height, cached, language) as page:
         with recorded(page):
             shown = EditorPage(page, editor)
             yield shown
@@ -412,17 +419,19 @@ def idle_windows(browser: Browser) -> list[Page]:
     return []
 
 
-def new_context(browser: Browser) -> BrowserContext:
+def new_context(browser: Browser, language: str | None = None) -> BrowserContext:
     """Return a context without any memory."""
-    return browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme="light")
+    return browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme="light", locale=language)
 
 
 @contextlib.contextmanager
-def window(browser: Browser, origin: str, width: int, height: int, cached: bool) -> Iterator[Page]:
+def window(
+    browser: Browser, origin: str, width: int, height: int, cached: bool, language: str | None = None
+) -> Iterator[Page]:
     """Provide a window that remembers nothing or, if `cached`, nothing but unchanging files."""
-    cached = cached and not PAGE_COVERAGE  # code from the cache is compiled, without counters of its branches
+    cached = cached and not language and not PAGE_COVERAGE  # code from the cache is compiled, without counters of its branches
     idle = idle_windows(browser) if cached else []
-    page = idle.pop() if idle else new_window(browser)
+    page = idle.pop() if idle else new_window(browser, language)
     page.set_viewport_size({"width": width, "height": height})
     reusable = False
     try:
@@ -436,9 +445,9 @@ def window(browser: Browser, origin: str, width: int, height: int, cached: bool)
             page.context.close()
 
 
-def new_window(browser: Browser) -> Page:
+def new_window(browser: Browser, language: str | None = None) -> Page:
     """Open a window for `EditorPage`."""
-    page = new_context(browser).new_page()
+    page = new_context(browser, language).new_page()
     for script in (KEEP_CONNECTIONS, KEEP_NOTICES, FOLD_ROBOT):
         page.add_init_script(script)
     page.set_default_timeout(PAGE_LIMIT * 1000)

@@ -3,6 +3,7 @@
 import {isHeld} from "./holding.js";
 import {actionOf, actions, perform} from "./registry.js";
 import {required} from "./required.js";
+import {t} from "./texts.js";
 
 const MIDDLE = 1; // the button of the mouse
 const PASTED = 100; // ms in which the release of the middle button pastes
@@ -44,10 +45,14 @@ const NAMES = {
   ArrowRight: "→",
   ArrowUp: "↑",
   ArrowDown: "↓",
-  Delete: "Del",
-  Escape: "Esc",
-  PageUp: "PgUp",
-  PageDown: "PgDn",
+  Backspace: t("Backspace"),
+  Delete: t("Del"),
+  Enter: t("Enter"),
+  Escape: t("Esc"),
+  PageUp: t("PgUp"),
+  PageDown: t("PgDn"),
+  Shift: t("Shift"),
+  Space: t("Space"),
 };
 /** @type {Record<string, string>} */
 const MAC_NAMES = {...NAMES, Ctrl: "⌘", Alt: "⌥", Shift: "⇧", Delete: "⌦", Backspace: "⌫"};

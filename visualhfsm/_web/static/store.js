@@ -7,7 +7,7 @@
 
 import {socketAddress} from "./address.js";
 import {Resumption} from "./resumption.js";
-import {decimal, t} from "./texts.js";
+import {decimal, language, t} from "./texts.js";
 import {updated, withContent} from "./updates.js";
 
 /**
@@ -238,7 +238,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
 
   async #greet() {
     const former = this.greeting.run;
-    const asked = this.request("hello");
+    const asked = this.request("hello", {language});
     try {
       this.greeting = (await asked) ?? {};
     } catch (error) {

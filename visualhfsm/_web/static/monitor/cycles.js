@@ -3,12 +3,12 @@
 import {html} from "lit";
 
 import {page} from "../page.js";
-import {n, t} from "../texts.js";
+import {decimal, n, t} from "../texts.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {monitor} from "./monitor.js";
 
 /** @param {number} seconds */
-const ms = (seconds) => (seconds < 0.0995 ? (seconds * 1000).toFixed(1) : Math.round(seconds * 1000).toString());
+const ms = (seconds) => decimal(seconds * 1000, seconds < 0.0995 ? 1 : 0);
 
 class Cycles extends MonitorElement {
   render() {

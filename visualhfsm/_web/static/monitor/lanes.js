@@ -1,6 +1,7 @@
 /** Draws the states of automata over time, a lane each. */
 
 import {required} from "../required.js";
+import {decimal} from "../texts.js";
 import {monitor} from "./monitor.js";
 
 const NAMED = 34; // px, the least width of a span with a name
@@ -94,7 +95,7 @@ function drawAxis(pen, colors, {range, x, width, top}) {
   for (let time = Math.ceil(range.start / step) * step; time <= range.end; time += step) {
     const at = x(time);
     pen.fillRect(at, top - 2, 1, 3);
-    const text = step < 1 ? time.toFixed(1) : `${Math.round(time)}`;
+    const text = step < 1 ? decimal(time, 1) : `${Math.round(time)}`;
     const wide = pen.measureText(`${text} s`).width;
     if (at + wide / 2 < width) pen.fillText(`${text} s`, Math.max(0, at - wide / 2), top + 2);
   }

@@ -6,6 +6,7 @@
 
 import uPlot from "uplot";
 
+import {language} from "../texts.js";
 import {monitor} from "./monitor.js";
 
 const HEIGHT = 150; // px
@@ -159,7 +160,8 @@ export class Plot {
           {
             ...axis,
             size: 26,
-            values: (_chart, all, _axis, _space, step) => all.map((each) => `${+each.toFixed(step < 1 ? 2 : 1)} s`),
+            values: (_chart, all, _axis, _space, step) =>
+              all.map((each) => `${(+each.toFixed(step < 1 ? 2 : 1)).toLocaleString(language)} s`),
           },
           {...axis, size: 52},
         ],

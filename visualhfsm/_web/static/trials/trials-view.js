@@ -5,7 +5,7 @@
  */
 
 import {LitElement, html, nothing, repeat, svg} from "lit";
-import {decimal, n, rich, t} from "../texts.js";
+import {decimal, language, n, rich, t} from "../texts.js";
 
 const WIDTH = 300; // of a plot, in its own units
 const HEIGHT = 84;
@@ -13,10 +13,12 @@ const MARGIN = 0.3; // m around the places of a map
 const MOST_COLORS = 8; // of states in a timeline
 
 /** @param {number} part */
-const percent = (part) => `${(100 * part).toFixed(part === 0 || part === 1 ? 0 : 1)} %`;
+const percent = (part) => `${decimal(100 * part, part === 0 || part === 1 ? 0 : 1)} %`;
+
+const PLAIN = {useGrouping: false, maximumFractionDigits: 20};
 
 /** @param {number} number */
-const short = (number) => Number(number.toPrecision(4)).toString();
+const short = (number) => Number(number.toPrecision(4)).toLocaleString(language, PLAIN);
 
 /** @param {Share} share */
 const rate = ({successes, trials}) => (trials ? successes / trials : 0);
@@ -314,4 +316,4 @@ function dependencePlot({name, parts}) {
 }
 
 /** @param {number | undefined} mean */
-const meanText = (mean) => (mean === undefined ? "" : Number(mean.toPrecision(3)).toString());
+const meanText = (mean) => (mean === undefined ? "" : Number(mean.toPrecision(3)).toLocaleString(language, PLAIN));
