@@ -79,6 +79,9 @@ def test_trials_fill_the_panel_and_a_failed_one_is_looked_back_at(
         panel.get_by_role("button", name="Run 12 more").wait_for(timeout=ENDED)
         expect(panel.get_by_role("region", name="How it fails")).to_contain_text("not in done after 1 s")
         expect(panel.get_by_role("region", name="What success depends on")).to_contain_text("patience")
+        expect(page.locator("hfsm-canvas .state").first).to_have_attribute(
+            "aria-label", re.compile("[0-9]+ failed trials? ended here, nowhere more")
+        )
         expect(other.page.get_by_role("button", name="Run 12 more")).to_be_visible()
         assert shown.violations(".bottom") == []
 

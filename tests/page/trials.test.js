@@ -5,7 +5,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {duration, requestOf, statePaths, verbOf} = await import(`${STATIC}trials/asking.js`);
+const {duration, endings, requestOf, statePaths, verbOf} = await import(`${STATIC}trials/asking.js`);
 
 const PLAN = {file: "", runs: 100, limit: 60, robot: "sim", state: ""};
 
@@ -70,4 +70,34 @@ test("states have paths, also in automata that contain themselves", () => {
   assert.ok(found.includes("stop"));
   assert.ok(found.length < 300);
   assert.deepEqual(statePaths(undefined), []);
+});
+
+test("states in which failed trials ended are marked, below the one above them", () => {
+  const automata = new Map([
+    [
+      1,
+      {
+        id: 1,
+        father: 0,
+        states: [
+          {id: 1, name: "look", children: [2]},
+          {id: 2, name: "kick", children: []},
+        ],
+      },
+    ],
+    [2, {id: 2, father: 1, states: [{id: 1, name: "left", children: []}]}],
+  ]);
+  const ways = [
+    {states: "look/left", count: 3},
+    {states: "kick", count: 2},
+    {states: "look/left, gone", count: 1},
+    {states: "", count: 1},
+  ];
+  assert.deepEqual(
+    [...endings({automata}, ways)].map(([automaton, marks]) => [automaton, [...marks]]),
+    [
+      [2, [["s1", {ended: 4, most: true}]]],
+      [1, [["s2", {ended: 2, most: false}]]],
+    ],
+  );
 });

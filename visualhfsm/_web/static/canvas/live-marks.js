@@ -7,10 +7,12 @@ import {make, set} from "./svg.js";
 /**
  * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, remaining?: number, fired?: number, guard?:
  *   boolean, finished?: boolean, hanging?: boolean, late?: boolean,
- *   breakpoint?: "set" | "conditional" | "hit", note?: string, passed?: number, failed?: boolean}} Live
+ *   breakpoint?: "set" | "conditional" | "hit", note?: string, passed?: number, failed?: boolean,
+ *   ended?: number, most?: boolean}} Live
  *   of a state `status`, `finished`, `hanging` (its code does not end), `late` (its cycles take longer than the period)
  *   and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains), `remaining` (s), `guard` (its
- *   last value) and `fired` (0..1, 1 just now); of both how often tests `passed` them, and whether one `failed` there
+ *   last value) and `fired` (0..1, 1 just now); of both how often tests `passed` them, and whether one `failed` there;
+ *   of a state how many failed trials `ended` there, and whether that is the `most`
  */
 
 /** @type {Record<string, string>} */
@@ -27,6 +29,7 @@ const BREAKPOINTS = {
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
 export function markState(view, live = {}) {
   const {status, trail = 0, finished = false, hanging = false, late = false, breakpoint, note, passed, failed} = live;
+  const {ended, most} = live;
   const {group} = view;
   const {classList} = group;
   classList.toggle("active", status === "active");
@@ -39,12 +42,15 @@ export function markState(view, live = {}) {
   markWith(group, "finished-sign", finished, () => make("path", {class: "finished-sign", d: FINISHED}));
   markBreakpoint(group, breakpoint, -DIAGONAL, -DIAGONAL, 7);
   classList.toggle("tested", Boolean(passed));
-  classList.toggle("test-failed", Boolean(failed));
+  classList.toggle("test-failed", Boolean(failed || ended));
+  classList.toggle("most-failed", Boolean(most));
   say(group, [
     view.words,
     status && STATUS[status],
     note,
     ...tested(passed, failed),
+    ended && n("{count} failed trial ended here", "{count} failed trials ended here", ended),
+    most && t("nowhere more"),
     breakpoint && BREAKPOINTS[breakpoint],
   ]);
 }

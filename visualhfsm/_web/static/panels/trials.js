@@ -16,8 +16,10 @@ import {page} from "../page.js";
 import {store} from "../store.js";
 import {actionButton} from "../shell.js";
 import {t} from "../texts.js";
-import {MOST_RUNS, duration, requestOf, statePaths, verbOf} from "../trials/asking.js";
+import {monitor} from "../monitor/monitor.js";
+import {MOST_RUNS, duration, endings, requestOf, statePaths, verbOf} from "../trials/asking.js";
 import "../trials/trials-view.js";
+import {showMarks, showNoMarks} from "./marks.js";
 
 /** @type {[Robot, string][]} */
 const ROBOTS = [
@@ -50,7 +52,20 @@ class TrialsPanel extends PageElement {
     this.listen(store, "trials", ({detail}) => this.#take(detail));
     this.listen(store, "workspace", () => this.refusal && this.#look());
     this.listen(/** @type {import("../events.js").Target<{focus: null}>} */ (window), "focus", () => this.#look());
+    this.listen(monitor, "mode", () => this.requestUpdate());
     this.#turn();
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    showNoMarks();
+  }
+
+  updated() {
+    const trials = store.trials.get(page.tab);
+    const runs = monitor.component && monitor.tab === page.tab; // what runs is shown instead
+    if (!runs && !trials?.outdated && trials?.view?.ways.length) showMarks(endings(page.document, trials.view.ways));
+    else showNoMarks();
   }
 
   focusFirst() {

@@ -2,7 +2,7 @@
  * What the user asks of trials: the words of the button, and the request that it sends.
  *
  * @import {OpenDocument} from "../store.js"
- * @import {PlanFacts, TrialsPush} from "../protocol.js"
+ * @import {PlanFacts, TrialsPush, Way} from "../protocol.js"
  * @typedef {"sim" | "fake" | "none"} Robot
  * @typedef {{runs?: number, state?: string, robot?: Robot, limit?: number}} Draft what was changed and is not sent yet
  */
@@ -67,17 +67,47 @@ export function duration(seconds) {
  * @param {OpenDocument | undefined} document
  * @returns {string[]}
  */
-export function statePaths(document) {
-  /** @type {Set<string>} */
-  const found = new Set();
+export const statePaths = (document) => [...statesByPath(document).keys()];
+
+/**
+ * The first state of each path of a document.
+ *
+ * @param {OpenDocument | undefined} document
+ */
+function statesByPath(document) {
+  /** @type {Map<string, {automaton: number, id: number}>} */
+  const found = new Map();
   /** @param {import("../protocol.js").Automaton | undefined} automaton @param {string} above @param {number} level */
   const visit = (automaton, above, level) => {
-    for (const {name, children} of automaton?.states ?? []) {
+    for (const {id, name, children} of automaton?.states ?? []) {
       if (found.size >= MOST_STATES || level > MOST_LEVELS) return;
-      found.add(above + name);
+      if (automaton && !found.has(above + name)) found.set(above + name, {automaton: automaton.id, id});
       for (const child of children) visit(document?.automata.get(child), `${above}${name}/`, level + 1);
     }
   };
   visit(document && rootOf(document), "", 0);
-  return [...found];
+  return found;
+}
+
+/**
+ * Marks for the states in which failed trials ended: how many, and whether nowhere more did.
+ *
+ * @param {OpenDocument | undefined} document @param {readonly Way[]} ways
+ */
+export function endings(document, ways) {
+  const states = statesByPath(document);
+  /** @type {Map<number, Map<string, import("../canvas/live-marks.js").Live>>} */
+  const found = new Map();
+  /** @type {Map<string, number>} */
+  const counts = new Map();
+  for (const {states: paths, count} of ways)
+    for (const path of paths.split(", ")) counts.set(path, (counts.get(path) ?? 0) + count);
+  const most = Math.max(...counts.values());
+  for (const [path, ended] of counts) {
+    const state = states.get(path);
+    if (!state) continue;
+    const marks = found.get(state.automaton) ?? new Map();
+    found.set(state.automaton, marks.set(`s${state.id}`, {ended, most: ended === most}));
+  }
+  return found;
 }
