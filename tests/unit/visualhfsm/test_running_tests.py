@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import sys
-from collections.abc import Callable, Coroutine
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,12 +10,9 @@ import pytest
 
 from tests.support.documents import document, state, sub, transition
 from tests.support.processes import assert_gone, children
-from tests.support.pushes import Pushes
-from visualhfsm._editing.serialization import parse
+from tests.support.running_tests import Tests, go, outcomes
 from visualhfsm._errors import VisualHfsmError
-from visualhfsm._running_tests import RunningTests
-from visualhfsm._services import Source
-from visualhfsm._test_results import TestsPush, TestView
+from visualhfsm._test_results import TestView
 
 WAITS = document(
     sub(
@@ -28,31 +23,6 @@ WAITS = document(
         state(3, "never"),
         transition(4, 1, 2, "500", type="time", name="enough"),
         transition(5, 2, 3, "False", name="wrong"),
-    ),
-)
-COUNTS = document(
-    sub(
-        1,
-        0,
-        state(
-            1,
-            "waiting",
-            """if not self.rounds:
-    self.late = (
-        self.rounds
-    )
-elif self.rounds > 9:
-    pass
-self.rounds += 0
-
-self.rounds += 1  # in each cycle""",
-            initial=True,
-        ),
-        state(2, "done", "self.divide(0)"),
-        transition(4, 1, 2, "self.rounds > 3", name="enough"),
-        transition(5, 2, 1, "False", name="never"),
-        functions='def divide(self, by):\n    """Divide."""\n    return 1 / by',
-        variables="self.rounds = 0",
     ),
 )
 GOOD = """
@@ -76,8 +46,7 @@ def test_it_is_done_at_once(behavior, limit):
 
 
 @pytest.fixture
-def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else these processes are measured already
+def path(tmp_path: Path) -> Path:
     (tmp_path / "behaviors").mkdir()
     (tmp_path / "tests").mkdir()
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\n")
@@ -85,44 +54,6 @@ def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "tests" / "test_other.py").write_text("def test_other(): pass\n")
     (tmp_path / "behaviors" / "waits.xml").write_text(WAITS)
     return tmp_path / "behaviors" / "waits.xml"
-
-
-class Tests:
-    """A service, and what it has published."""
-
-    __test__ = False
-
-    def __init__(self, path: Path) -> None:
-        self.pushes = Pushes()
-        self.service = RunningTests(self.pushes, path.parents[1])
-        self.source = Source(1, 0, parse(path.read_text(), "Cannot read"), path, False, path.stem)
-
-    @property
-    def now(self) -> TestsPush:
-        return self.pushes.of(TestsPush)[-1]
-
-    async def run(self, *names: str) -> TestsPush:
-        await self.service.run(self.source, names)
-        return await self.pushes.until(lambda: self.now if self.now.status == "idle" else None)
-
-
-def go(path: Path, work: Callable[[Tests], Coroutine[object, object, None]]) -> None:
-    async def all_of_it() -> None:
-        tests = Tests(path)
-        try:
-            await work(tests)
-        finally:
-            await tests.service.close()
-
-    asyncio.run(all_of_it())
-
-
-def lines(push: TestsPush) -> dict[tuple[str, int], tuple[tuple[int, ...], ...]]:
-    return {(each.place.part, each.place.id): (each.passed, each.missed, each.failed) for each in push.code}
-
-
-def outcomes(push: TestsPush) -> dict[str, str]:
-    return {each.name: each.outcome for each in push.tests}
 
 
 def test_the_tests_of_a_document_are_those_in_files_that_name_it(path: Path) -> None:
@@ -170,83 +101,6 @@ def test_a_failure_has_its_reason_and_timeline_and_the_state_where_it_failed(pat
         assert outcomes(found)["test_it_waits"] == ""
         again = await tests.run("behaviors/test_bad.py::test_it_is_done_at_once[0.1]")
         assert [each.name for each in again.tests if each.outcome == "failed"] == names
-
-    go(path, work)
-
-
-def test_lines_of_code_are_passed_or_missed(path: Path) -> None:
-    path.write_text(COUNTS)
-
-    async def work(tests: Tests) -> None:
-        found = await tests.run("tests/test_waits.py::test_it_waits")
-        assert lines(found) == {
-            ("functions", 0): ((), (3,), ()),  # neither `def` nor what it says of itself
-            ("variables", 0): ((1,), (), ()),
-            ("code", 1): ((1, 2, 3, 5, 7, 9), (6,), ()),
-            ("code", 2): ((), (1,), ()),
-            ("trigger", 4): ((1,), (), ()),
-            ("trigger", 5): ((), (1,), ()),
-        }
-        asked = [
-            (each.id, each.count, each.asked, each.held) for each in found.passed if each.kind != "state"
-        ]
-        assert asked == [(4, 0, 3, 0)]
-        await tests.run("tests/test_waits.py::test_it_is_done_soon")
-        assert lines(tests.now)["trigger", 4] == ((1,), (), ())
-        assert found.unmeasured == ""
-
-    go(path, work)
-
-
-def test_a_line_that_fails_is_marked_and_the_one_that_led_to_it(path: Path) -> None:
-    path.write_text(COUNTS)
-
-    async def work(tests: Tests) -> None:
-        path.with_name("test_breaks.py").write_text(
-            'def test_it_breaks(behavior):\n    behavior("waits.xml").advance(1.0)\n'
-        )
-        found = await tests.run("behaviors/test_breaks.py::test_it_breaks")
-        assert outcomes(found)["test_it_breaks"] == "failed"
-        assert lines(found)["functions", 0] == ((), (), (3,))
-        assert lines(found)["code", 2] == ((), (), (1,))
-        assert [(each.id, each.failed) for each in found.passed if each.kind == "state"] == [
-            (1, False),
-            (2, True),
-        ]
-
-    go(path, work)
-
-
-def test_code_that_has_changed_between_two_tests_is_other_code(path: Path) -> None:
-    path.write_text(COUNTS)
-
-    async def work(tests: Tests) -> None:
-        await tests.run("tests/test_waits.py::test_it_waits")
-        path.write_text(COUNTS.replace("self.rounds += 1", "\nself.rounds += 1"))
-        found = await tests.run("tests/test_waits.py::test_it_is_done_soon")
-        of_state = [each for each in found.code if (each.place.part, each.place.id) == ("code", 1)]
-        assert sorted(each.passed[-1] for each in of_state) == [9, 10]
-        assert len({each.version for each in of_state}) == 2
-
-    go(path, work)
-
-
-@pytest.mark.parametrize(
-    ("what", "words"),
-    [
-        ("sys.modules['coverage'] = None", "pip install 'visualhfsm[test]'"),
-        ("sys.settrace(lambda *_: None)", "another program"),
-        ("import coverage; coverage.Coverage(data_file=None).start()", "another program"),
-    ],
-)
-def test_it_says_why_lines_are_not_measured(path: Path, what: str, words: str) -> None:
-    (path.parents[1] / "conftest.py").write_text(f"import sys\n{what}\n")
-
-    async def work(tests: Tests) -> None:
-        found = await tests.run()
-        assert outcomes(found) == {"test_it_waits": "passed", "test_it_is_done_soon": "passed"}
-        assert found.code == ()
-        assert words in found.unmeasured
 
     go(path, work)
 
