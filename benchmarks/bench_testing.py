@@ -22,10 +22,12 @@ from visualhfsm.simulation._loading import load_component, read
 from visualhfsm.testing import Behavior, check_properties
 from visualhfsm.testing._abstraction import abstract_component
 from visualhfsm.testing._coverage import Hits
+from visualhfsm.testing._lines import Lines
 
 ROOT = Path(__file__).resolve().parents[1]
 BEHAVIORS = ("follow_ball", "dance", "dance_and_follow")
 CALLS = 2000
+LINES = Lines()
 EXAMPLES = 100
 
 
@@ -52,9 +54,21 @@ def covered(name: str) -> Behavior:
     return b
 
 
+def lined(name: str) -> Behavior:
+    """Return a behavior with the fake robot, with the lines of its code measured."""
+    LINES.begin(None)
+    return fake(name)
+
+
 def drawn(name: str) -> Behavior:
     """Return a behavior with the simulation and drawn images."""
     return Behavior(load_component(document(name))(), robot="sim", camera="drawn", skin=False)
+
+
+def drawn_lined(name: str) -> Behavior:
+    """Return a behavior with the simulation and drawn images, with lines."""
+    LINES.begin(None)
+    return drawn(name)
 
 
 def rendered(name: str) -> Behavior:
@@ -66,7 +80,9 @@ KINDS: dict[str, Callable[[str], Behavior]] = {
     "no code": abstract,
     "fake": fake,
     "fake, coverage": covered,
+    "fake, lines": lined,
     "sim, drawn": drawn,
+    "sim, lines": drawn_lined,
     "sim, rendered": rendered,
 }
 
@@ -85,6 +101,7 @@ def pace(make: Callable[[str], Behavior], name: str, seconds: float) -> float:
             best = max(best, seconds / (clock() - began))
         finally:
             b.close()
+            LINES.pytest_runtest_logstart()  # measures no longer
     return best
 
 

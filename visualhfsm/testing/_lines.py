@@ -30,6 +30,8 @@ from visualhfsm.simulation._loading import COMPILED, DocumentInvalid, measurable
 if TYPE_CHECKING:
     from coverage import Coverage
 
+_WARNINGS: Final = ["no-ctracer", "no-data-collected", "no-sysmon", "trace-changed"]
+"""Warnings of coverage.py that are not issued: a project may make errors of all warnings."""
 _KINDS: Final = {
     "functions": "automaton",
     "variables": "automaton",
@@ -74,7 +76,7 @@ class Lines:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_makereport(self, call: pytest.CallInfo[None]) -> None:
         """Measure no longer once the test has run."""
-        if call.when != "call":
+        if call.when == "teardown" or (call.when == "setup" and call.excinfo is None):
             return
         self._stop()
         self._error = None if call.excinfo is None else call.excinfo.value
@@ -137,7 +139,7 @@ class Lines:
             self._coverage = Coverage(
                 data_file=None, config_file=False, include=sorted(self._included), messages=False
             )
-            self._coverage.set_option("run:disable_warnings", ["no-data-collected"])
+            self._coverage.set_option("run:disable_warnings", _WARNINGS)
         self._naming.enter_context(measurable())
         self._coverage.start()
         self._measures = True
