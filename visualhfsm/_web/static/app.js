@@ -83,6 +83,8 @@ export class HfsmApp extends PageElement {
 
   constructor() {
     super();
+    /** Whether a document is about to be shown instead of the start page. */
+    this.arrives = false;
     /** Tag of the element beside the canvas, "" for none. */
     this.side = "";
     /** Tag of the element below the canvas, "" for none. */
@@ -116,6 +118,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "data", (event) => this.#showData(event.detail));
     this.listen(page, "tab", () => this.#titleWindow());
     this.listen(page, "tab", () => showNoticesOf(page.tab));
+    this.listen(page, "tab", () => (this.arrives = Boolean(this.elements.get("hfsm-start")?.isConnected)));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
     this.listen(page, "save", () => perform("save", this.context));
     this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
@@ -167,7 +170,7 @@ export class HfsmApp extends PageElement {
   }
 
   /** Show an element below the canvas; an empty tag closes it. @param {string} tag */
-  async showBottom(tag) {
+  async showBottom(tag, {focuses = true} = {}) {
     this.#wanted.bottom = tag;
     this.outputOpened = false;
     return holdKeys(async () => {
@@ -175,7 +178,7 @@ export class HfsmApp extends PageElement {
       if ((tag && !element) || this.#wanted.bottom !== tag) return undefined;
       this.bottom = tag;
       await this.updateComplete;
-      element?.focusFirst?.();
+      if (focuses) element?.focusFirst?.();
       return element;
     });
   }
@@ -205,9 +208,10 @@ export class HfsmApp extends PageElement {
       page.show(tab);
     }
     runs.dismiss(tab);
+    import("./monitor/spoken.js");
     if (dryRun) this.showLive("dryRun");
     const opens = !this.#wanted.bottom;
-    this.showBottom("hfsm-output");
+    this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
     this.outputOpened = opens;
     const body = dryRun ? chosenBody() : "";
     const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body});
@@ -482,6 +486,13 @@ export class HfsmApp extends PageElement {
     (await import("./robot-run.js")).watchDance(this);
   }
 
+  /** Focus the canvas after a choice on the start page, which is gone. */
+  updated() {
+    if (!this.arrives || !page.document) return;
+    this.arrives = false;
+    if (document.activeElement === document.body) this.canvas.surface.focus({preventScroll: true});
+  }
+
   #titleWindow() {
     const {title = "", dirty = false} = page.tabState ?? {};
     document.title = title ? `${dirty ? "• " : ""}${title} – VisualHFSM` : "VisualHFSM";
@@ -515,6 +526,7 @@ export class HfsmApp extends PageElement {
     this.strip = Object.assign(/** @type {Panel} */ (document.createElement("hfsm-monitor-timeline")), {compact: true});
     const [whyNot] = await Promise.all([
       import("./monitor/why-not.js"),
+      import("./monitor/spoken.js"),
       this.#showOverlay(),
       this.#load("hfsm-monitor-timeline"),
     ]);

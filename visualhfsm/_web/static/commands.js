@@ -11,7 +11,7 @@ import {messageOf, notify, notifyError, clearErrors} from "./notices.js";
 import {page} from "./page.js";
 import {Sequence} from "./sequence.js";
 import {store} from "./store.js";
-import {t} from "./texts.js";
+import {n, t} from "./texts.js";
 
 /**
  * Requests that messages are about alike: when one succeeds, what was said of another is over.
@@ -88,9 +88,13 @@ export function selectAdded(done, kind) {
 }
 
 /** Delete the selection. */
-export function deleteSelected() {
-  return applyHere("deleteItems", selected());
+export async function deleteSelected() {
+  const count = page.states.size + page.transitions.size;
+  if (await applyHere("deleteItems", selected())) say(n("Deleted", "{count} deleted", count));
 }
+
+/** Say what is seen on the canvas to those who do not see it. @param {string} text */
+const say = (text) => void page.dispatchEvent(new CustomEvent("say", {detail: text}));
 
 /** Move the selection. @param {number} dx @param {number} dy */
 export function moveSelected(dx, dy) {
@@ -167,6 +171,7 @@ async function takeStep(op, tab, isHere) {
   const document = store.documents.get(tab);
   if (!done?.place || !document || page.tab !== tab) return;
   const {name, place} = done;
+  const told = op === "undo" ? t("Undone: {name}.", {name}) : t("Redone: {name}.", {name});
   const isText = Boolean(place.part && place.part !== "name");
   if (isHere) {
     if (isHere(place)) return;
@@ -176,9 +181,9 @@ async function takeStep(op, tab, isHere) {
     const changed = [...document.automata].filter(([id, automaton]) => former.automata.get(id) !== automaton);
     const isShown = !changed.length || changed.some(([id]) => id === page.automaton?.id);
     if (!isShown) page.open(changed[0][0]);
-    else if (!isText) return;
+    else if (!isText) return say(told);
   }
-  notify(op === "undo" ? t("Undone: {name}.", {name}) : t("Redone: {name}.", {name}));
+  notify(told);
 }
 
 /** The beginning of the text of a document, which may have been sent by mail. */

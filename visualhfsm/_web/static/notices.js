@@ -61,7 +61,7 @@ export function clearErrors(about) {
 
 /** Show the errors that are about a document only beside it. @param {number} tab that is shown */
 export function showNoticesOf(tab) {
-  if (!list) return;
+  list ??= makeList(); // before it has notices: readers read only what is added to a region that they know
   for (const each of list.children) {
     const about = Number(each.getAttribute("data-tab"));
     each.classList.toggle("elsewhere", Boolean(about) && about !== tab);
@@ -72,6 +72,7 @@ export function showNoticesOf(tab) {
 function makeList() {
   const made = document.createElement("div");
   made.className = "notices";
+  made.setAttribute("aria-live", "polite");
   document.body.append(made);
   return made;
 }

@@ -28,7 +28,7 @@ const SECTIONS = {
  *   whether its value is selected, so that typing replaces it
  * @typedef {{tab: number, code: readonly import("./protocol.js").PassedCode[]}} Tested
  * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, tested: null, reveal: null,
- *   save: null, "focus-canvas": null, edit: Place & At, data: {section: string, place?: Place & At}}} PageEvents
+ *   save: null, "focus-canvas": null, say: string, edit: Place & At, data: {section: string, place?: Place & At}}} PageEvents
  */
 
 /** Events: `tab`, `automaton`, `selection`; each is followed by `change`. */

@@ -100,6 +100,7 @@ export class HfsmCanvas extends HTMLElement {
     for (const kind of /** @type {const} */ (["tab", "automaton"])) page.addEventListener(kind, () => this.redraw());
     page.addEventListener("selection", () => this.#showSelection());
     page.addEventListener("reveal", () => this.#reveal());
+    page.addEventListener("say", ({detail}) => this.announce(detail));
     this.redraw();
   }
 
@@ -225,9 +226,9 @@ export class HfsmCanvas extends HTMLElement {
   }
 
   showHint(text = "") {
+    if (text && text !== this.hint.textContent) this.announce(text);
     this.hint.textContent = text;
     this.hint.hidden = !text;
-    if (text) this.announce(text);
   }
 
   /** Announce a text to screen readers. @param {string} text */

@@ -33,6 +33,8 @@ export function markState(view, live = {}) {
   const {group} = view;
   const {classList} = group;
   classList.toggle("active", status === "active");
+  if (status === "active") group.setAttribute("aria-current", "true");
+  else group.removeAttribute("aria-current");
   classList.toggle("ghost", status === "ghost");
   classList.toggle("finished", finished);
   classList.toggle("hanging", hanging);

@@ -46,8 +46,10 @@ export class StateTool {
   /** @param {KeyboardEvent} event */
   key(event) {
     const arrow = ARROWS[event.key];
-    if (arrow) this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
-    else if (event.key === "Enter") this.click(this.point);
+    if (arrow) {
+      this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
+      this.canvas.announce(spokenPlace(this.point));
+    } else if (event.key === "Enter") this.click(this.point);
     else return false;
     this.canvas.viewport.reveal(this.point);
     return true;
@@ -72,6 +74,8 @@ export class TransitionTool {
     this.canvas = canvas;
     /** The transition that is drawn, once its origin is known. @type {Link | undefined} */
     this.link = undefined;
+    /** The name of its origin. */
+    this.origin = "";
     /** The last chosen state. @type {State | undefined} */
     this.chosen = undefined;
     const origin = page.state;
@@ -81,7 +85,8 @@ export class TransitionTool {
   get hint() {
     return this.link
       ? t(
-          "New transition: click its destination, or the ground for a new state, or choose with the arrows and press Enter. Esc cancels.",
+          "New transition from {state}: click its destination, or the ground for a new state, or choose with the arrows and press Enter. Esc cancels.",
+          {state: this.origin},
         )
       : t("New transition: click its origin, or choose it with the arrows and press Enter. Esc cancels.");
   }
@@ -103,6 +108,7 @@ export class TransitionTool {
   key(event) {
     const arrow = ARROWS[event.key];
     if (arrow) this.#choose(arrow);
+    else if (event.key === "." || event.key === ",") this.#goOn(event.key === "." ? 1 : -1);
     else if (event.key === "Enter") {
       const chosen = this.chosen ?? page.state;
       if (!chosen) return true;
@@ -121,6 +127,7 @@ export class TransitionTool {
   #begin(state) {
     this.canvas.markTarget(undefined);
     this.link = new Link(this.canvas, state.id);
+    this.origin = state.name;
     this.chosen = undefined;
     this.#lead(state);
     this.canvas.showHint(this.hint);
@@ -132,6 +139,14 @@ export class TransitionTool {
     const origin = this.link?.origin;
     const from = this.chosen ?? states.find((each) => each.id === origin) ?? page.state;
     const next = from ? neighbor(states, from, arrow) : states[0];
+    if (next) this.#lead(next);
+  }
+
+  /** Choose the next state of the document: by arrows, one in a crowd may be out of reach. @param {number} step */
+  #goOn(step) {
+    const {states} = page.shownAutomaton;
+    const index = states.findIndex(({id}) => id === (this.chosen?.id ?? this.link?.origin ?? page.state?.id));
+    const next = states.at((index + step) % states.length);
     if (next) this.#lead(next);
   }
 
@@ -153,6 +168,19 @@ export class TransitionTool {
     this.canvas.useTool(undefined);
     link?.end();
   }
+}
+
+/** A place in words, from the nearest state. @param {Point} point */
+function spokenPlace(point) {
+  const near = (page.automaton?.states ?? []).toSorted((one, other) => distance(one, point) - distance(other, point));
+  if (!near.length) return `${point.x}, ${point.y}`;
+  const [{name, x, y}] = near;
+  const [right, down] = [point.x - x, point.y - y];
+  const parts = [
+    right && `${Math.abs(right)} ${right > 0 ? t("to the right") : t("to the left")}`,
+    down && `${Math.abs(down)} ${down > 0 ? t("down") : t("up")}`,
+  ].filter(Boolean);
+  return t("{place} of {state}", {place: parts.join(", ") || t("in the middle"), state: name});
 }
 
 /** A free place near a point, by default the middle of the visible part. @param {HfsmCanvas} canvas @param {Point} [near] */

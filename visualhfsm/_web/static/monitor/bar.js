@@ -75,7 +75,6 @@ class MonitorBar extends MonitorElement {
     const {recording, writable, looking} = monitor;
     return html`<span
         class="live-status ${status}"
-        role="status"
         title=${monitor.ended && monitor.isOver ? t("Ended at {time}", {time: clockTime(monitor.ended.at)}) : (why ?? nothing)}
         ><span class="sign" aria-hidden="true"></span>${word}</span
       >
@@ -115,9 +114,7 @@ class MonitorBar extends MonitorElement {
   #ended() {
     const run = runs.of(page.tab);
     if (run?.status !== "ended" || !run.place) return nothing;
-    return html`<span class="live-status failed" role="status"
-        ><span class="sign" aria-hidden="true"></span>${spokenEnd(run)}</span
-      >
+    return html`<span class="live-status failed"><span class="sign" aria-hidden="true"></span>${spokenEnd(run)}</span>
       ${failureLink(run)}<strong class="component">${run.component}</strong>`;
   }
 
@@ -254,8 +251,8 @@ class MonitorBar extends MonitorElement {
   }
 }
 
-/** @returns {{status: string, word: string, why?: string}} its style, its name, and details */
-function statusOf() {
+/** @returns {{status: string, word: string, spoken?: string, why?: string}} its style, its name, and details */
+export function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording)
     return {status: "recording", word: recording.complete ? t("Recording") : t("Recording, its beginning")};
@@ -285,6 +282,7 @@ function statusOf() {
     return {
       status: "hanging",
       word: t("Hanging for {seconds} s", {seconds: Math.floor(hanging.hangsFor)}),
+      spoken: t("Hanging"),
       why: t("A cycle of {name} does not end: its code must not wait or repeat for so long. Stop ends it.", {name}),
     };
   }

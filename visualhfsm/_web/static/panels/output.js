@@ -54,13 +54,14 @@ class Output extends PageElement {
   render() {
     return html`<div class="list-panel">
       <div class="list-tools">
-        <span role="status">${this.#status()}</span><span class="room"></span>
+        <span>${this.#status()}</span><span class="room"></span>
         <label><input type="checkbox" .checked=${this.follows} @change=${this.#follow} /> ${t("Follow")}</label>
         <button type="button" class="tool" @click=${() => outputLog.clear(page.tab)}>${t("Clear")}</button>
       </div>
       <div
         class="lines"
         role="log"
+        aria-live="off"
         aria-label=${t("Output of the component")}
         tabindex="0"
         @scroll=${this.#scrolled}

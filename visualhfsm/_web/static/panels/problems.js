@@ -153,6 +153,7 @@ class Problems extends PageElement {
   /** @param {Problem} problem @param {Place} place */
   #go(problem, place) {
     page.jump(place, problem.file ? {} : {line: problem.line || 1, column: problem.column || 1});
+    if (place.id !== undefined && !place.part) page.dispatchEvent(new Event("focus-canvas"));
   }
 
   /** @param {Played | null} played @param {Step[]} steps */
