@@ -7,10 +7,11 @@ page, looks up the template in a catalog of gettext (`visualhfsm._languages`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import string
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
-__all__ = ["NO_MESSAGE", "Catalog", "Message", "Value", "all_of", "any_of", "joined", "reason"]
+__all__ = ["NO_MESSAGE", "Catalog", "Message", "Value", "all_of", "any_of", "joined"]
 
 Value = str | int | float
 """A value of a message, itself a `Message` where it has words."""
@@ -72,6 +73,14 @@ class Message(str):
             return template.format_map(values)
         except (KeyError, ValueError, IndexError, AttributeError):  # a catalog that somebody has added
             return str(self)
+
+    def again(self, values: Mapping[str, Value]) -> Message:
+        """Return a message of the same template with other values."""
+        return _make(self._template, self._plural, values)
+
+    def pieces(self) -> Iterable[tuple[str, str | None, str | None, str | None]]:
+        """Return the pieces of the template, as `string.Formatter.parse` does."""
+        return string.Formatter().parse(self._template or "")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _make, (self._template, self._plural, dict(self._values))
@@ -137,12 +146,3 @@ def joined(separator: str, items: Sequence[str]) -> Message:
     """Return texts with a separator between them that no language changes; some may be messages."""
     values = {f"text{number}": item for number, item in enumerate(items)}
     return _make(separator.join(f"{{{name}}}" for name in values), None, values)
-
-
-def reason(error: BaseException) -> Message:
-    """Return what an exception says: a system's error without its number and its file."""
-    message = getattr(error, "message", None)
-    if isinstance(message, Message):
-        return message
-    text = error.strerror if isinstance(error, OSError) else None
-    return Message.verbatim(text or str(error))

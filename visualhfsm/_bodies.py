@@ -13,6 +13,7 @@ from typing import Final
 
 import msgspec
 
+from codegen.messages import Message
 from visualhfsm._errors import VisualHfsmError
 from zenoh_ice.text import few, printable
 
@@ -51,7 +52,13 @@ def require_body(root: Path, name: str) -> str:
     """
     known = [body.name for body in find_bodies(root)]
     if name and name not in known:
-        raise VisualHfsmError(f"there is no robot {printable(name)[:60]}; there are {few(known, 12)}")
+        raise VisualHfsmError(
+            Message(
+                "there is no robot {name}; there are {few}",
+                name=printable(name)[:60],
+                few=few(known, 12),
+            )
+        )
     return name or known[0]
 
 

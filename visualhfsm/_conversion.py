@@ -19,7 +19,8 @@ from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
 from codegen.hfsm.formats.xml_tree import read_bytes
 from codegen.hfsm.scxml import is_scxml, write_scxml
-from codegen.messages import NO_MESSAGE, Message, reason
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
 from visualhfsm._editing.serialization import read_scxml
 
 _WORD: Final = string.ascii_letters + string.digits + "_"

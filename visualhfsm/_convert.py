@@ -9,7 +9,9 @@ import typer
 
 from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
+from codegen.messages import Message
 from codegen.options import ErrorFormat, report
+from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
 
 EPILOG: Final = """Examples:
@@ -61,7 +63,7 @@ def convert(
     try:
         text = convert_document(source, diagnostics, to_scxml=to_scxml, fixes_python2=fix_python2)
     except ModuleNotFoundError as error:
-        raise VisualHfsmError(str(error)) from error
+        raise VisualHfsmError(reason(error)) from error
     report(diagnostics, error_format)
     if not to_file:
         _print(text)
@@ -70,9 +72,11 @@ def convert(
         changes = compare_with_disk([GeneratedFile(path, text)])
         apply(changes)
     except FilesNotWrittenError as error:
-        raise VisualHfsmError(str(error)) from error
+        raise VisualHfsmError(reason(error)) from error
     except OSError as error:
-        raise VisualHfsmError(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise VisualHfsmError(
+            Message("{path}: cannot be written: {reason}", path=str(path), reason=reason(error))
+        ) from error
     if error_format is ErrorFormat.TEXT:  # programs read the rest of stderr
         typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)
 
@@ -83,7 +87,7 @@ def _print(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise VisualHfsmError(f"stdout cannot be written: {error.strerror or error}") from error
+        raise VisualHfsmError(Message("stdout cannot be written: {reason}", reason=reason(error))) from error
 
 
 def _check_suffix(path: Path, name: str) -> None:

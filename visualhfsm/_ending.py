@@ -6,6 +6,7 @@ import re
 import signal
 from typing import Final, NamedTuple
 
+from codegen.messages import Message
 from visualhfsm._failures import Failure, Failures
 from visualhfsm._origins import Origin, Origins
 from visualhfsm._watched_process import describe_exit
@@ -46,7 +47,7 @@ class LastWords:
 class End(NamedTuple):
     """How a component ended, in words, and where; `state` is the name of the state, as far as it is known."""
 
-    message: str
+    message: Message
     origin: Origin | None = None
     state: str = ""
 
@@ -66,16 +67,18 @@ def describe_end(
     if cut_short is None or words.are_final:
         if failure is not None and code != 0:
             failure = failure if failure.state else failure._replace(state=state)
-            message = f"it ended: {failure.in_short}"
+            message = Message("it ended: {what}", what=failure.in_short)
         return End(message, words.origin, state)
     if code == 0:
-        message = "it ended at once, with exit code 0"
+        message = Message("it ended at once, with exit code 0")
     if code == -signal.SIGKILL:
-        message = f"{message}, by somebody or because memory ran out"
+        message = Message("{ending}, by somebody or because memory ran out", ending=message)
     if origins is None:
         return End(message)
     if state:
-        when = "during" if cut_short.running else "after"
-        message = f"{message}, {when} a cycle in the state {state}"
+        if cut_short.running:
+            message = Message("{ending}, during a cycle in the state {state}", ending=message, state=state)
+        else:
+            message = Message("{ending}, after a cycle in the state {state}", ending=message, state=state)
     place = origins.element(cut_short.automaton, cut_short.state, cut_short.transition)
     return End(message, place, state)

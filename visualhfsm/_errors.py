@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+from codegen.messages import NO_MESSAGE, Message
+
 ErrorKind = Literal[
     "malformed",  # no request of this protocol
     "refused",  # a document cannot be changed, opened or saved like this
@@ -24,12 +26,22 @@ class VisualHfsmError(Exception):
 
     kind: ClassVar[ErrorKind] = "refused"
 
+    def __init__(self, message: Message) -> None:
+        super().__init__(message)
+        self.message = message
+
 
 class MissingPackageError(VisualHfsmError):
     """A package is not installed; the message names the command that installs it."""
 
     def __init__(self, package: str, extra: str) -> None:
-        super().__init__(f"{package} is not installed; install it with: pip install 'visualhfsm[{extra}]'")
+        super().__init__(
+            Message(
+                "{package} is not installed; install it with: pip install 'visualhfsm[{extra}]'",
+                package=package,
+                extra=extra,
+            )
+        )
 
 
 class EditError(VisualHfsmError):
@@ -38,8 +50,11 @@ class EditError(VisualHfsmError):
     `what` could not be done, `why`, and `hint`: what to do about it.
     """
 
-    def __init__(self, what: str, why: str, hint: str = "") -> None:
-        super().__init__(f"{what}: {why}" + (f"; {hint}" if hint else ""))
+    def __init__(self, what: Message, why: Message, hint: Message = NO_MESSAGE) -> None:
+        if hint:
+            super().__init__(Message("{what}: {why}; {hint}", what=what, why=why, hint=hint))
+        else:
+            super().__init__(Message("{what}: {why}", what=what, why=why))
         self.what = what
         self.why = why
         self.hint = hint

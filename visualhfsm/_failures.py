@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
+from codegen.messages import Message
+from codegen.reasons import known_text
 from visualhfsm._origins import Origin
 
 _RECORD: Final = re.compile(r"[\d-]+ [\d:.]+ ([A-Z]+) ")
@@ -38,19 +40,22 @@ class Failure(NamedTuple):
     origin: Origin
     state: str
     """The name of the state whose code, or a transition out of which, failed; empty if it is unknown."""
-    message: str
+    message: Message
 
     @property
-    def in_short(self) -> str:
+    def in_short(self) -> Message:
         """What happened, and the state, in a few words: `float division by zero in left`."""
         found, ends = _EXCEPTION.fullmatch(self.message), _ENDS.match(self.message)
         what = self.message
         if ends is not None:
-            what = ends["call"]
+            what = Message.verbatim(ends["call"])
         elif found is not None and " " in (found["what"] or ""):
-            what = found["what"].partition("; ")[0]
-        comma = "," if "," in what else ""
-        return f"{what}{comma} in {self.state}" if self.state else what
+            what = known_text(found["what"].partition("; ")[0])
+        if not self.state:
+            return what
+        if "," in what:
+            return Message("{what}, in {state}", what=what, state=self.state)
+        return Message("{what} in {state}", what=what, state=self.state)
 
 
 class Failures:
@@ -92,24 +97,24 @@ class Failures:
             return []
         return self._complete(origin)
 
-    def end(self, message: str, origin: Origin | None, state: str) -> list[Failure]:
+    def end(self, message: Message, origin: Origin | None, state: str) -> list[Failure]:
         """Take how the run ended, and where, unless its output has said what was wrong there."""
         if origin is None or (self.last is not None and origin.place.part):
             return []
         if self.printed is not None and self.printed.origin == origin:
             return self._add(self.printed)
-        return self._add(Failure(origin, state, message.replace("it ", "the component ", 1)))
+        return self._add(Failure(origin, state, Message("the component ended here: {how}", how=message)))
 
     def _complete(self, origin: Origin) -> list[Failure]:
         """Return the failure of a text whose last line has its place."""
         text, self._text = self._text, ""
         found = _ERROR.fullmatch(text)
         if found is not None:
-            self._reported = Failure(origin, found["where"].rpartition("/")[2], found["what"])
+            self._reported = Failure(origin, found["where"].rpartition("/")[2], known_text(found["what"]))
             return self._add(self._reported)
         refused = _REFUSED.fullmatch(text)
         what = refused["what"] if refused else text.partition("\n")[0]
-        return [] if _RECORD.match(text) else self._add(Failure(origin, "", what))
+        return [] if _RECORD.match(text) else self._add(Failure(origin, "", known_text(what)))
 
     def _in_traceback(self, line: str, origin: Origin | None) -> list[Failure]:
         assert self._frames is not None
@@ -118,14 +123,14 @@ class Failures:
             self._frames.append(origin)
             if reported is not None and len(self._frames) == 1 and origin.place != reported.origin.place:
                 # The code of a state has called a function, which failed.
-                what = f"this calls code that fails: {reported.message}"
+                what = Message("this calls code that fails: {what}", what=reported.message)
                 return self._add(Failure(origin, reported.state, what), is_last=False)
             return []
         if line.startswith((" ", "\t")) or not line:
             return []
         frames, self._frames = self._frames, None
         if reported is None and frames and _EXCEPTION.match(line):
-            self.printed = Failure(frames[-1], "", line)
+            self.printed = Failure(frames[-1], "", known_text(line))
         return []
 
     def _add(self, failure: Failure, *, is_last: bool = True) -> list[Failure]:

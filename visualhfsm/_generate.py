@@ -9,6 +9,8 @@ from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, apply, compare_with_disk
 from codegen.hfsm import compile_document
 from codegen.hfsm.document import Document
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
 
 
@@ -31,12 +33,15 @@ def generate_component(
     try:
         apply(compare_with_disk(files))
     except FilesNotWrittenError as error:
-        raise VisualHfsmError(str(error)) from error
+        raise VisualHfsmError(reason(error)) from error
     return files[0].path
 
 
-def summary(diagnostics: Diagnostics) -> str:
+def summary(diagnostics: Diagnostics) -> Message:
     """Return why nothing was generated: the first error, and the number of the others."""
     errors = diagnostics.errors
-    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    return f"nothing was generated: {errors[0].message}{more}"
+    if len(errors) == 1:
+        return Message("nothing was generated: {error}", error=errors[0].message)
+    return Message(
+        "nothing was generated: {error} (and {more} more)", error=errors[0].message, more=len(errors) - 1
+    )

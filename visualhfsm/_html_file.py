@@ -20,6 +20,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
 
 STATIC: Final = Path(__file__).parent / "_web" / "static"
@@ -82,9 +84,17 @@ def check_place(path: Path) -> None:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise VisualHfsmError(f"{path}: the page cannot be written: {error.strerror}") from error
+        raise VisualHfsmError(
+            Message("{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error))
+        ) from error
     if not os.access(directory, os.W_OK):
-        raise VisualHfsmError(f"{path}: the page cannot be written: {directory} is not writable")
+        raise VisualHfsmError(
+            Message(
+                "{path}: the page cannot be written: {directory} is not writable",
+                path=str(path),
+                directory=str(directory),
+            )
+        )
 
 
 def write_html(path: Path, text: str) -> int:
@@ -93,7 +103,9 @@ def write_html(path: Path, text: str) -> int:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise VisualHfsmError(f"{path}: the page cannot be written: {error.strerror}") from error
+        raise VisualHfsmError(
+            Message("{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error))
+        ) from error
     return len(text.encode())
 
 

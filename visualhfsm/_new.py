@@ -9,6 +9,8 @@ from typing import Annotated, Final
 
 import typer
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
 
 EPILOG: Final = """Examples:
@@ -79,7 +81,9 @@ def new(
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, target)
     except OSError as error:
-        raise VisualHfsmError(f"{folder} cannot be made: {error.strerror or error}") from error
+        raise VisualHfsmError(
+            Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+        ) from error
     for target in sorted(made.values()):
         typer.echo(f"wrote {target}")
     generate([*folder.glob("interfaces/*.idl"), *folder.glob("behaviors/*.xml")])
@@ -99,7 +103,9 @@ def _make_exercise(folder: Path, name: str, language: str | None) -> None:
         for file, content in files.items():
             (folder / file).write_bytes(content)
     except OSError as error:
-        raise VisualHfsmError(f"{folder} cannot be made: {error.strerror or error}") from error
+        raise VisualHfsmError(
+            Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+        ) from error
     for file in files:
         typer.echo(f"wrote {folder / file}")
     typer.echo(_NEXT_EXERCISE.format(folder=shlex.quote(str(folder)), document=f"{exercise.name}.xml"))
@@ -108,7 +114,9 @@ def _make_exercise(folder: Path, name: str, language: str | None) -> None:
 def _require_empty(folder: Path) -> None:
     """Raise VisualHfsmError if there are files of others."""
     if folder.exists() and (not folder.is_dir() or any(each.name not in _KEPT for each in folder.iterdir())):
-        raise VisualHfsmError(f"{folder} is not empty: choose another name, or an empty folder")
+        raise VisualHfsmError(
+            Message("{folder} is not empty: choose another name, or an empty folder", folder=str(folder))
+        )
 
 
 def _name_of(path: Path) -> str:

@@ -19,7 +19,9 @@ import typer
 from msgspec.structs import replace
 
 from codegen.diagnostics import Diagnostics
+from codegen.messages import Message
 from codegen.options import ErrorFormat, show
+from codegen.reasons import reason
 from hfsm_runtime.recording_file.messages import WATCHED
 from hfsm_runtime.recording_file.outcome import (
     Begin,
@@ -72,9 +74,14 @@ def replay_recording(
     try:
         recorded = RecordingFile(recording)
     except RecordingError as error:
-        raise VisualHfsmError(str(error)) from error
+        raise VisualHfsmError(reason(error)) from error
     if WATCHED in recorded.metadata:
-        raise VisualHfsmError(f"{recording} was recorded to be looked at: what --record writes is replayed")
+        raise VisualHfsmError(
+            Message(
+                "{recording} was recorded to be looked at: what --record writes is replayed",
+                recording=str(recording),
+            )
+        )
     if not as_json:
         _announce(recorded, recording)
     with stop_on_signals() as stop, tempfile.TemporaryDirectory(prefix="visualhfsm-replay-") as folder:
@@ -98,7 +105,9 @@ def replay_recording(
         for line in outcome_lines(outcome):
             typer.echo(line)
     if outcome.error:
-        raise VisualHfsmError(f"at {outcome.seconds:.3f} s: {outcome.error}")
+        raise VisualHfsmError(
+            Message("at {seconds:.3f} s: {error}", seconds=outcome.seconds, error=outcome.error)
+        )
     return outcome
 
 
@@ -158,7 +167,7 @@ def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:
     """Write the component of the recording into a folder, and report that it will be run."""
     files = recorded.files
     if "component" not in files:
-        raise VisualHfsmError("the recording does not contain its component: name the document")
+        raise VisualHfsmError(Message("the recording does not contain its component: name the document"))
     folder.mkdir()
     for kind in ("component", "extension"):
         if kind in files:
@@ -223,24 +232,28 @@ async def _listen(
         except TimeoutError:
             if time.monotonic() - heard < _SILENCE:
                 continue
-            raise VisualHfsmError(f"the replay has sent nothing for {_SILENCE:g} s and was stopped") from None
+            raise VisualHfsmError(
+                Message("the replay has sent nothing for {silence:g} s and was stopped", silence=_SILENCE)
+            ) from None
         heard = time.monotonic()
         if not text:
             return None
         try:
             line = decoder.decode(text)
         except msgspec.MsgspecError as error:
-            raise VisualHfsmError(f"the replay sent an invalid message: {error}") from error
+            raise VisualHfsmError(
+                Message("the replay sent an invalid message: {reason}", reason=reason(error))
+            ) from error
         report(line)
         if isinstance(line, Outcome):
             return line
     return None
 
 
-def _failure(code: int, errors: bytes) -> str:
+def _failure(code: int, errors: bytes) -> Message:
     text = " ".join(errors.decode("utf-8", "replace").split())
-    reason = text.rpartition("error: ")[2] if "error: " in text else text
-    return reason or f"the replay ended with exit code {code}"
+    why = text.rpartition("error: ")[2] if "error: " in text else text
+    return Message.verbatim(why) if why else Message("the replay ended with exit code {code}", code=code)
 
 
 def outcome_lines(outcome: Outcome) -> Iterator[str]:

@@ -7,6 +7,8 @@ from typing import Annotated, Final
 
 import typer
 
+from codegen.messages import Message
+
 EPILOG: Final = """Examples:
 
 visualhfsm report dance.mcap
@@ -40,7 +42,11 @@ def report(
     if target.exists() and not force:
         raise typer.BadParameter(f"{target} exists: --force overwrites it", param_hint="HTML")
     run = open_recording(recording)
-    document = parse(run.document, f"{recording}: the document cannot be read") if run.document else None
+    document = (
+        parse(run.document, Message("{recording}: the document cannot be read", recording=str(recording)))
+        if run.document
+        else None
+    )
     size = write_run_page(target, run.exported(document))
     typer.echo(f"{target}: {size / 1e6:.1f} MB")
     if not run.complete:

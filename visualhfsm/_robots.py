@@ -19,6 +19,8 @@ from typing import Final, Literal
 
 import msgspec
 
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
 from visualhfsm._bodies import body_option, require_body
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
@@ -90,7 +92,7 @@ class Robots:
         self._simulation = Simulation()
         self._ready = asyncio.Event()
         self._last_error = ""
-        self._trouble = ""
+        self._trouble = NO_MESSAGE
         self._presence = RobotPresence()
         self._was_present = False
         self._lost_at = 0.0
@@ -135,10 +137,13 @@ class Robots:
     async def simulate(self, simulation: Simulation) -> None:
         """Start a simulated robot, replacing the one that was started here; return before it is present."""
         if simulation.world not in {world.name for world in await asyncio.to_thread(find_worlds)}:
-            raise VisualHfsmError(f"the simulation has no world {simulation.world[:40]}")
+            raise VisualHfsmError(Message("the simulation has no world {world}", world=simulation.world[:40]))
         if not _SPEED.fullmatch(simulation.speed) or simulation.speed.strip("0.") == "":
             raise VisualHfsmError(
-                f"{simulation.speed[:40]} is not a speed: write a number above 0, such as 1 or 5"
+                Message(
+                    "{speed} is not a speed: write a number above 0, such as 1 or 5",
+                    speed=simulation.speed[:40],
+                )
             )
         body = await asyncio.to_thread(require_body, self._root, simulation.body)
         simulation = msgspec.structs.replace(simulation, body=body)
@@ -160,7 +165,11 @@ class Robots:
         """
         match = _ADDRESS.fullmatch(address)
         if match is None:
-            raise VisualHfsmError(f"{address[:60]} is not a robot address: write nao.local or 192.168.1.20")
+            raise VisualHfsmError(
+                Message(
+                    "{address} is not a robot address: write nao.local or 192.168.1.20", address=address[:60]
+                )
+            )
         url = address if match["scheme"] else f"tcp://{address}"
         options = [f"--robot={url}", f"--start={start}", f"--end={'rest' if start == 'stand' else 'leave'}"]
         await complete(self._start("real", address, "naoserver.naoqi", options))
@@ -168,14 +177,16 @@ class Robots:
     async def move_balls(self, *, moving: bool) -> None:
         """Move the balls of the simulation along their routes, or leave them where they are."""
         if moving and not self._presence.has_balls:
-            raise VisualHfsmError("the simulation has no balls that can be moved: choose the world balls")
+            raise VisualHfsmError(
+                Message("the simulation has no balls that can be moved: choose the world balls")
+            )
         self._simulation = msgspec.structs.replace(self._simulation, balls=moving)
         await complete(self._move_balls(moving=moving))
 
     async def end(self) -> None:
         """End the robot that was started here."""
         if not self._kind:
-            raise VisualHfsmError("this robot was not started here: end it where it was started")
+            raise VisualHfsmError(Message("this robot was not started here: end it where it was started"))
         await complete(self._stop())
 
     async def close(self) -> None:
@@ -190,12 +201,14 @@ class Robots:
         self, kind: Literal["simulation", "real"], name: str, module: str, options: Sequence[str]
     ) -> None:
         if self._presence.present and not self._server.is_running:
-            raise VisualHfsmError("there is already a robot that was not started here: end that one first")
+            raise VisualHfsmError(
+                Message("there is already a robot that was not started here: end that one first")
+            )
         await self._stop()
         async with self._busy:
             self._kind = kind
             self._name = name
-            self._trouble = ""
+            self._trouble = NO_MESSAGE
             self._ready = asyncio.Event()
             self._last_error = ""
             self._report()
@@ -228,7 +241,7 @@ class Robots:
                 self._left_at, self._stopping = time.monotonic(), False
             self._kind = ""
             self._name = ""
-            self._trouble = ""
+            self._trouble = NO_MESSAGE
             self._was_present, self._lost_at = False, 0.0
             self._presence = RobotPresence()
             self._report()
@@ -251,7 +264,13 @@ class Robots:
             environment = {**child_environment(), **self._settings.environment()}
             await process.start(command, {**environment, **own_listener(self._sockets)})
         except OSError as error:
-            raise VisualHfsmError(f"{command[3]} cannot be started: {error.strerror or error}") from error
+            raise VisualHfsmError(
+                Message(
+                    "{command} cannot be started: {reason}",
+                    command=command[3],
+                    reason=reason(error),
+                )
+            ) from error
 
     def _take(self, written: Lines) -> None:
         _log(written)
@@ -264,7 +283,7 @@ class Robots:
 
     def _expect_seen(self, start: asyncio.Event) -> None:
         if start is self._ready and self._server.is_running and self._status() == "starting":
-            self._trouble = (
+            self._trouble = Message(
                 "The robot's server is ready, but is not seen here: the router may not let this user serve a"
                 " robot. Stop it in the robot's menu, and start it where that is allowed."
             )
@@ -273,16 +292,26 @@ class Robots:
     def _end(self, code: int, stopped: bool) -> None:
         if stopped:
             return
-        reason = _REPORTED.sub("", self._last_error) if code > 0 and self._last_error else ""
-        what = "The simulation" if self._kind == "simulation" else f"The connection to {self._name}"
-        began = "has ended" if self._ready.is_set() else "could not be started"
-        self._trouble = f"{what} {began}: {reason[:300] or describe_exit(code, stopped=False)}"
+        reported = _REPORTED.sub("", self._last_error)[:300] if code > 0 else ""
+        why = Message.verbatim(reported) if reported else describe_exit(code, stopped=False)
+        self._trouble = self._ended(why)
         self._kind = ""
         if self._balls is not None:
             self._balls.cancel()
         for mover in self._movers.values():
             mover.kill()
         self._report()
+
+    def _ended(self, why: Message) -> Message:
+        began = self._ready.is_set()
+        match self._kind:
+            case "simulation" if began:
+                return Message("The simulation has ended: {why}", why=why)
+            case "simulation":
+                return Message("The simulation could not be started: {why}", why=why)
+            case _ if began:
+                return Message("The connection to {name} has ended: {why}", name=self._name, why=why)
+        return Message("The connection to {name} could not be started: {why}", name=self._name, why=why)
 
     def _end_of_mover(self, _code: int, stopped: bool) -> None:
         """Report that the balls rest; if their simulation has ended, too, the next one moves them again."""

@@ -13,6 +13,7 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from hfsm_runtime.recording_file.messages import Shape
 from interfaces.hfsm import ComponentStructure
 from visualhfsm._editing.views import view
@@ -76,8 +77,12 @@ def run_page(run: Run, largest: int = LARGEST_PAGE) -> str:
     page = html_file(run.name, _ENTRY, _STYLES, _content(run))
     if len(page) > largest:
         raise VisualHfsmError(
-            f"the page of this run would have {len(page) >> 20} MB, and at most {largest >> 20} MB can be "
-            "exported: record a shorter run, or one without images"
+            Message(
+                "the page of this run would have {count} MB, and at most {largest} MB can be "
+                "exported: record a shorter run, or one without images",
+                count=len(page) >> 20,
+                largest=largest >> 20,
+            )
         )
     return page
 
@@ -86,7 +91,9 @@ def _content(run: Run) -> bytes:
     """Return the run as run-page.js reads it: lines of JSON, first `Content`, then the moments."""
     newest = run.log.newest
     if newest is None:
-        raise VisualHfsmError(f"nothing is known of a run of {run.name}: there is nothing to export")
+        raise VisualHfsmError(
+            Message("nothing is known of a run of {run}: there is nothing to export", run=run.name)
+        )
     moments = run.log.moments(_LARGEST_MOMENTS)
     document = None
     if run.document is not None:

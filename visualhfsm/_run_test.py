@@ -16,6 +16,7 @@ from typing import Final
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Automaton, Document
+from codegen.messages import Message
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.run_log import Timeline
 
@@ -42,11 +43,16 @@ def run_as_test(
     """
     if timeline.start > _LATEST_START:
         raise VisualHfsmError(
-            f"the run was seen from {timeline.start:.1f} s on, not from its beginning: run it again"
+            Message(
+                "the run was seen from {start:.1f} s on, not from its beginning: run it again",
+                start=timeline.start,
+            )
         )
     steps = [*islice(_steps(document, timeline), _MOST_CHANGES)]
     if not steps:
-        raise VisualHfsmError("the run has not changed its state yet: a test would have nothing to expect")
+        raise VisualHfsmError(
+            Message("the run has not changed its state yet: a test would have nothing to expect")
+        )
     name = component_name(Path(path).stem)
     options = "" if robot is None else f", robot={json.dumps(robot)}"
     if given := [*_given(document, parameters or {})]:

@@ -23,6 +23,8 @@ from codegen.hfsm import (
     write_document,
 )
 from codegen.hfsm.document import Document
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
 from visualhfsm._bodies import body_option, require_body
 from visualhfsm._ending import LastWords, describe_end
 from visualhfsm._environment import child_environment
@@ -81,7 +83,7 @@ class RunningComponents:
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
         if source.path is None and source.tab not in self._runs:
-            raise VisualHfsmError("save the document first: its component is written beside it")
+            raise VisualHfsmError(Message("save the document first: its component is written beside it"))
         generated = await complete(self._run_of(source.tab).generate(source))
         return {"path": str(generated.component)}
 
@@ -98,7 +100,10 @@ class RunningComponents:
         for tab, run in self._runs.items():
             if tab != source.tab and run.component == name:
                 raise VisualHfsmError(
-                    f"another document runs as {name}: stop it first, or save this one under another name"
+                    Message(
+                        "another document runs as {name}: stop it first, or save this one under another name",
+                        name=name,
+                    )
                 )
         if dry_run is not None:
             dry_run = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, dry_run))
@@ -222,7 +227,9 @@ class _Run:
                 runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
                 await self._launch([sys.executable, *runner, str(generated.component), *arguments])
             except BaseException as error:
-                message = str(error) if isinstance(error, VisualHfsmError) else "it could not be started"
+                message = Message("it could not be started")
+                if isinstance(error, VisualHfsmError):
+                    message = error.message
                 self._report("ended", None, message)
                 raise
             self._report("running")
@@ -257,7 +264,9 @@ class _Run:
             environment = {**child_environment(), **self._environment, last_cycle.VARIABLE: str(kept)}
             await self._process.start(command, environment)
         except OSError as error:
-            raise VisualHfsmError(f"the component cannot be started: {error.strerror or error}") from error
+            raise VisualHfsmError(
+                Message("the component cannot be started: {reason}", reason=reason(error))
+            ) from error
 
     async def _stop(self, patience: Sequence[float]) -> None:
         if self._process.is_running:
@@ -273,7 +282,11 @@ class _Run:
         self._report("ended", code, end.message, end.origin)
 
     def _report(
-        self, status: _Status, exit_code: int | None = None, message: str = "", origin: Origin | None = None
+        self,
+        status: _Status,
+        exit_code: int | None = None,
+        message: Message = NO_MESSAGE,
+        origin: Origin | None = None,
     ) -> None:
         self._publish(
             RunPush(
@@ -370,7 +383,13 @@ class _Directory:
             source = Path(self._aside.name) / name
             source.write_text(write_document(document), encoding="utf-8")
         except OSError as error:
-            raise VisualHfsmError(f"nothing was generated: {error.strerror}: {error.filename}") from error
+            raise VisualHfsmError(
+                Message(
+                    "nothing was generated: {reason}: {filename}",
+                    reason=reason(error),
+                    filename=error.filename,
+                )
+            ) from error
         return source
 
 

@@ -21,9 +21,12 @@ from typing import Final
 import msgspec
 
 from codegen.hfsm.code.names import component_name
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
 from visualhfsm._editing.places import Place
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
+from visualhfsm._languages import decode_message
 from visualhfsm._services import Source, complete
 from visualhfsm._test_results import Passed, PassedCode, TestResult, TestsPush, TestView
 from zenoh_ice.application.child import ChildProcess
@@ -125,14 +128,21 @@ class _TabTests:
         """Begin to run them."""
         async with self._busy:
             if self._child is not None:
-                raise VisualHfsmError("the tests run already")
+                raise VisualHfsmError(Message("the tests run already"))
             if importlib.util.find_spec("pytest") is None:
                 raise MissingPackageError("pytest", "test")
             path = _saved(source)
             found = await asyncio.to_thread(_find, path, self._root)
             chosen = [name for name in names if _plain(name) in found] if names else found
             if not chosen:
-                raise VisualHfsmError(f"no file {_PATTERN} beside {path.name} or in {_FOLDER} names it")
+                raise VisualHfsmError(
+                    Message(
+                        "no file {pattern} beside {path} or in {folder} names it",
+                        pattern=_PATTERN,
+                        path=path.name,
+                        folder=_FOLDER,
+                    )
+                )
             files = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
             results = Path(files.name, "results")
             results.touch()
@@ -152,7 +162,9 @@ class _TabTests:
                 await child.start(command, {**child_environment(self._include), "TMPDIR": files.name})
             except OSError as error:
                 files.cleanup()
-                raise VisualHfsmError(f"pytest cannot be started: {error.strerror or error}") from error
+                raise VisualHfsmError(
+                    Message("pytest cannot be started: {reason}", reason=reason(error))
+                ) from error
             self._child = child
             self._report(status="running", error="")
             self._show(path, found)
@@ -198,7 +210,7 @@ class _TabTests:
     def _take(self, data: bytes) -> None:
         for line in data.splitlines():
             with contextlib.suppress(msgspec.DecodeError, RecursionError):  # a test wrote it
-                result = msgspec.json.decode(line, type=TestResult)
+                result = msgspec.json.decode(line, type=TestResult, dec_hook=decode_message)
                 former = self._results.get(result.name)
                 if former is None or former.outcome != "failed":  # a failed call, not its clean end
                     self._results[result.name] = result
@@ -213,7 +225,7 @@ class _TabTests:
             tests=tuple(self._view(name) for name in islice(names, _MOST_TESTS)),
             passed=tuple(_passed(path, results)),
             code=tuple(islice(_passed_code(path, results), _MOST_CODE)),
-            unmeasured=next((each.unmeasured for each in results if each.unmeasured), ""),
+            unmeasured=next((each.unmeasured for each in results if each.unmeasured), NO_MESSAGE),
         )
 
     def _view(self, name: str) -> TestView:
@@ -241,7 +253,7 @@ def _plain(name: str) -> str:
 
 def _saved(source: Source) -> Path:
     if source.path is None:
-        raise VisualHfsmError("save the document first: tests run its file")
+        raise VisualHfsmError(Message("save the document first: tests run its file"))
     return source.path
 
 
@@ -270,9 +282,13 @@ def _add(path: Path, top: Path, text: Callable[[str], str]) -> str:
         except FileExistsError:
             continue
         except OSError as error:
-            raise VisualHfsmError(f"{file} cannot be written: {error.strerror}") from error
+            raise VisualHfsmError(
+                Message("{file} cannot be written: {reason}", file=str(file), reason=reason(error))
+            ) from error
         return f"{file.relative_to(top).as_posix()}::{next(_functions(file, path.name))}"
-    raise VisualHfsmError(f"{folder} has {_MOST_FILES} tests of runs: delete some")
+    raise VisualHfsmError(
+        Message("{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=_MOST_FILES)
+    )
 
 
 def _functions(file: Path, document: str) -> Iterator[str]:

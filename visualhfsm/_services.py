@@ -22,6 +22,7 @@ import msgspec
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
+from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._editing.places import Place
 from visualhfsm._monitoring.follower import LiveStructure
 from visualhfsm._monitoring.run_log import LiveSnapshot
@@ -60,7 +61,7 @@ class Failed:
     tab: int
     place: Place
     line: int
-    message: str
+    message: Message
     texts: tuple[str, ...]
 
 
@@ -139,7 +140,7 @@ class RunPush(Push, tag="run"):
     component: str
     status: Literal["generating", "starting", "running", "stopping", "ended"]
     exit_code: int | None = None
-    message: str = ""
+    message: Message = NO_MESSAGE
     place: Place | None = None
     line: int = 0
 
@@ -181,7 +182,7 @@ class Robot(Push, omit_defaults=True):
     """The simulation that was last requested."""
     has_balls: bool = False
     """Whether it has balls that can be moved."""
-    trouble: str = ""
+    trouble: Message = NO_MESSAGE
     """Why the robot that was started here has ended, or is not seen."""
 
 

@@ -7,6 +7,7 @@ from typing import Literal
 
 import msgspec
 
+from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._editing.places import Place
 from visualhfsm._services import Push
 
@@ -57,7 +58,7 @@ class TestResult(msgspec.Struct, frozen=True, kw_only=True):
     """The states that were current when it failed."""
     code: tuple[CodeRun, ...] = ()
     """Code that ran nowhere is said by the first test that might have run it."""
-    unmeasured: str = ""
+    unmeasured: Message = NO_MESSAGE
     """Why it is not known which lines ran."""
 
 
@@ -114,7 +115,7 @@ class TestsPush(Push, tag="tests"):
     passed: tuple[Passed, ...] = ()
     code: tuple[PassedCode, ...] = ()
     """Of code as it is now: what has changed since is left out."""
-    unmeasured: str = ""
+    unmeasured: Message = NO_MESSAGE
     """Why it is not known which lines ran."""
     outdated: bool = False
-    error: str = ""
+    error: Message = NO_MESSAGE

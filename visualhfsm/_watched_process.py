@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from operator import itemgetter
 from typing import Final, Literal
 
+from codegen.messages import Message
 from zenoh_ice.application.child import ChildProcess, signal_name
 
 Stream = Literal["out", "err"]
@@ -163,14 +164,20 @@ class WatchedProcess:
         self._ended(await child.wait(), self._stopping)
 
 
-def describe_exit(code: int, *, stopped: bool) -> str:
+def describe_exit(code: int, *, stopped: bool) -> Message:
     """Describe how a process ended; `stopped` when that was requested."""
     if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED, -signal.SIGINT)):
-        return "it was stopped" if stopped else "it has finished"
+        return Message("it was stopped") if stopped else Message("it has finished")
     if code > 0:
-        hint = {1: " after an error", 2: ": its command line is wrong", _INTERRUPTED: " by Ctrl-C"}
-        return f"it ended with exit code {code}{hint.get(code, '')}"
-    return f"it was terminated by {signal_name(-code)}"
+        match code:
+            case 1:
+                return Message("it ended with exit code 1 after an error")
+            case 2:
+                return Message("it ended with exit code 2: its command line is wrong")
+            case _ if code == _INTERRUPTED:
+                return Message("it ended with exit code {code} by Ctrl-C", code=code)
+        return Message("it ended with exit code {code}", code=code)
+    return Message("it was terminated by {signal}", signal=signal_name(-code))
 
 
 def _count(lines: bytes) -> int:

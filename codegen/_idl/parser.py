@@ -7,7 +7,8 @@ from typing import NoReturn, TypeVar
 
 from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
-from ..messages import Message, reason
+from ..messages import Message
+from ..reasons import reason
 from . import ast
 from .codes import Code
 from .lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string

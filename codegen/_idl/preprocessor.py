@@ -15,7 +15,8 @@ from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
-from ..messages import Message, reason
+from ..messages import Message
+from ..reasons import reason
 from .codes import Code
 from .conditions import ConditionError
 from .lexer import Kind, Source, Token

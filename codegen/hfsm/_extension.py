@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..files import read_regular
-from ..messages import NO_MESSAGE, Message, reason
+from ..messages import NO_MESSAGE, Message
+from ..reasons import reason
 from .code.names import camel_case, component_name, identifier
 from .code.text import parse_python
 
@@ -62,7 +63,7 @@ def find_extension(document: Path, output: Path | None) -> Extension | None:
     try:
         tree = parse_python(content, filename=str(path))
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        why = error.msg if isinstance(error, SyntaxError) else str(error)
+        why = reason(error)
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
         return replace(
             found, problem=Message("not valid Python: {reason}", reason=why), line=line, column=column

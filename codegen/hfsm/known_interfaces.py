@@ -19,7 +19,8 @@ from typing import Any, Final
 
 from ..diagnostics import Location
 from ..files import is_regular, read_regular
-from ..messages import Message, reason
+from ..messages import Message
+from ..reasons import reason
 from .ros import RosTypes
 
 __all__ = [

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
-from ..messages import Message, reason
+from ..messages import Message
+from ..reasons import reason
 from ._checks import check
 from ._effects import CodeEffects
 from ._extension import component_path

@@ -77,10 +77,10 @@ def parse_qos(text: str) -> dict[str, object]:
             found["depth"] = int(depth)
         else:
             message = Message(
-                "`{word}` is none of {known} and depth=1 to depth={most}",
+                "`{word}` is none of {known} and depth=1 to depth={limit}",
                 word=word[:40],
                 known=", ".join(_QOS),
-                most=_LARGEST_DEPTH,
+                limit=_LARGEST_DEPTH,
             )
             raise QosError(message)
     return found

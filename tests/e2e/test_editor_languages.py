@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pytest
-from playwright.sync_api import Browser, Route, expect
 
-from tests.support.browser import EditorPage, editor_page
+from tests.support.browser import EditorPage
 from tests.support.editor import Editor
-from tests.support.monitor import DOCUMENT, robot_and_editor
-from visualhfsm._html_file import STATIC
+from tests.support.monitor import robot_and_editor
 
 OPENED: Final = 60_000  # ms
 WORDS: Final = """() => {

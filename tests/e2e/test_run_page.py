@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 from playwright.sync_api import Browser, Page, expect
 
+from codegen.messages import Message
 from tests.support.browser import new_context
 from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
@@ -36,7 +37,7 @@ def write(path: Path) -> None:
     structure = dance_and_follow()
     structure.automata[4].name = HOSTILE
     log = recorded(12.0)
-    write_run_page(path, Run(HOSTILE, structure, log, parse(text, "Cannot read")))
+    write_run_page(path, Run(HOSTILE, structure, log, parse(text, Message("Cannot read"))))
 
 
 def test_an_exported_run_plays_from_disk(browser: Browser, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from codegen.messages import Message
 from tests.support.documents import document, state, sub
 from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, children
@@ -54,7 +55,7 @@ COUNTS = "self.count = 1"
 
 def opened(path: Path) -> Source:
     """Return an open document."""
-    return Source(1, 0, parse(path.read_text(), "Cannot read"), path, False, path.stem)
+    return Source(1, 0, parse(path.read_text(), Message("Cannot read")), path, False, path.stem)
 
 
 def written(folder: Path, code: str) -> Path:

@@ -16,6 +16,7 @@ import msgspec
 import pytest
 import zenoh
 
+from codegen.messages import Message
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
 from naoserver.robot import JointReading
@@ -439,7 +440,7 @@ class TestEditor:
         monkeypatch.setattr(editor_stop, "_REPEATED", 0.3)
         announced.stops = [error("the left arm does not answer")]
         with self.pressed(endpoint, "nao", SAFETY) as report:
-            failed = "the left arm does not answer (STOP was repeated for 0.3 s)"
+            failed = Message("the left arm does not answer (STOP was repeated for 0.3 s)")
             assert report.result(RUN_LIMIT) == StopReport([], {SAFETY: failed})
         assert len(announced.sent) > 1
 

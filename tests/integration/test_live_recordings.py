@@ -18,6 +18,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
+from codegen import messages
 from hfsm_runtime._recording.run import RecordedRuntime, recording
 from hfsm_runtime.debugger.snapshot import structure_of
 from hfsm_runtime.loading import load_module
@@ -312,7 +313,9 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             assert msgspec.json.decode(moment, type=LiveSnapshot).component.automata[0].state == 1
             timeline = await service.control(name, "timeline", {})
             assert len(timeline.changes) == 1
-            page, _ = content(await service.exported(name, parse(DOCUMENT, "Cannot read"), []))
+            page, _ = content(
+                await service.exported(name, parse(DOCUMENT, messages.Message("Cannot read")), [])
+            )
             assert page["timeline"]["changes"] == [list(change) for change in timeline.changes]
             assert page["document"]["automata"][0]["states"][0]["name"] == "walk"
             with pytest.raises(VisualHfsmError, match="cannot be read"):

@@ -20,6 +20,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from tests.support.component import snapshot
 from tests.support.editor import DOCUMENT, Editor, NoCodeHelp, NoService, Refused, Window, editor
 from tests.support.editor import services as make_services
@@ -575,7 +576,7 @@ class FakeLive(NoService):
 
     async def attach(self, component: str) -> object:
         if component != "dance":
-            raise VisualHfsmError(f"{component} does not run")
+            raise VisualHfsmError(Message("{component} does not run", component=component))
         self.attached.append(component)
         self._publish(Snapshot(component=component, value=MOMENT))
         return None
@@ -604,7 +605,7 @@ class FakeLive(NoService):
 
     async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
         if name != "top":
-            raise VisualHfsmError(f"there is no camera {name}")
+            raise VisualHfsmError(Message("there is no camera {name}", name=name))
         for index in range(100):
             yield b"%d" % index
 

@@ -429,7 +429,9 @@ def window(
     browser: Browser, origin: str, width: int, height: int, cached: bool, language: str | None = None
 ) -> Iterator[Page]:
     """Provide a window that remembers nothing or, if `cached`, nothing but unchanging files."""
-    cached = cached and not language and not PAGE_COVERAGE  # code from the cache is compiled, without counters of its branches
+    cached = (
+        cached and not language and not PAGE_COVERAGE
+    )  # code from the cache is compiled, without counters of its branches
     idle = idle_windows(browser) if cached else []
     page = idle.pop() if idle else new_window(browser, language)
     page.set_viewport_size({"width": width, "height": height})

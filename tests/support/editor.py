@@ -20,6 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.ports import free_port
 from visualhfsm._editing.check_process import CheckProcess
@@ -62,18 +63,18 @@ class NoService:
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         async def refuse(*_: object, **__: object) -> None:
-            raise VisualHfsmError(f"{name} is not available")
+            raise VisualHfsmError(Message("{name} is not available", name=name))
 
         return refuse
 
     async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
         """Refuse."""
-        raise VisualHfsmError(f"{name} is not available")
+        raise VisualHfsmError(Message("{name} is not available", name=name))
         yield
 
     async def poses(self) -> AsyncGenerator[bytes, None]:
         """Refuse."""
-        raise VisualHfsmError("the poses are not available")
+        raise VisualHfsmError(Message("the poses are not available"))
         yield
 
     def announce_stop(self) -> None:
@@ -100,11 +101,11 @@ class NoCodeHelp:
 
     def ask(self, *_: Any, **__: Any) -> object:
         """Refuse."""
-        raise VisualHfsmError("help with code is not available")
+        raise VisualHfsmError(Message("help with code is not available"))
 
     def interfaces(self, _folder: Path) -> object:
         """Refuse."""
-        raise VisualHfsmError("help with code is not available")
+        raise VisualHfsmError(Message("help with code is not available"))
 
     def close(self) -> None:
         """Do nothing: nothing is open."""

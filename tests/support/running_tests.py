@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from pathlib import Path
 
+from codegen.messages import Message
 from tests.support.pushes import Pushes
 from visualhfsm._editing.serialization import parse
 from visualhfsm._running_tests import RunningTests
@@ -23,7 +24,7 @@ class Tests:
     def __init__(self, path: Path) -> None:
         self.pushes = Pushes()
         self.service = RunningTests(self.pushes, path.parents[1])
-        self.source = Source(1, 0, parse(path.read_text(), "Cannot read"), path, False, path.stem)
+        self.source = Source(1, 0, parse(path.read_text(), Message("Cannot read")), path, False, path.stem)
 
     @property
     def now(self) -> TestsPush:

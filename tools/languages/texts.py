@@ -1,6 +1,7 @@
 """Bring the catalogs of visualhfsm/_languages up to date with the code: `make texts`, or `make texts NEW=fr`.
 
-A language is a folder with one gettext catalog for each domain: `page` has the texts of the editor's page.
+A language is a folder with one gettext catalog for each domain: `page` has the texts of the editor's page,
+`messages` what Python says there.
 Each run extracts the texts of the code, adds new ones to each catalog, removes those that the code no longer
 has, and writes what is read at run time. `NEW` adds a language.
 """
@@ -20,6 +21,7 @@ from typing import Any, Final
 
 from babel import Locale, UnknownLocaleError
 from babel.messages.catalog import Catalog, Message
+from babel.messages.extract import extract
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import PoFileError, read_po, write_po
 
@@ -43,6 +45,54 @@ _SAMPLES: Final = (*range(1000), 1_000_000)
 
 class TextsError(Exception):
     """The catalogs cannot be brought up to date."""
+
+
+_CODE: Final = ("codegen", "visualhfsm")
+_OF_COMMANDS: Final = (
+    *("codegen/_idl", "visualhfsm/_security", "visualhfsm/_steer", "visualhfsm/grading", "visualhfsm/nao"),
+    *("visualhfsm/_convert.py", "visualhfsm/_draw.py", "visualhfsm/_html_file.py", "visualhfsm/_new.py"),
+    *("visualhfsm/_replaying.py", "visualhfsm/_report.py", "visualhfsm/_web/server.py"),
+    *("visualhfsm/_web/site.py", "visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py"),
+    "visualhfsm/trials/_tuning.py",
+)
+"""What speaks to terminals alone, in English."""
+_KEYWORDS: Final = {"Message": (1,), "counted": (1, 2)}
+"""The arguments of `codegen.messages` that are texts."""
+
+
+def message_texts() -> Catalog:
+    """Return the texts of Python that may reach a page."""
+    catalog = Catalog()
+    paths = sorted(path for folder in _CODE for path in (ROOT / folder).rglob("*.py"))
+    for path in paths:
+        name = path.relative_to(ROOT).as_posix()
+        if name.startswith(_OF_COMMANDS):
+            continue
+        with path.open("rb") as code:
+            for _, texts, comments, _ in extract("python", code, _KEYWORDS, ["Translators:"]):
+                catalog.add(texts, locations=[(name, 1)], auto_comments=comments)
+    for message in catalog:
+        message.flags -= {"python-format", "python-brace-format"}
+    return catalog
+
+
+def message_mo(catalog: Catalog) -> bytes:
+    """Return a catalog as gettext reads it, the same on each day and with each Babel."""
+    bare = _Bare(catalog.locale)
+    for message in catalog:
+        if message.id and is_translated(message):
+            bare.add(message.id, message.string)
+    file = io.BytesIO()
+    write_mo(file, bare)
+    return file.getvalue()
+
+
+class _Bare(Catalog):
+    """A catalog whose head has what gettext needs, and neither a date nor a version."""
+
+    @property
+    def mime_headers(self) -> list[tuple[str, str]]:
+        return [("Content-Type", "text/plain; charset=utf-8"), ("Plural-Forms", self.plural_forms)]
 
 
 def page_texts() -> Catalog:
@@ -148,7 +198,10 @@ class Domain:
             raise TextsError(f"{path}: {error}") from error
 
 
-DOMAINS: Final = (Domain("page", page_texts, page_json, "visualhfsm/_web/static/languages/{language}.json"),)
+DOMAINS: Final = (
+    Domain("page", page_texts, page_json, "visualhfsm/_web/static/languages/{language}.json"),
+    Domain("messages", message_texts, message_mo, "visualhfsm/_languages/{language}/messages.mo"),
+)
 
 
 def updated(catalog: Catalog, texts: Catalog) -> bytes:

@@ -10,6 +10,8 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document, Text
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._editing.commands.text import with_code
 from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import UNTITLED, Problem
@@ -92,10 +94,14 @@ class CodeHelp:
         try:
             line = process.ask(msgspec.json.encode(question), patience)
         except UnicodeEncodeError as error:
-            raise VisualHfsmError(f"no help with this code: {error}") from error
+            raise VisualHfsmError(
+                Message("no help with this code: {reason}", reason=reason(error))
+            ) from error
         except NoAnswerError as error:
             self._warm.discard(process)
-            raise VisualHfsmError(f"no help with this code: {error}") from error
+            raise VisualHfsmError(
+                Message("no help with this code: {reason}", reason=reason(error))
+            ) from error
         self._warm.add(process)
         if question.wanted == "lint":
             return msgspec.json.decode(line, type=list[Problem], dec_hook=decode_message)

@@ -15,6 +15,7 @@ from typing import Any, Final, TypeVar
 from codegen.hfsm.document import Annotation, Automaton, Document, Node, State, Text, Transition
 from codegen.hfsm.formats.native import MAX_ID
 from codegen.hfsm.formats.writer import UNWRITABLE
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 MAX_AUTOMATA: Final = 10_000
@@ -31,7 +32,7 @@ _NumberedT = TypeVar("_NumberedT", Automaton, State, Transition, Annotation)
 _T = TypeVar("_T")
 
 
-def checked(text: str, what: str) -> str:
+def checked(text: str, what: Message) -> str:
     """Return a text that a document can hold.
 
     Raises EditError for a character that XML cannot contain, and for a text that is too long.
@@ -39,19 +40,33 @@ def checked(text: str, what: str) -> str:
     found = UNWRITABLE.search(text)
     if found:
         line = text.count("\n", 0, found.start()) + 1
-        why = f"line {line} has the control character U+{ord(found.group()):04X}"
-        raise EditError(f"Cannot set {what}", why, "remove it, or write it as an escape in the code")
+        why = Message(
+            "line {line} has the control character U+{code:04X}", line=line, code=ord(found.group())
+        )
+        raise EditError(
+            Message("Cannot set {what}", what=what),
+            why,
+            Message("remove it, or write it as an escape in the code"),
+        )
     if len(text) > _MAX_TEXT:
-        why = f"it has {len(text)} characters, more than {_MAX_TEXT}"
-        raise EditError(f"Cannot set {what}", why, "move code to a module and import it as a library")
+        why = Message("it has {count} characters, more than {limit}", count=len(text), limit=_MAX_TEXT)
+        raise EditError(
+            Message("Cannot set {what}", what=what),
+            why,
+            Message("move code to a module and import it as a library"),
+        )
     return text
 
 
 def coordinate(value: float) -> float:
     """Return a coordinate in pixels, rounded to hundredths. Raises EditError when it is not on the canvas."""
     if not math.isfinite(value) or abs(value) > FARTHEST_PLACE:
-        why = f"{value} is not within {FARTHEST_PLACE:.0f} pixels of the origin"
-        raise EditError("Cannot move that far", why, "move it closer to the others")
+        why = Message(
+            "{value} is not within {limit:.0f} pixels of the origin",
+            value=value,
+            limit=FARTHEST_PLACE,
+        )
+        raise EditError(Message("Cannot move that far"), why, Message("move it closer to the others"))
     return round(float(value), 2)
 
 
@@ -65,7 +80,7 @@ def changed(node: _NodeT, **fields: Any) -> _NodeT:  # noqa: ANN401 - whatever t
         former = getattr(node, name)
         value = given
         if isinstance(given, str):
-            text = checked(given, f"the {name.replace('_', ' ')}")
+            text = checked(given, Message("the {name}", name=name.replace("_", " ")))
             value = Text(text) if isinstance(former, Text) else text
         if value != former:
             values[name] = value
@@ -82,31 +97,46 @@ def swapped(items: tuple[_T, ...], old: _T, new: _T) -> tuple[_T, ...]:
 
 def find_automaton(document: Document, id: int) -> Automaton:
     """Return the automaton with an id. Raises EditError when there is none, or more than one."""
-    return _only(document.automata, id, f"automaton {id}")
+    return _only(document.automata, id, Message("automaton {id}", id=id))
 
 
 def find_state(automaton: Automaton, id: int) -> State:
     """Return the state with an id. Raises EditError when there is none, or more than one."""
-    return _only(automaton.states, id, f"state {id} of automaton {automaton.id}")
+    return _only(
+        automaton.states, id, Message("state {id} of automaton {automaton}", id=id, automaton=automaton.id)
+    )
 
 
 def find_transition(automaton: Automaton, id: int) -> Transition:
     """Return the transition with an id. Raises EditError when there is none, or more than one."""
-    return _only(automaton.transitions, id, f"transition {id} of automaton {automaton.id}")
+    return _only(
+        automaton.transitions,
+        id,
+        Message("transition {id} of automaton {automaton}", id=id, automaton=automaton.id),
+    )
 
 
 def find_annotation(automaton: Automaton, id: int) -> Annotation:
     """Return the annotation with an id. Raises EditError when there is none, or more than one."""
-    return _only(automaton.annotations, id, f"annotation {id} of automaton {automaton.id}")
+    what = Message("annotation {id} of automaton {automaton}", id=id, automaton=automaton.id)
+    return _only(automaton.annotations, id, what)
 
 
-def _only(items: Iterable[_NumberedT], id: int, what: str) -> _NumberedT:
+def _only(items: Iterable[_NumberedT], id: int, what: Message) -> _NumberedT:
     found = [each for each in items if each.id == id]
     if not found:
-        raise EditError(f"Cannot change {what}", "it does not exist", "it may have been deleted meanwhile")
+        raise EditError(
+            Message("Cannot change {what}", what=what),
+            Message("it does not exist"),
+            Message("it may have been deleted meanwhile"),
+        )
     if len(found) > 1:
-        why = f"{len(found)} have this number"
-        raise EditError(f"Cannot change {what}", why, "give each its own number with `Repair numbers`")
+        why = Message("{count} have this number", count=len(found))
+        raise EditError(
+            Message("Cannot change {what}", what=what),
+            why,
+            Message("give each its own number with `Repair numbers`"),
+        )
     return found[0]
 
 
@@ -117,17 +147,24 @@ def with_automaton(document: Document, id: int, change: Callable[[Automaton], Au
     return document if new is former else replace(document, automata=swapped(document.automata, former, new))
 
 
-def label(node: State | Transition | Annotation) -> str:
+def label(node: State | Transition | Annotation) -> Message:
     """Return the name of a state or a transition, or the words of an annotation, for a message or a step."""
-    if isinstance(node, Annotation):
-        words, kind = node.text.text, node.kind
-    else:
-        words, kind = node.name, type(node).__name__.lower()
-    name = " ".join(words.split())
+    name = " ".join((node.text.text if isinstance(node, Annotation) else node.name).split())
     if not name:
-        return f"{kind} {node.id}"
+        return _unnamed(node)
     short = name if len(name) <= _LONGEST_LABEL else f"{name[: _LONGEST_LABEL - 1]}…"
-    return f"“{short}”"
+    return Message.verbatim(f"“{short}”")
+
+
+def _unnamed(node: State | Transition | Annotation) -> Message:
+    match node:
+        case State():
+            return Message("state {id}", id=node.id)
+        case Transition():
+            return Message("transition {id}", id=node.id)
+        case Annotation(kind="frame"):
+            return Message("frame {id}", id=node.id)
+    return Message("note {id}", id=node.id)
 
 
 def free_ids(used: Iterable[int]) -> Iterator[int]:

@@ -274,6 +274,8 @@ class Locator:
                 return Message("state {id}", id=place.id)
             case "transition":
                 return Message("transition {id}", id=place.id)
+            case "annotation":
+                return Message("annotation {id}", id=place.id)
             case "document":
                 return Message("the component")
 

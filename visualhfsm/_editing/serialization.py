@@ -19,6 +19,8 @@ from codegen.hfsm import DocumentNotWritableError, parse_document, write_documen
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.reader import Dialect
 from codegen.hfsm.scxml import parse_scxml
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import EditError
 
 from .geometry import with_default_handles
@@ -41,7 +43,9 @@ def copy_states(
     chosen = {find_state(source, number).id for number in states}
     noted = {find_annotation(source, number).id for number in annotations}
     if not chosen and not noted:
-        raise EditError("Cannot copy", "no state is selected", "select states first")
+        raise EditError(
+            Message("Cannot copy"), Message("no state is selected"), Message("select states first")
+        )
     top = Automaton(
         id=source.id,
         states=tuple(state for state in source.states if state.id in chosen),
@@ -55,20 +59,20 @@ def copy_states(
     return written(Document(automata=(top, *others)))
 
 
-def parse(text: str | bytes, what: str, path: Path | None = None) -> Document:
+def parse(text: str | bytes, what: Message, path: Path | None = None) -> Document:
     """Return the document in a text of any dialect. Raises EditError, which begins with `what`."""
     diagnostics = Diagnostics()
     document = parse_document(text, path or Path("document.xml"), diagnostics)
     if document is None:
         why = _with_line(diagnostics.errors[0])
-        raise EditError(what, why, "it must be a document with automata")
+        raise EditError(what, why, Message("it must be a document with automata"))
     return document
 
 
 def parse_file(content: bytes, path: Path) -> Document:
     """Return the document in a file of any dialect. Raises EditError."""
     with _without_garbage_collection():
-        return parse(content, f"Cannot open {path.name}", path)
+        return parse(content, Message("Cannot open {file}", file=path.name), path)
 
 
 def written(document: Document) -> str:
@@ -76,10 +80,14 @@ def written(document: Document) -> str:
     try:
         text = write_document(document)
     except DocumentNotWritableError as error:
-        raise EditError("Cannot write the document", str(error), "remove that character") from error
+        raise EditError(
+            Message("Cannot write the document"), reason(error), Message("remove that character")
+        ) from error
     if len(text) > MAX_SIZE or len(text.encode()) > MAX_SIZE:
-        why = f"it is larger than {MAX_SIZE >> 20} MiB"
-        raise EditError("Cannot write the document", why, "move parts of it to separate documents")
+        why = Message("it is larger than {limit} MiB", limit=MAX_SIZE >> 20)
+        raise EditError(
+            Message("Cannot write the document"), why, Message("move parts of it to separate documents")
+        )
     return text
 
 
@@ -112,7 +120,7 @@ def read_scxml(content: bytes, path: Path, diagnostics: Diagnostics) -> Document
     return replace(document, automata=tuple(placed))
 
 
-def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:
+def import_scxml(content: bytes, name: str) -> tuple[Document, list[Message]]:
     """Return a document made from SCXML, with remarks on what has no equivalent here.
 
     Raises EditError.
@@ -121,9 +129,15 @@ def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:
     document = read_scxml(content, Path(name), diagnostics)
     if document is None:
         why = _with_line(diagnostics.errors[0])
-        raise EditError(f"Cannot open {name}", why, "see docs/how-to/scxml.md for what is understood")
+        raise EditError(
+            Message("Cannot open {file}", file=name),
+            why,
+            Message("see docs/how-to/scxml.md for what is understood"),
+        )
     return document, [_with_line(each) for each in diagnostics]
 
 
-def _with_line(found: Diagnostic) -> str:
-    return f"line {found.location.line}: {found.message}" if found.location.line else found.message
+def _with_line(found: Diagnostic) -> Message:
+    if not found.location.line:
+        return found.message
+    return Message("line {line}: {problem}", line=found.location.line, problem=found.message)

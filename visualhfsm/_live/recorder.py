@@ -12,6 +12,8 @@ from typing import Final
 
 import msgspec
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from hfsm_runtime.recording_file.messages import Action, Description, Picture, RobotPose, Snapshot, World
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
 from visualhfsm._errors import VisualHfsmError
@@ -38,7 +40,9 @@ class Recorder:
     ) -> None:
         newest, structure = follower.log.newest, follower.structure
         if newest is None or structure is None:
-            raise VisualHfsmError(f"{follower.component} has sent nothing yet: try again")
+            raise VisualHfsmError(
+                Message("{component} has sent nothing yet: try again", component=follower.component)
+            )
         if pictures:
             require_pillow()
         self._since = time.time()
@@ -51,7 +55,7 @@ class Recorder:
         try:
             self._writer = RecordingWriter.watching(path, follower.component, document)
         except RecordingFailedError as error:
-            raise VisualHfsmError(str(error)) from error
+            raise VisualHfsmError(reason(error)) from error
         self._writer.look("/world", World(list(robot.world.shapes)), self._since)
         if (described := follower.described) is not None:
             self._writer.look("/description", Description.of(described.body, described.looks), self._since)

@@ -14,6 +14,8 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
+from codegen.reasons import reason
 from hfsm_runtime.recording_file.messages import (
     Action,
     Change,
@@ -24,7 +26,6 @@ from hfsm_runtime.recording_file.messages import (
     Guard,
     Image,
     Mark,
-    Message,
     Picture,
     RobotPose,
     Shape,
@@ -33,6 +34,7 @@ from hfsm_runtime.recording_file.messages import (
     Variables,
     World,
 )  # fmt: skip
+from hfsm_runtime.recording_file.messages import Message as AutomatonMessage
 from hfsm_runtime.recording_file.reader import ImageHash, RawMessage, RecordingError, RecordingFile, decode
 from interfaces import hfsm
 from interfaces.hfsm import (
@@ -147,7 +149,9 @@ class RecordedPictures:
             require_pillow()
             image = self._file.image_at(place, wanted, Image)
         except (OSError, msgspec.MsgspecError, RecordingError, ValueError) as error:
-            raise VisualHfsmError(f"an image of the recording cannot be read: {error}") from error
+            raise VisualHfsmError(
+                Message("an image of the recording cannot be read: {reason}", reason=reason(error))
+            ) from error
         if image is None or image.encoding != "rgb8":
             return None
         return encode_jpeg(image.width, image.height, image.data)
@@ -171,10 +175,14 @@ def open_recording(path: Path) -> RecordedRun:
                 complete = False
                 break
     except RecordingError as error:
-        raise VisualHfsmError(str(error)) from error
+        raise VisualHfsmError(reason(error)) from error
     run.finish()
     if run.log.newest is None:
-        raise VisualHfsmError(f"the recording {path.name} holds no state of {recording.name}")
+        raise VisualHfsmError(
+            Message(
+                "the recording {file} holds no state of {component}", file=path.name, component=recording.name
+            )
+        )
     return RecordedRun(
         recording.name, run.structure, run.log, text, complete, run.world, run.pictures, run.described,
         _parameters(recording, run.log.newest),
@@ -324,7 +332,7 @@ class _Run:
             made = hfsm.Mark(mark.camera, mark.u, mark.v, mark.label)
             self._marks[mark.camera, mark.label] = self._now, made
 
-    def _note(self, automaton: _Automaton, message: Message) -> None:
+    def _note(self, automaton: _Automaton, message: AutomatonMessage) -> None:
         snapshot = automaton.snapshot
         match message:
             case Cycle(begins=True, at=at):

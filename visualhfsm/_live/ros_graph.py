@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
 from zenoh_ice import Settings, ZenohIceError
 
@@ -19,11 +21,12 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
     The names are in `topics`, `services` and `actions`, the known types in `types` by `msg`, `srv` and
     `action`. It takes about a second. Raises VisualHfsmError.
     """
-    what = "the graph of ROS cannot be read"
     try:
         import zenoh_ros2  # its dependencies are needed only with ROS
     except ImportError as error:
-        raise VisualHfsmError(f"{what}: {error}") from error
+        raise VisualHfsmError(
+            Message("the graph of ROS cannot be read: {reason}", reason=reason(error))
+        ) from error
     try:
         with zenoh_ros2.Node("visualhfsm", settings=zenoh_ros2.settings_of_node(settings)) as node:
             node.graph.wait(lambda: False, _SEARCH_TIME)
@@ -34,5 +37,7 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
             }
             types = {kind: node.types.names(kind) for kind in ("msg", "srv", "action")}
     except (zenoh_ros2.RosError, ZenohIceError) as error:
-        raise VisualHfsmError(f"{what}: {error}") from error
+        raise VisualHfsmError(
+            Message("the graph of ROS cannot be read: {reason}", reason=reason(error))
+        ) from error
     return {**{name: dict([*each.items()][:_MOST_SHOWN]) for name, each in found.items()}, "types": types}

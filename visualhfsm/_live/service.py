@@ -16,6 +16,8 @@ import msgspec
 from msgspec import Meta
 
 from codegen.hfsm.document import Document
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
@@ -188,10 +190,14 @@ class Monitoring:
                 follower.forget_breakpoints()
         except msgspec.ValidationError as error:
             raise VisualHfsmError(
-                f"{printable(action)[:40]} cannot be requested like this: {error}"
+                Message(
+                    "{action} cannot be requested like this: {reason}",
+                    action=printable(action)[:40],
+                    reason=reason(error),
+                )
             ) from error
         except ZenohIceError as error:
-            raise VisualHfsmError(str(error)) from error
+            raise VisualHfsmError(reason(error)) from error
 
     async def record(self, component: str, path: Path, document: str, pictures: int) -> None:
         """Record a component into a new file, as `Recorder` does, at most as long as it is followed.
@@ -202,7 +208,7 @@ class Monitoring:
         while not self._follower(component).knows and asyncio.get_running_loop().time() < deadline:
             await asyncio.sleep(_PERIOD / 10)
         if component in self._recorders:
-            raise VisualHfsmError(f"{component} is being recorded already")
+            raise VisualHfsmError(Message("{component} is being recorded already", component=component))
         follower = self._follower(component)
         self._recorders[component] = Recorder(follower, self._robot, path, document, pictures)
 
@@ -239,7 +245,9 @@ class Monitoring:
             return await asyncio.to_thread(lambda: run_page(recorded.exported(document, imported)))
         follower = self._follower(component)
         if follower.structure is None:
-            raise VisualHfsmError(f"the automata of {component} are not known yet")
+            raise VisualHfsmError(
+                Message("the automata of {component} are not known yet", component=component)
+            )
         structure, shapes = follower.structure.structure, self._robot.world.shapes
         pictures = self._cameras.former.spread(MOST_PICTURES)
         body = (follower.described or nao()).page
@@ -318,7 +326,9 @@ class Monitoring:
     def _follower(self, component: str) -> Follower:
         follower = self._followers.get(component)
         if follower is None:
-            raise VisualHfsmError(f"{printable(component)[:100]} is not followed")
+            raise VisualHfsmError(
+                Message("{component} is not followed", component=printable(component)[:100])
+            )
         return follower
 
     def timeline(self, component: str) -> Timeline:
@@ -369,9 +379,9 @@ class Monitoring:
     async def _set_scene(self, action: str, arguments: Mapping[str, Any]) -> object:
         """Move something in the world of a simulation, or push its robot."""
         if _SCENE not in self._communicator.identities():
-            raise VisualHfsmError("there is no simulation: only its world can be changed")
+            raise VisualHfsmError(Message("there is no simulation: only its world can be changed"))
         scene = ScenePrx.uncheckedCast(self._communicator.stringToProxy(_SCENE))
-        return await _request(scene, getattr(ScenePrx, action), arguments, "the simulation")
+        return await _request(scene, getattr(ScenePrx, action), arguments, Message("the simulation"))
 
     async def _emergency_stop(self) -> object:
         """Stop the robot and all components at once, and the robot until it is still when they have ended.
@@ -390,20 +400,20 @@ class Monitoring:
         report.failed.update((name, problem) for name, problem in problems.items() if problem)
         return report
 
-    async def _stop_component(self, component: str) -> str:
+    async def _stop_component(self, component: str) -> Message:
         """Stop a component, and wait until it has ended; return what went wrong."""
         identity = f"{MONITOR_PREFIX}{component}"
         try:
             proxy = self._communicator.stringToProxy(identity)
             await control(HfsmMonitorPrx.uncheckedCast(proxy), "stop", {})
         except (VisualHfsmError, ZenohIceError) as error:
-            return str(error)
+            return reason(error)
         deadline = asyncio.get_running_loop().time() + _STOP_LIMIT
         while identity in self._communicator.identities():
             if asyncio.get_running_loop().time() > deadline:
-                return f"it has not ended within {_STOP_LIMIT:g} s"
+                return Message("it has not ended within {stop_limit:g} s", stop_limit=_STOP_LIMIT)
             await asyncio.sleep(_PERIOD / 10)
-        return ""
+        return NO_MESSAGE
 
 
 OPERATIONS: Final[Mapping[str, Operation[..., Any]]] = {
@@ -429,14 +439,16 @@ async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
     """Execute a request; return its result, None for nothing. Raises VisualHfsmError."""
     operation = OPERATIONS.get(action)
     if operation is None:
-        raise VisualHfsmError(f"a component cannot be asked to {printable(action)[:40]}")
+        raise VisualHfsmError(
+            Message("a component cannot be asked to {action}", action=printable(action)[:40])
+        )
     if operation is HfsmMonitorPrx.reload:
         monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
-    return await _request(monitor, operation, arguments, "the component")
+    return await _request(monitor, operation, arguments, Message("the component"))
 
 
 async def _request(
-    proxy: ObjectPrx, operation: Operation[..., Any], arguments: Mapping[str, Any], whom: str
+    proxy: ObjectPrx, operation: Operation[..., Any], arguments: Mapping[str, Any], whom: Message
 ) -> object:
     """Call an operation with arguments from the page. Raises VisualHfsmError."""
     codec = operation.arguments
@@ -447,9 +459,16 @@ async def _request(
         with refusals(whom):
             return await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
     except msgspec.ValidationError as error:
-        raise VisualHfsmError(f"{whom} cannot be asked to {operation.name}: {error}") from error
+        raise VisualHfsmError(
+            Message(
+                "{whom} cannot be asked to {operation}: {reason}",
+                whom=whom,
+                operation=operation.name,
+                reason=reason(error),
+            )
+        ) from error
     except ZenohIceError as error:
-        raise VisualHfsmError(str(error)) from error
+        raise VisualHfsmError(reason(error)) from error
 
 
 async def reset_robot(communicator: Communicator) -> None:
@@ -471,4 +490,6 @@ async def stand_robot(communicator: Communicator) -> None:
     try:
         await asyncio.wrap_future(scene.placeRobot.begin(pose.position.x, pose.position.y, heading))
     except InvalidValueException as error:
-        raise VisualHfsmError(f"the robot cannot stand here: {printable(error.what)}") from error
+        raise VisualHfsmError(
+            Message("the robot cannot stand here: {reason}", reason=printable(error.what))
+        ) from error

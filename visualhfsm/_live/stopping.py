@@ -10,6 +10,8 @@ from typing import Any, Final
 
 import msgspec
 
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
 from zenoh_ice import Communicator, ObjectPrx, TimeoutException, ZenohIceError
@@ -31,10 +33,10 @@ class StopReport(msgspec.Struct, frozen=True, rename="camel"):
     """The result of stopping the robot: the servants that have stopped, and why the others have not."""
 
     stopped: list[str]
-    failed: dict[str, str]
+    failed: dict[str, Message]
 
 
-Outcomes = dict[str, str]
+Outcomes = dict[str, Message]
 """Why each servant has not stopped, by identity; empty for one that has."""
 
 _STOPS: Final[Mapping[str, Callable[[ObjectPrx], Future[Any]]]] = {
@@ -63,13 +65,14 @@ async def stop_robot(communicator: Communicator, begun: float) -> StopReport:
                 break
             if loop.time() - confirmed_at >= STILL_LIMIT:
                 if speed is not None:
-                    outcomes[_BODY] = (
-                        f"its joints still move, the fastest at {speed:.1f} rad/s: look at the robot"
+                    outcomes[_BODY] = Message(
+                        "its joints still move, the fastest at {speed:.1f} rad/s: look at the robot",
+                        speed=speed,
                     )
                 break
         elif loop.time() - begun >= _REPEATED:
             outcomes = {
-                identity: why and f"{why} (STOP was repeated for {_REPEATED:g} s)"
+                identity: why and Message("{why} (STOP was repeated for {time:g} s)", why=why, time=_REPEATED)
                 for identity, why in outcomes.items()
             }
             break
@@ -96,15 +99,17 @@ async def stop_once(communicator: Communicator, known: Iterable[str] = ()) -> Ou
         try:
             answers[identity] = asyncio.wrap_future(_STOPS[identity](communicator.stringToProxy(identity)))
         except ZenohIceError as error:
-            outcomes[identity] = str(error)
+            outcomes[identity] = reason(error)
     await asyncio.wait(answers.values(), timeout=_ANSWER_LIMIT)
     for identity, answer in answers.items():
         if not answer.done():
             answer.cancel()
-            outcomes[identity] = f"it did not confirm within {_ANSWER_LIMIT:g} s that it has stopped"
+            outcomes[identity] = Message(
+                "it did not confirm within {time:g} s that it has stopped", time=_ANSWER_LIMIT
+            )
         else:
             failure = answer.exception()
-            outcomes[identity] = "" if failure is None else str(failure)
+            outcomes[identity] = NO_MESSAGE if failure is None else reason(failure)
     if outcomes[SAFETY] and SAFETY not in present:
         del outcomes[SAFETY]
     return outcomes

@@ -22,6 +22,8 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from interfaces.nao import DescriptionPrx
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.realm import PolledValue
@@ -182,10 +184,10 @@ def describe(body: str, looks: str) -> DescribedRobot:
 
     Looks that cannot be drawn are replaced, and logged.
     """
-    found = _decode(body, _Body, "body")
+    found = _decode(body, _Body, Message("body"))
     tree = _tree(found)
     try:
-        drawn = _decode(looks, _Looks, "looks") if looks else None
+        drawn = _decode(looks, _Looks, Message("looks")) if looks else None
         if drawn is not None:
             _check_looks(drawn, tree)
     except VisualHfsmError as error:
@@ -275,15 +277,22 @@ class DescriptionMonitor:
             _logger.warning("%s", error)
 
 
-def _decode(text: str, part: type[P], what: str) -> P:
+def _decode(text: str, part: type[P], what: Message) -> P:
     if len(text) > LARGEST_TEXT:
         raise VisualHfsmError(
-            f"the robot's {what} has {len(text) >> 20} MB, and at most {LARGEST_TEXT >> 20} are read"
+            Message(
+                "the robot's {what} has {count} MB, and at most {limit} are read",
+                what=what,
+                count=len(text) >> 20,
+                limit=LARGEST_TEXT >> 20,
+            )
         )
     try:
         return msgspec.json.decode(text, type=part)
     except (msgspec.MsgspecError, RecursionError) as error:
-        raise VisualHfsmError(f"the robot's {what} cannot be read: {error}") from error
+        raise VisualHfsmError(
+            Message("the robot's {what} cannot be read: {reason}", what=what, reason=reason(error))
+        ) from error
 
 
 def _tree(body: _Body) -> dict[str, dict[str, Any]]:
@@ -296,7 +305,10 @@ def _tree(body: _Body) -> dict[str, dict[str, Any]]:
         joint = by_child.get(name)
         if joint is None or joint.parent not in tree or name in tree:
             raise VisualHfsmError(
-                f"the robot's body has no joint that carries {printable(name)} after another link"
+                Message(
+                    "the robot's body has no joint that carries {name} after another link",
+                    name=printable(name),
+                )
             )
         w, x, y, z = joint.turn
         link: dict[str, Any] = {"name": name, "parent": joint.parent, "origin": joint.origin}
@@ -306,7 +318,9 @@ def _tree(body: _Body) -> dict[str, dict[str, Any]]:
             link |= {"joint": joint.name, "axis": joint.axis} | ({"sliding": True} if joint.sliding else {})
         tree[name] = link
     if missing := next((sole.link for sole in body.soles if sole.link not in tree), None):
-        raise VisualHfsmError(f"the robot's body has no link {printable(missing)}, which a sole names")
+        raise VisualHfsmError(
+            Message("the robot's body has no link {missing}, which a sole names", missing=printable(missing))
+        )
     return tree
 
 
@@ -314,29 +328,35 @@ def _check_looks(looks: _Looks, links: Mapping[str, object]) -> None:
     """Raise VisualHfsmError unless there are the links, meshes and vertices that shapes and meshes use."""
     for shape in looks.shapes:
         if shape.link not in links:
-            raise VisualHfsmError(f"there is no link {printable(shape.link)}, to which a shape belongs")
+            raise VisualHfsmError(
+                Message("there is no link {link}, to which a shape belongs", link=printable(shape.link))
+            )
         if shape.kind == "mesh" and shape.mesh >= len(looks.meshes):
-            raise VisualHfsmError(f"there is no mesh {shape.mesh}, of {len(looks.meshes)}")
+            raise VisualHfsmError(
+                Message("there is no mesh {mesh}, of {count}", mesh=shape.mesh, count=len(looks.meshes))
+            )
     for number, mesh in enumerate(looks.meshes):
         try:
             vertices = base64.b64decode(mesh.vertices, validate=True)
             packed = base64.b64decode(mesh.indices, validate=True)
         except (binascii.Error, ValueError) as error:
-            raise VisualHfsmError(f"mesh {number} is not base64: {error}") from error
+            raise VisualHfsmError(
+                Message("mesh {number} is not base64: {reason}", number=number, reason=reason(error))
+            ) from error
         if len(vertices) % 6 or len(packed) % 6:
-            raise VisualHfsmError(f"mesh {number} does not consist of triangles")
+            raise VisualHfsmError(Message("mesh {number} does not consist of triangles", number=number))
         indices = struct.unpack(f"<{len(packed) // 2}H", packed)
         if max(indices, default=-1) >= len(vertices) // 6:
-            raise VisualHfsmError(f"mesh {number} uses a vertex that it lacks")
+            raise VisualHfsmError(Message("mesh {number} uses a vertex that it lacks", number=number))
 
 
 def _looks_of_nao(body: _Body) -> _Looks | None:
     """Return the looks of a Nao for a body with its links, joint by joint; None for other bodies."""
     known = nao()
-    links = _decode(known.body, _Body, "body").links
+    links = _decode(known.body, _Body, Message("body")).links
     if {link.name for link in links} != {link.name for link in body.links}:
         return None
-    return _decode(known.looks, _Looks, "looks")
+    return _decode(known.looks, _Looks, Message("looks"))
 
 
 def _plain_shapes(body: _Body, tree: Mapping[str, Mapping[str, Any]]) -> Iterator[_Shape]:

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Iterable
 from typing import Final, TypeVar
 
+from codegen.messages import Message
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 
 T = TypeVar("T")
@@ -74,7 +75,14 @@ def encode_jpeg(width: int, height: int, pixels: bytes) -> bytes:
     from PIL import Image
 
     if not (0 < width <= _LARGEST_SIDE and 0 < height <= _LARGEST_SIDE) or len(pixels) != width * height * 3:
-        raise VisualHfsmError(f"an image of {width} x {height} has {len(pixels)} bytes, not 3 for each pixel")
+        raise VisualHfsmError(
+            Message(
+                "an image of {width} x {height} has {count} bytes, not 3 for each pixel",
+                width=width,
+                height=height,
+                count=len(pixels),
+            )
+        )
     buffer = io.BytesIO()
     Image.frombuffer("RGB", (width, height), pixels, "raw", "RGB", 0, 1).save(
         buffer, "JPEG", quality=_QUALITY

@@ -11,6 +11,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Final, Generic, TypeVar
 
+from codegen.messages import Message, any_of
 from interfaces.hfsm import InvalidValue, NoSuchElement, ReloadRefused
 from interfaces.jderobot import JderobotException
 from visualhfsm._errors import VisualHfsmError
@@ -47,14 +48,18 @@ def find_component(communicator: Communicator, wait: float) -> str:
         if time.monotonic() >= deadline:
             endpoints = ", ".join(communicator.settings.connect)
             raise VisualHfsmError(
-                f"no component runs in realm {communicator.realm} at {endpoints}; start one, such as: "
-                "python behaviors/follow_ball.py; naoserver-sim starts the robot for it"
+                Message(
+                    "no component runs in realm {realm} at {endpoints}; start one, such as: python "
+                    "behaviors/follow_ball.py; naoserver-sim starts the robot for it",
+                    realm=communicator.realm,
+                    endpoints=endpoints,
+                )
             )
         time.sleep(_PERIOD)
     time.sleep(_DISCOVERY_TIME)
     found = components(communicator) or found
     if len(found) > 1:
-        raise VisualHfsmError(f"several components run; name one of {', '.join(found)}")
+        raise VisualHfsmError(Message("several components run; name one of {found}", found=", ".join(found)))
     return found[0]
 
 
@@ -75,8 +80,16 @@ def missing_component(communicator: Communicator, name: str, wait: float = 0.0) 
         time.sleep(_PERIOD)
     if name in found:
         return None
-    hint = did_you_mean(name, found) if found else f"; start it, such as: python {printable(name)[:100]}.py"
-    return VisualHfsmError(f"no component {printable(name)[:100]} runs in realm {communicator.realm}{hint}")
+    shown = printable(name)[:100]
+    hint = Message("start it, such as: python {name}.py", name=shown)
+    return VisualHfsmError(
+        Message(
+            "no component {name} runs in realm {realm}; {hint}",
+            name=shown,
+            realm=communicator.realm,
+            hint=did_you_mean(name, found) if found else hint,
+        )
+    )
 
 
 @contextmanager
@@ -85,10 +98,14 @@ def refusals(component: str) -> Iterator[None]:
     try:
         yield
     except (NoSuchElement, InvalidValue, JderobotException) as error:
-        raise VisualHfsmError(printable(error.what)) from error
+        raise VisualHfsmError(Message.verbatim(printable(error.what))) from error
     except ReloadRefused as error:
         reason = printable(error.reason)
-        raise VisualHfsmError(f"not reloaded, {component} runs on as it was: {reason}") from error
+        raise VisualHfsmError(
+            Message(
+                "not reloaded, {component} runs on as it was: {reason}", component=component, reason=reason
+            )
+        ) from error
 
 
 def has_interface(communicator: Communicator, identity: str, type_id: str) -> bool:
@@ -96,15 +113,19 @@ def has_interface(communicator: Communicator, identity: str, type_id: str) -> bo
     return type_id in communicator.presence.interfaces(Target(communicator.realm, identity))
 
 
-def did_you_mean(text: str, known: Iterable[str]) -> str:
-    """Return `; did you mean ...?`, or the list of those that exist."""
+def did_you_mean(text: str, known: Iterable[str]) -> Message:
+    """Return `did you mean ...?`, or the list of those that exist."""
     names = sorted(set(known))
     close = difflib.get_close_matches(text[:200], names, 3)
     close = [name for name in close if not any(name.endswith(f"/{other}") for other in close)]
     if close:
-        return f"; did you mean {' or '.join(close)}?"
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return f"; there are {', '.join(names[:_SHOWN])}{more}" if names else "; there are none"
+        return Message("did you mean {names}?", names=any_of(close))
+    if not names:
+        return Message("there are none")
+    shown = ", ".join(names[:_SHOWN])
+    if len(names) > _SHOWN:
+        return Message("there are {names} and {more} more", names=shown, more=len(names) - _SHOWN)
+    return Message("there are {names}", names=shown)
 
 
 class PolledValue(Generic[T]):

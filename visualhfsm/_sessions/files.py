@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import os
 import secrets
@@ -12,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen.hfsm.formats.xml_tree import MAX_SIZE
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import EditError
 
 
@@ -36,19 +37,21 @@ class FileVersion:
 
 def read_file(path: Path) -> tuple[bytes, FileVersion]:
     """Return the content of a file. Raises EditError when it cannot be read, or is too large."""
-    what = f"Cannot open {path.name}"
+    what = Message("Cannot open {file}", file=path.name)
     try:
         if not path.is_file():
-            why = "it is not a file" if path.exists() else "it does not exist"
-            raise EditError(what, why, f"looked for {path}")
+            why = Message("it is not a file") if path.exists() else Message("it does not exist")
+            raise EditError(what, why, Message("looked for {path}", path=str(path)))
         with path.open("rb") as stream:
             status = os.fstat(stream.fileno())
             content = stream.read(MAX_SIZE + 1)
     except (OSError, ValueError) as error:
-        raise EditError(what, _reason(error), f"check the permissions of {path}") from error
+        raise EditError(
+            what, reason(error), Message("check the permissions of {path}", path=str(path))
+        ) from error
     if len(content) > MAX_SIZE:
-        why = f"it is larger than {MAX_SIZE >> 20} MiB"
-        raise EditError(what, why, "a document is far smaller")
+        why = Message("it is larger than {limit} MiB", limit=MAX_SIZE >> 20)
+        raise EditError(what, why, Message("a document is far smaller"))
     return content, FileVersion(status.st_mtime_ns, len(content), _digest(content))
 
 
@@ -58,12 +61,17 @@ def write_file(path: Path, content: bytes) -> FileVersion:
     The content is on the disk before the new file replaces the old one. Raises EditError, also for a file
     that may not be written to, though its directory may.
     """
+    what = Message("Cannot save {file}", file=path.name)
+    hint = Message(
+        "nothing was written: check the permissions of {folder} and the space on the disk",
+        folder=str(path.parent),
+    )
     temporary: Path | None = None
     try:
         target = Path(os.path.realpath(path))
         former = target.stat() if target.exists() else None
         if former is not None and not os.access(target, os.W_OK):
-            raise PermissionError(errno.EACCES, "the file is write-protected")
+            raise EditError(what, Message("the file is write-protected"), hint)
         temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
         # Other users may not read it before it has the permissions of the former one.
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
@@ -82,8 +90,7 @@ def write_file(path: Path, content: bytes) -> FileVersion:
         if temporary is not None:
             with suppress(OSError):  # it may not exist; the first failure is reported
                 temporary.unlink(missing_ok=True)
-        hint = f"nothing was written: check the permissions of {path.parent} and the space on the disk"
-        raise EditError(f"Cannot save {path.name}", _reason(error), hint) from error
+        raise EditError(what, reason(error), hint) from error
     with suppress(OSError):  # the file is written; only a power failure could still restore the former one
         _sync_directory(target.parent)
     return FileVersion(written.st_mtime_ns, written.st_size, _digest(content))
@@ -95,10 +102,6 @@ def _sync_directory(directory: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _digest(content: bytes) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import resolve
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, Functions
+from codegen.messages import Message
 from visualhfsm._editing.commands import Command
 from visualhfsm._editing.commands.automata import ExtractAutomaton
 from visualhfsm._editing.commands.paste import FillAutomaton
@@ -28,19 +29,27 @@ def extract(document: Document, automaton: int, path: Path | None, file: Path) -
     document declares is copied, so that the new document can be checked by itself. Functions of automata
     outside stay where they are: a component may define each only once. Raises EditError.
     """
-    what = f"Cannot move the automaton to {file.name}"
+    what = Message("Cannot move the automaton to {file}", file=file.name)
     if path is None:
-        raise EditError(what, "the document has no file yet", "save it first: imports are relative to it")
+        raise EditError(
+            what,
+            Message("the document has no file yet"),
+            Message("save it first: imports are relative to it"),
+        )
     source = find_automaton(document, automaton)
     if source.father == NO_CHILD:
-        raise EditError(what, "it is the root", "use `Save as`")
+        raise EditError(what, Message("it is the root"), Message("use `Save as`"))
     if source.imported is not None:
-        raise EditError(what, "it is imported already", "edit the file that it comes from")
+        raise EditError(what, Message("it is imported already"), Message("edit the file that it comes from"))
     target = file.absolute()
     if not target.is_relative_to(path.absolute().parent) or ".." in file.parts:
-        raise EditError(what, "the file is not in the directory of the document", "choose one there or below")
+        raise EditError(
+            what,
+            Message("the file is not in the directory of the document"),
+            Message("choose one there or below"),
+        )
     if target.exists():
-        raise EditError(what, "the file exists", "choose another name")
+        raise EditError(what, Message("the file exists"), Message("choose another name"))
     parts = below(document, [source.id])
     top = replace(source, father=NO_CHILD)
     library = Document(
@@ -64,8 +73,12 @@ def inline(document: Document, automaton: int, path: Path | None) -> Command:
     `path` is the document's own file.
     """
     if path is None:
-        what = f"Cannot read {_file_of(document, automaton)}"
-        raise EditError(what, "the document has no file yet", "save it first: imports are relative to it")
+        what = Message("Cannot read {file_of}", file_of=_file_of(document, automaton))
+        raise EditError(
+            what,
+            Message("the document has no file yet"),
+            Message("save it first: imports are relative to it"),
+        )
     content = imported_content(document, automaton, path)
     title = f"Inline {_file_of(document, automaton)}"
     return FillAutomaton(automaton=automaton, content=written(content), name=title)
@@ -77,12 +90,12 @@ def imported_content(document: Document, automaton: int, path: Path) -> Document
     The declarations of its file are included, and it gets the functions of the other automata there.
     """
     stub = find_automaton(document, automaton)
-    what = f"Cannot read {_file_of(document, automaton)}"
+    what = Message("Cannot read {file_of}", file_of=_file_of(document, automaton))
     diagnostics = Diagnostics()
     lonely = Document(automata=(replace(stub, father=NO_CHILD),))
     resolved = resolve(lonely, path, diagnostics)
     if diagnostics.has_errors:
-        raise EditError(what, diagnostics.errors[0].message, "fix the file, or import another")
+        raise EditError(what, diagnostics.errors[0].message, Message("fix the file, or import another"))
     top, *others = resolved.automata
     return replace(resolved, automata=(with_functions(top, resolved.functions), *others), functions=())
 
@@ -100,8 +113,8 @@ def with_functions(automaton: Automaton, functions: tuple[Functions, ...]) -> Au
 def _file_of(document: Document, automaton: int) -> str:
     stub: Automaton = find_automaton(document, automaton)
     if stub.imported is None:
-        what = f"Cannot inline automaton {automaton}"
-        raise EditError(what, "it is not imported", "it is in this document already")
+        what = Message("Cannot inline automaton {automaton}", automaton=automaton)
+        raise EditError(what, Message("it is not imported"), Message("it is in this document already"))
     return stub.imported.file.text.strip()[:60]
 
 

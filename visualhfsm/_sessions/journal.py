@@ -20,6 +20,8 @@ from typing import Final
 
 import msgspec
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import EditError
 from zenoh_ice.application.directories import state_directory
 
@@ -102,27 +104,33 @@ class Journal:
 
         Raises EditError when it cannot be read, or belongs to a session that is alive.
         """
-        what = f"Cannot recover from {file.name}"
+        what = Message("Cannot recover from {file}", file=file.name)
         try:
             descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
         except OSError as error:
-            raise EditError(
-                what, error.strerror or str(error), "it may have been recovered already"
-            ) from error
+            raise EditError(what, reason(error), Message("it may have been recovered already")) from error
         try:
             if not _lock(descriptor):
-                raise EditError(what, "its document is open in another process", "edit it there")
+                raise EditError(
+                    what, Message("its document is open in another process"), Message("edit it there")
+                )
             if not os.fstat(descriptor).st_nlink:  # that process has just closed it
-                raise EditError(what, "it was removed", "it may have been recovered already")
+                raise EditError(
+                    what, Message("it was removed"), Message("it may have been recovered already")
+                )
             with os.fdopen(os.dup(descriptor), "rb") as stream:
                 content = stream.read(_LARGEST_JOURNAL)
             first, _, rest = content.partition(b"\n")
             try:
                 header = _HEADER.decode(first)
             except msgspec.MsgspecError as error:
-                raise EditError(what, "it contains no document", "remove it") from error
+                raise EditError(what, Message("it contains no document"), Message("remove it")) from error
             if header.version != _VERSION:
-                raise EditError(what, f"it is of version {header.version}", "open it with a newer release")
+                raise EditError(
+                    what,
+                    Message("it is of version {version}", version=header.version),
+                    Message("open it with a newer release"),
+                )
             # A line that was cut off by the crash is removed, so that the next one does not continue it.
             whole = rest.rpartition(b"\n")[0]
             end = len(first) + 1 + (len(whole) + 1 if whole else 0)

@@ -16,6 +16,7 @@ from difflib import SequenceMatcher
 from typing import Any, Final, NamedTuple, TypeVar
 
 from codegen.hfsm.document import Annotation, Automaton, Document, Node, State, Text, Transition
+from codegen.messages import Message
 from visualhfsm._editing.diff import KEYS, compared_fields, keyed, part_of, shown
 from visualhfsm._editing.nodes import free_ids, label
 
@@ -34,17 +35,17 @@ class Merged(NamedTuple):
     """The result of a merge; `conflicts` names the elements of which both changed the same."""
 
     document: Document
-    conflicts: tuple[str, ...]
+    conflicts: tuple[Message, ...]
 
 
 def merge_documents(base: Document, mine: Document, theirs: Document) -> Merged:
     """Return the merge of `mine` and `theirs` with their common ancestor `base`."""
-    conflicts: list[str] = []
+    conflicts: list[Message] = []
     document = _merged_node(base, mine, _with_own_numbers(base, mine, theirs), conflicts)
     return Merged(document, tuple(conflicts))
 
 
-def _merged_node(base: _NodeT, mine: _NodeT, theirs: _NodeT, conflicts: list[str]) -> _NodeT:
+def _merged_node(base: _NodeT, mine: _NodeT, theirs: _NodeT, conflicts: list[Message]) -> _NodeT:
     values: dict[str, Any] = {}
     parts: list[str] = []
     for name in compared_fields(mine):
@@ -62,13 +63,13 @@ def _merged_node(base: _NodeT, mine: _NodeT, theirs: _NodeT, conflicts: list[str
         elif name not in ("x", "y", "width", "height"):  # places on the canvas are no conflict
             parts.append(part_of(mine, name))
     if parts:
-        conflicts.append(f"{_what(mine)} ({', '.join(parts)}): yours stays")
+        conflicts.append(Message("{what} ({parts}): yours stays", what=_what(mine), parts=", ".join(parts)))
     merged: _NodeT = replace(mine, **values) if values else mine
     return merged
 
 
 def _merged_list(
-    name: str, base: Sequence[Node], mine: Sequence[Node], theirs: Sequence[Node], conflicts: list[str]
+    name: str, base: Sequence[Node], mine: Sequence[Node], theirs: Sequence[Node], conflicts: list[Message]
 ) -> tuple[Node, ...]:
     old = keyed(name, base)
     here = keyed(name, mine)
@@ -81,26 +82,30 @@ def _merged_list(
         if own is not None and other is not None:
             found[key] = own if former is None else _merged_node(former, own, other, conflicts)
             if former is None and own != other:
-                conflicts.append(f"{_what(own)} (new on both sides): yours stays")
+                conflicts.append(Message("{what} (new on both sides): yours stays", what=_what(own)))
         elif (kept := own or other) is not None and kept != former:
             found[key] = kept
             if former is not None:
-                conflicts.append(f"{_what(kept)} (deleted on one side): it stays")
+                conflicts.append(Message("{what} (deleted on one side): it stays", what=_what(kept)))
     order = _merged_sequence(tuple(old), tuple(here), tuple(there), keep=set(found))
     return tuple(found[key] for key in order)
 
 
-def _what(node: Node) -> str:
+def _what(node: Node) -> Message:
     match node:
         case Document():
-            return "the document"
+            return Message("the document")
         case Automaton():
-            return f"automaton {node.id}"
-        case State() | Transition():
-            return f"{type(node).__name__.lower()} {label(node)}"
+            return Message("automaton {id}", id=node.id)
+        case State():
+            return Message("state {label}", label=label(node))
+        case Transition():
+            return Message("transition {label}", label=label(node))
+        case Annotation(kind="frame"):
+            return Message("frame {label}", label=label(node))
         case Annotation():
-            return f"{node.kind} {label(node)}"
-    return f"{type(node).__name__.lower()} {shown(node)}"
+            return Message("note {label}", label=label(node))
+    return Message.verbatim(f"{type(node).__name__.lower()} {shown(node)}")
 
 
 def _merged_sequence(

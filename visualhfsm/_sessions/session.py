@@ -13,7 +13,9 @@ from typing import Final
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document
+from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._editing.commands import Command, decode_command
+from visualhfsm._editing.commands.base import AS_FILE, MERGED
 from visualhfsm._editing.commands.items import DeleteItems
 from visualhfsm._editing.commands.paste import ReplaceDocument
 from visualhfsm._editing.diff import Difference, diff_documents
@@ -55,7 +57,7 @@ class Added:
 class Change:
     """A change of a document: `before` and `after` share everything that did not change."""
 
-    name: str
+    name: Message
     revision: int
     before: Document
     after: Document
@@ -87,7 +89,7 @@ class Change:
 class Step:
     """The target of undoing or redoing: a document, and the revision at which it was made."""
 
-    name: str
+    name: Message
     document: Document
     revision: int
 
@@ -114,7 +116,9 @@ class UndoStack:
         recent = self._clock() - self._changed_at <= MERGE_WITHIN
         return key is not None and key == self._key and recent and bool(self.past)
 
-    def add(self, name: str, document: Document, revision: int, key: Hashable | None, *, merge: bool) -> None:
+    def add(
+        self, name: Message, document: Document, revision: int, key: Hashable | None, *, merge: bool
+    ) -> None:
         """Make a document the present one, as a separate step or as part of the last one."""
         if not merge:
             self.past.append(Step(name, self.document, self.revision))
@@ -127,15 +131,15 @@ class UndoStack:
         """Make the next change a separate step, as it is after undoing and redoing."""
         self._key = None
 
-    def undo(self) -> str | None:
+    def undo(self) -> Message | None:
         """Go back one step and return its name, or None when there is none."""
         return self._move(self.past, self.future)
 
-    def redo(self) -> str | None:
+    def redo(self) -> Message | None:
         """Do the step again that was undone last, and return its name, or None when there is none."""
         return self._move(self.future, self.past)
 
-    def _move(self, source: deque[Step], target: deque[Step]) -> str | None:
+    def _move(self, source: deque[Step], target: deque[Step]) -> Message | None:
         if not source:
             return None
         step = source.pop()
@@ -143,6 +147,10 @@ class UndoStack:
         self.document, self.revision = step.document, step.revision
         self.seal()
         return step.name
+
+
+def _refusal(what: Message, why: Message) -> EditError:
+    return EditError(what, why, Message("change something first"))
 
 
 def _bound(document: Document, before: int, size: int) -> int:
@@ -340,11 +348,15 @@ class DocumentSession:
 
     def undo(self) -> Change:
         """Undo the last step. Raises EditError when there is none."""
-        return self._move(self._steps.undo, Undone(), "undo")
+        return self._move(
+            self._steps.undo, Undone(), _refusal(Message("Cannot undo"), Message("there is nothing to undo"))
+        )
 
     def redo(self) -> Change:
         """Do the step again that was undone last. Raises EditError when there is none."""
-        return self._move(self._steps.redo, Redone(), "redo")
+        return self._move(
+            self._steps.redo, Redone(), _refusal(Message("Cannot redo"), Message("there is nothing to redo"))
+        )
 
     def go_to(self, revision: int) -> Change:
         """Undo or redo until the document is the one that was made at a revision.
@@ -352,15 +364,15 @@ class DocumentSession:
         Raises EditError when no step leads there any more.
         """
         if revision == self._steps.revision:
-            return Change("", self.revision, self.document, self.document)
+            return Change(NO_MESSAGE, self.revision, self.document, self.document)
         for steps, move in ((self.undo_steps, self.undo), (self.redo_steps, self.redo)):
             for count, step in enumerate(steps, 1):
                 if step.revision == revision:
                     before = self.document
                     changes = [move() for _ in range(count)]
                     return replace(changes[-1], before=before)
-        why = "the document was changed since the list was shown"
-        raise EditError("Cannot go to this step", why, "choose it in the list as it is now")
+        why = Message("the document was changed since the list was shown")
+        raise EditError(Message("Cannot go to this step"), why, Message("choose it in the list as it is now"))
 
     def cut(
         self, automaton: int, states: tuple[int, ...], annotations: tuple[int, ...] = ()
@@ -383,13 +395,23 @@ class DocumentSession:
         """
         target = self.path if path is None else path.absolute()
         if target is None:
-            raise EditError("Cannot save", "the document has no file yet", "use `Save as`")
+            raise EditError(
+                Message("Cannot save"), Message("the document has no file yet"), Message("use `Save as`")
+            )
         if target == self.path:
             self._may_save_over(target, overwrite=overwrite)
         elif target.exists() and not overwrite:
-            raise EditError(f"Cannot save as {target.name}", "the file exists", "confirm to overwrite it")
+            raise EditError(
+                Message("Cannot save as {target}", target=target.name),
+                Message("the file exists"),
+                Message("confirm to overwrite it"),
+            )
         if target.suffix.lower() != ".xml":
-            raise EditError(f"Cannot save as {target.name}", "documents end with .xml", "choose such a name")
+            raise EditError(
+                Message("Cannot save as {target}", target=target.name),
+                Message("documents end with .xml"),
+                Message("choose such a name"),
+            )
         self._version = write_file(target, self._content())
         self._saved = self.document
         self.path = target
@@ -410,7 +432,11 @@ class DocumentSession:
         read.
         """
         if self.path is None:
-            raise EditError("Cannot compare with the file", "the document has no file yet", "save it first")
+            raise EditError(
+                Message("Cannot compare with the file"),
+                Message("the document has no file yet"),
+                Message("save it first"),
+            )
         if choice is Choice.MINE and not self.path.exists():
             self._version, self._saved = None, None
             self._journal.begin()
@@ -420,12 +446,11 @@ class DocumentSession:
         change: Change | None = None
         conflicts: tuple[str, ...] = ()
         if choice is Choice.THEIRS:
-            change = self.do(ReplaceDocument(content=written(theirs), name="Take the file as it is now"))
+            change = self.do(ReplaceDocument(content=written(theirs), name=str(AS_FILE)))
         elif choice is Choice.MERGE:
             merged = merge_documents(self._saved or theirs, self.document, theirs)
             conflicts = merged.conflicts
-            name = "Merge with the file as it is now"
-            change = self.do(ReplaceDocument(content=written(merged.document), name=name))
+            change = self.do(ReplaceDocument(content=written(merged.document), name=str(MERGED)))
         self._version = version
         self.dialect = theirs.format
         self._saved = self.document if self.document == theirs else theirs
@@ -440,7 +465,9 @@ class DocumentSession:
         """
         if self.is_unsaved and not discard:
             raise EditError(
-                f"Cannot close {self.name}", "it has changes that are not saved", "save or discard them"
+                Message("Cannot close {name}", name=self.name),
+                Message("it has changes that are not saved"),
+                Message("save or discard them"),
             )
         self._journal.close()
 
@@ -452,17 +479,24 @@ class DocumentSession:
         if overwrite:
             return
         if self.dialect != NATIVE:
-            why = f"it is in the format of {self.dialect}, and would be replaced by the current format"
-            raise OldFormatError(f"Cannot save {target.name}", why, "save it as another file, or replace it")
+            why = Message(
+                "it is in the format of {dialect}, and would be replaced by the current format",
+                dialect=self.dialect,
+            )
+            raise OldFormatError(
+                Message("Cannot save {target}", target=target.name),
+                why,
+                Message("save it as another file, or replace it"),
+            )
         if self.is_changed_outside():
-            what = f"Cannot save {target.name}"
+            what = Message("Cannot save {target}", target=target.name)
             if target.exists():
-                why = "another program has changed it"
-                raise ChangedOutsideError(what, why, "merge both, take theirs, or keep yours")
-            why = "another program has deleted it"
-            raise ChangedOutsideError(what, why, "write it again, or save it elsewhere")
+                why = Message("another program has changed it")
+                raise ChangedOutsideError(what, why, Message("merge both, take theirs, or keep yours"))
+            why = Message("another program has deleted it")
+            raise ChangedOutsideError(what, why, Message("write it again, or save it elsewhere"))
 
-    def _take(self, document: Document, command: Command, name: str, *, merge: bool, size: int) -> None:
+    def _take(self, document: Document, command: Command, name: Message, *, merge: bool, size: int) -> None:
         """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
         if document == self.document:  # cheap: what they share is identical
             return
@@ -470,20 +504,22 @@ class DocumentSession:
         self.revision += 1
         self._steps.add(name, document, self.revision, command.merge_key, merge=merge)
 
-    def _move(self, move: Callable[[], str | None], entry: Entry, what: str) -> Change:
+    def _move(self, move: Callable[[], Message | None], entry: Entry, refusal: EditError) -> Change:
         before = self.document
         name = move()
         if name is None:
-            raise EditError(f"Cannot {what}", f"there is nothing to {what}", "change something first")
+            raise refusal
         self.revision += 1
         self._note(entry, name)
         return Change(name, self.revision, before, self.document)
 
-    def _note(self, entry: Entry, name: str = "") -> None:
+    def _note(self, entry: Entry, name: Message = NO_MESSAGE) -> None:
         """Write an entry into the journal; `name` is that of the step, if it is one."""
 
         def whole() -> Done:
-            return Done(msgspec.Raw(msgspec.json.encode(ReplaceDocument(content=self.text(), name=name))))
+            return Done(
+                msgspec.Raw(msgspec.json.encode(ReplaceDocument(content=self.text(), name=str(name))))
+            )
 
         self._journal.add(entry, whole)
 

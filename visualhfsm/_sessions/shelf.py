@@ -19,6 +19,8 @@ from codegen.files import read_regular
 from codegen.hfsm import parse_document, resolve, write_document
 from codegen.hfsm.document import Document, Parameter
 from codegen.hfsm.document import Shelf as ShelfEntry
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
 from visualhfsm._errors import EditError, MissingError
 from zenoh_ice.text import printable
 
@@ -76,7 +78,7 @@ class ReadyState(msgspec.Struct, frozen=True, kw_only=True):
     outputs: tuple[ReadyValue, ...] = ()
     needs: tuple[Need, ...] = ()
     ends: bool = False
-    trouble: str = ""
+    trouble: Message = NO_MESSAGE
 
 
 class _File(NamedTuple):
@@ -89,6 +91,10 @@ class _File(NamedTuple):
 
 class _UnusableError(Exception):
     """Why a file cannot be used."""
+
+    def __init__(self, message: Message) -> None:
+        super().__init__(message)
+        self.message = message
 
 
 class _Folder(NamedTuple):
@@ -122,10 +128,10 @@ class Shelves:
         """
         found = self._look().get(id)
         if found is None:
-            raise MissingError(f"{printable(id)[:100]} is not on the shelf")
+            raise MissingError(Message("{id} is not on the shelf", id=printable(id)[:100]))
         if found.shown.trouble:
-            what = f"Cannot draw {found.shown.title}"
-            raise EditError(what, found.shown.trouble, f"fix {found.shown.path}")
+            what = Message("Cannot draw {title}", title=found.shown.title)
+            raise EditError(what, found.shown.trouble, Message("fix {file}", file=found.shown.path))
         return found.shown.title, found.content
 
     def _look(self) -> dict[str, _File]:
@@ -192,31 +198,34 @@ def _read(folder: _Folder, path: Path, id: str, version: tuple[int, int]) -> _Fi
     try:
         document = _document(folder, path)
     except _UnusableError as error:
-        return _File(version, msgspec.structs.replace(named, trouble=str(error)), "")
+        return _File(version, msgspec.structs.replace(named, trouble=error.message), "")
     return _File(version, _described(named, document), write_document(document))
 
 
 def _document(folder: _Folder, path: Path) -> Document:
     """Return the document in a file, with all that it imports. Raises _UnusableError."""
     if not _is_inside(path, folder):
-        raise _UnusableError("it is a link that leads out of the project")
+        raise _UnusableError(Message("it is a link that leads out of the project"))
     try:
         content = read_regular(path.resolve(), _LARGEST_FILE + 1)
     except OSError as error:
-        raise _UnusableError(f"it cannot be read: {error.strerror}") from error
+        raise _UnusableError(Message("it cannot be read: {reason}", reason=reason(error))) from error
     if len(content) > _LARGEST_FILE:
-        raise _UnusableError(f"it is larger than {_LARGEST_FILE >> 20} MiB")
+        raise _UnusableError(Message("it is larger than {limit} MiB", limit=_LARGEST_FILE >> 20))
     diagnostics = Diagnostics()
     document = parse_document(content, path, diagnostics)
     if document is not None and not diagnostics.has_errors:
         document = resolve(document, path, diagnostics)
     if document is None or diagnostics.has_errors:
         found = diagnostics.errors[0]
-        line = f"line {found.location.line}: " if found.location.line else ""
-        raise _UnusableError(line + printable(found.message)[:200])
+        if found.location.line:
+            raise _UnusableError(
+                Message("line {line}: {problem}", line=found.location.line, problem=found.message)
+            )
+        raise _UnusableError(found.message)
     root = document.root
     if root is None or not root.states:
-        raise _UnusableError("it has no root automaton with states")
+        raise _UnusableError(Message("it has no root automaton with states"))
     whole = with_functions(root, document.functions)
     return replace(document, automata=(whole, *(each for each in document.automata if each is not root)))
 

@@ -10,6 +10,7 @@ from typing import Final
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, read_document, resolve, write_document
 from codegen.hfsm.document import Automaton, Document
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 EMPTY: Final = "empty"
@@ -50,7 +51,11 @@ def make_template(name: str) -> tuple[str, Document]:
     path = next((each.path for each in find_templates() if each.name == name), None)
     document = None if path is None else read_document(path, Diagnostics())
     if path is None or document is None:
-        raise EditError("Cannot create a document", f"there is no template {name[:40]}", f"use {EMPTY}")
+        raise EditError(
+            Message("Cannot create a document"),
+            Message("there is no template {name}", name=name[:40]),
+            Message("use {empty}", empty=EMPTY),
+        )
     whole = parse_document(write_document(resolve(document, path, Diagnostics())), path, Diagnostics())
     return name, whole or document
 

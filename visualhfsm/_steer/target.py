@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
+from codegen.messages import Message
 from interfaces.hfsm import (
     AutomatonStructure,
     ComponentStructure,
@@ -100,19 +101,19 @@ class Addresses:
 
     def automaton(self, text: str) -> Address:
         """Return an automaton; raises VisualHfsmError when none or several have the name."""
-        return _find(text, self._automata, "automaton")
+        return _find(text, self._automata, Message("automaton"))
 
     def state(self, text: str) -> Address:
         """Return a state; raises VisualHfsmError when none or several have the name."""
-        return _find(text, self._states, "state")
+        return _find(text, self._states, Message("state"))
 
     def transition(self, text: str) -> Address:
         """Return a transition; raises VisualHfsmError when none or several have the name."""
-        return _find(text, self._transitions, "transition")
+        return _find(text, self._transitions, Message("transition"))
 
     def element(self, text: str) -> Address:
         """Return a state or a transition; raises VisualHfsmError when none or several have the name."""
-        return _find(text, {**self._states, **self._transitions}, "state or transition")
+        return _find(text, {**self._states, **self._transitions}, Message("state or transition"))
 
     def named(self, automaton: int, state: int = 0, transition: int = 0) -> str:
         """Return the full name of the element with these ids, with the ids if the name is not unique."""
@@ -140,18 +141,26 @@ class Addresses:
             )
 
 
-def _find(text: str, among: dict[Address, set[str]], kind: str) -> Address:
+def _find(text: str, among: dict[Address, set[str]], kind: Message) -> Address:
     found = _matches(text, among)
     if len(found) == 1:
         return found[0]
     if found:
         choices = ", ".join(f"{address.name} ({address.ids})" for address in found[:_SHOWN])
-        raise VisualHfsmError(f"{printable(text)} may be {choices}: name one in full, or by its ids")
+        raise VisualHfsmError(
+            Message(
+                "{text} may be {choices}: name one in full, or by its ids",
+                text=printable(text),
+                choices=choices,
+            )
+        )
     full = [address.name for address in among]
     names = [name for names in among.values() for name in names if not name.partition("/")[0].isdigit()]
     is_close = bool(difflib.get_close_matches(text[:200], names, 1))
     hint = did_you_mean(text, [*full, *names] if is_close else full)
-    raise VisualHfsmError(f"there is no {kind} {printable(text)}{hint}")
+    raise VisualHfsmError(
+        Message("there is no {kind} {text}; {hint}", kind=kind, text=printable(text), hint=hint)
+    )
 
 
 def _matches(text: str, among: dict[Address, set[str]]) -> list[Address]:

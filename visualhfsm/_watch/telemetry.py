@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from interfaces.hfsm import ComponentSnapshot, Mark
 from interfaces.jderobot import CameraPrx
 from visualhfsm._errors import VisualHfsmError
@@ -114,7 +115,9 @@ class Telemetry:
         """Return the run with its pictures; its structure must be known."""
         live = self._follower.structure
         if live is None:
-            raise VisualHfsmError(f"the automata of {self._follower.component} are not known yet")
+            raise VisualHfsmError(
+                Message("the automata of {component} are not known yet", component=self._follower.component)
+            )
         return Run(
             name=self._follower.component,
             structure=live.structure,

@@ -13,6 +13,7 @@ from typing import Final
 from rich.console import Console
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx, Mark
 from visualhfsm._editing.serialization import parse_file
 from visualhfsm._errors import EditError, VisualHfsmError
@@ -92,7 +93,13 @@ def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
     if missing is not None and components(communicator):
         raise missing
     HfsmMonitorPrx.checkedCast(communicator.stringToProxy(f"{MONITOR_PREFIX}{options.component}"))
-    raise VisualHfsmError(f"{options.component} is present but sent nothing within {options.wait:g} s")
+    raise VisualHfsmError(
+        Message(
+            "{component} is present but sent nothing within {wait:g} s",
+            component=options.component,
+            wait=options.wait,
+        )
+    )
 
 
 def _conclude(telemetry: Telemetry, options: WatchOptions, console: Console) -> None:

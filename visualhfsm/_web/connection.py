@@ -16,7 +16,8 @@ from typing import Final
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from codegen.messages import Message, reason
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import ErrorKind, VisualHfsmError
 
 from . import protocol as p

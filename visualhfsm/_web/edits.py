@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from codegen.messages import Message
 from visualhfsm._editing.commands.paste import PasteStates
 from visualhfsm._errors import MissingError
 from visualhfsm._sessions.session import Change
@@ -59,7 +60,7 @@ async def paste(workspace: Workspace, _: Window, request: p.Paste) -> dict[str, 
     """Paste the clipboard."""
     tab = workspace.tabs.editable(request.tab)
     if not workspace.clipboard:
-        raise MissingError("no states were copied here: Ctrl+V pastes those of another editor")
+        raise MissingError(Message("no states were copied here: Ctrl+V pastes those of another editor"))
     content = workspace.clipboard
     command = PasteStates(automaton=request.automaton, content=content, x=request.x, y=request.y)
     return _outcome(await tab.edit(OpenDocument.apply, command))

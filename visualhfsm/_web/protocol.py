@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
 
 import msgspec
 
-from codegen.messages import Message
+from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._editing.commands import AnyCommand
 from visualhfsm._editing.commands.transitions import TransitionType
 from visualhfsm._editing.places import Place
@@ -562,7 +562,7 @@ class Outside(Push):
 
     tab: int
     state: Literal["reloaded", "changed", "deleted", "same"]
-    message: str = ""
+    message: Message = NO_MESSAGE
 
 
 def encode(message: Answer | ErrorAnswer | Push, language: str = ENGLISH) -> bytes:

@@ -13,6 +13,7 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from visualhfsm._editing.diff import Difference, changed_lines, diff_documents
 from visualhfsm._editing.places import search as search_document
 from visualhfsm._editing.serialization import parse_file
@@ -60,7 +61,7 @@ async def diff(workspace: Workspace, _: Window, request: p.Diff) -> dict[str, An
     if request.against == _SAVED:
         before = await tab.edit(lambda document: document.saved)
         if before is None:
-            raise MissingError(f"{tab.shown.title} was never saved")
+            raise MissingError(Message("{title} was never saved", title=tab.shown.title))
     else:
         path = workspace.project.root.document(request.against)
         other = workspace.tabs.of_file(path)

@@ -8,6 +8,8 @@ from collections.abc import Callable, Coroutine, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._editing.serialization import written
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm.project._root import Root
@@ -54,7 +56,9 @@ class Runs:
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
         if names := [str(each["component"]) for each in self._realm.components.running]:
-            raise VisualHfsmError(f"stop {', '.join(names)} first: it would drive the real robot at once")
+            raise VisualHfsmError(
+                Message("stop {names} first: it would drive the real robot at once", names=", ".join(names))
+            )
 
     # ---------------------------------------------------------------------------------------- components
 
@@ -73,8 +77,11 @@ class Runs:
             await asyncio.sleep(_LEAVING_PERIOD)
         else:
             raise VisualHfsmError(
-                f"{name} runs already, and was not started here: stop it first, or save this document under "
-                "another name"
+                Message(
+                    "{name} runs already, and was not started here: stop it first, or save this document "
+                    "under another name",
+                    name=name,
+                )
             )
         source = tab.source
         recording: dict[str, str] = {}
@@ -168,7 +175,9 @@ class Runs:
         try:
             folder.mkdir(exist_ok=True)
         except OSError as error:
-            raise VisualHfsmError(f"{folder} cannot be made: {error.strerror}") from error
+            raise VisualHfsmError(
+                Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+            ) from error
         return folder
 
     # ---------------------------------------------------------------------------------------- following

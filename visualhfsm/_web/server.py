@@ -28,6 +28,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.exceptions import InvalidState
 
+from codegen.messages import Message
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._sessions.journal import journal_directory
 from visualhfsm.project._project import Project
@@ -67,7 +68,12 @@ class PortInUseError(VisualHfsmError):
 
     def __init__(self, port: int, reason: str) -> None:
         super().__init__(
-            f"cannot listen on port {port} of {LOOPBACK} ({reason}); choose another with --port, or none"
+            Message(
+                "cannot listen on port {port} of {loopback} ({reason}); choose another with --port, or none",
+                port=port,
+                loopback=LOOPBACK,
+                reason=reason,
+            )
         )
 
 
@@ -75,7 +81,9 @@ class SocketError(VisualHfsmError):
     """The page cannot be served at a Unix socket."""
 
     def __init__(self, path: Path, reason: str) -> None:
-        super().__init__(f"cannot listen at the socket {path}: {reason}")
+        super().__init__(
+            Message("cannot listen at the socket {path}: {reason}", path=str(path), reason=reason)
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,6 +15,7 @@ from urllib.parse import unquote
 from starlette.datastructures import Headers
 from starlette.types import Scope
 
+from codegen.messages import Message
 from visualhfsm._errors import VisualHfsmError
 
 _HOST: Final = re.compile(r"(?P<name>[a-z0-9._-]{1,253}|\[[0-9a-f:.]{2,45}\])(?::[0-9]{1,5})?", re.IGNORECASE)
@@ -33,7 +34,9 @@ class BasePathError(VisualHfsmError):
     """The page cannot be served below a path."""
 
     def __init__(self, path: str, reason: str) -> None:
-        super().__init__(f"the page cannot be served below {path[:80]!r}: {reason}")
+        super().__init__(
+            Message("the page cannot be served below {path!r}: {reason}", path=path[:80], reason=reason)
+        )
 
 
 def base_path(path: str) -> str:

@@ -13,7 +13,6 @@ from msgspec.structs import replace
 
 from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
-from codegen.messages import Message
 from visualhfsm._editing.diff import differ
 from visualhfsm._editing.places import spots, texts_at
 from visualhfsm._editing.problems import Problem
@@ -226,7 +225,7 @@ def _problem(failed: Failed) -> Problem:
     return Problem(
         code=FAILED,
         severity=Severity.ERROR,
-        message=Message.verbatim(failed.message),
+        message=failed.message,
         place=failed.place,
         line=failed.line,
         column=len(written) - len(written.lstrip()) + 1 if failed.line else 0,

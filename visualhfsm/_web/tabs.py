@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
+from codegen.messages import Message
 from visualhfsm._errors import EditError, MissingError
 from visualhfsm.project._document import OpenDocument
 
@@ -43,18 +44,18 @@ class Tabs:
     def get(self, number: int) -> Tab:
         """Return a tab; raises MissingError."""
         if number not in self._tabs:
-            raise MissingError(f"tab {number} is not open")
+            raise MissingError(Message("tab {number} is not open", number=number))
         return self._tabs[number]
 
     def editable(self, number: int) -> Tab:
         """Return a tab to change its document; raises MissingError, or EditError for that of a recording."""
         tab = self.get(number)
         if tab.recording is not None:
-            why, hint = (
-                "a recording contains it as it ran",
-                "make a copy with `Save as`, which can be changed",
+            raise EditError(
+                Message("{title} cannot be changed", title=tab.shown.title),
+                Message("a recording contains it as it ran"),
+                Message("make a copy with `Save as`, which can be changed"),
             )
-            raise EditError(f"{tab.shown.title} cannot be changed", why, hint)
         return tab
 
     def of_document(self, document: OpenDocument) -> Tab | None:

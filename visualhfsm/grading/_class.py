@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from codegen.messages import Message
 from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
 
 from ._errors import GradingError
@@ -31,7 +32,7 @@ _MARGIN: Final = 60.0
 """Wall s beyond the limits of its trials after which a submission is given up."""
 _ATTEMPTS: Final = 2
 """How often a submission is graded whose process is killed, perhaps by somebody else."""
-_ENDED: Final = "grading has been ended"
+_ENDED: Final = Message("grading has been ended")
 _POLL_PERIOD: Final = 0.2
 """s between two looks at whether a signal has come."""
 _ENVIRONMENT: Final[Mapping[str, str]] = {
@@ -110,7 +111,7 @@ class _Processes:
                 break
             else:
                 if answer.marks is None:
-                    raise GradingError(answer.refused)
+                    raise GradingError(Message.verbatim(answer.refused))
                 return answer.marks
             if self._closed:
                 raise GradingError(_ENDED)
@@ -129,7 +130,7 @@ class _Processes:
                 pass  # the same trial, recorded, takes longer: its marks are written anyway
             else:
                 if answer.marks is None:
-                    raise GradingError(answer.refused)
+                    raise GradingError(Message.verbatim(answer.refused))
                 return
         write_page(page, exercise, marks)
 

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from codegen.messages import Message
+from codegen.reasons import reason
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -104,7 +107,13 @@ def _check(console: Console, exercise: Exercise, language: str, workers: int | N
     from ._terminal import show_check
 
     if not exercise.solution.is_file():
-        raise GradingError(f"{exercise.folder}: there is no {SOLUTION}, which should earn all points")
+        raise GradingError(
+            Message(
+                "{folder}: there is no {solution}, which should earn all points",
+                folder=str(exercise.folder),
+                solution=SOLUTION,
+            )
+        )
     expected = {"solution": exercise.points, **exercise.mistakes}
     paths = {"solution": exercise.solution, **{name: exercise.mistake(name) for name in exercise.mistakes}}
     own = [Submission(name, path, "") for name, path in paths.items()]
@@ -151,4 +160,6 @@ def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise GradingError(f"{folder} cannot be made: {error.strerror or error}") from error
+        raise GradingError(
+            Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+        ) from error

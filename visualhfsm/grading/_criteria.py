@@ -9,6 +9,8 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta, Struct
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm.trials import FunctionFailed, TrialsError, call_function
 from zenoh_ice.text import encodable, printable
 
@@ -66,7 +68,7 @@ def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdi
     try:
         found = msgspec.convert(call_function(reference, folder.resolve(), run), _Judged)
     except TrialsError as error:
-        raise GradingError(str(error)) from error
+        raise GradingError(reason(error)) from error
     except FunctionFailed as error:
         return Verdict(
             0.0,
@@ -75,8 +77,12 @@ def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdi
         )
     except msgspec.ValidationError as error:
         raise GradingError(
-            f"{folder / reference}: it must return a share from 0 to 1 and words, as in "
-            f'return 1.0, {{"en": "walks 1.02 m", "es": "anda 1,02 m"}}: {error}'
+            Message(
+                '{folder}: it must return a share from 0 to 1 and words, as in return 1.0, {{"en": '
+                '"walks 1.02 m", "es": "anda 1,02 m"}}: {reason}',
+                folder=str(folder / reference),
+                reason=reason(error),
+            )
         ) from error
     share, words = found
     if not isinstance(words, str):

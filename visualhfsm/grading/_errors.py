@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codegen.messages import Message
 from visualhfsm._errors import VisualHfsmError
 
 
@@ -11,3 +12,8 @@ class SandboxUnavailable(VisualHfsmError):
 
 class GradingError(VisualHfsmError):
     """An exercise or its submissions cannot be graded; the text says what to change."""
+
+
+def wrong_exercise(text: str) -> GradingError:
+    """Return the error of an exercise's file, with its line and key."""
+    return GradingError(Message.verbatim(text))

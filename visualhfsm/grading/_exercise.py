@@ -12,10 +12,11 @@ from typing import Annotated, Final
 from msgspec import Meta, Struct
 from msgspec.structs import replace
 
+from codegen.messages import Message
 from visualhfsm.trials import SUFFIX, Function, Plan, read_plan
 from zenoh_ice.toml_file import parse_toml, place, read_text
 
-from ._errors import GradingError
+from ._errors import GradingError, wrong_exercise
 
 FILE: Final = "exercise.toml"
 START: Final = "start.xml"
@@ -111,9 +112,11 @@ def read_exercise(folder: Path) -> Exercise:
     """Return the exercise in a folder. Raises GradingError, or TrialsError, with file, line and key."""
     path = folder / FILE
     if not path.is_file():
-        raise GradingError(f"{folder} is no exercise: there is no {FILE}")
-    text, source = read_text(path, GradingError), str(path)
-    file = parse_toml(text, _File, source, GradingError)
+        raise GradingError(
+            Message("{folder} is no exercise: there is no {file}", folder=str(folder), file=FILE)
+        )
+    text, source = read_text(path, wrong_exercise), str(path)
+    file = parse_toml(text, _File, source, wrong_exercise)
     plans = {name: _read_plan(each) for name, each in _plan_files(folder).items()}
     exercise = Exercise(
         folder=folder,
@@ -133,7 +136,13 @@ def _plan_files(folder: Path) -> dict[str, Path]:
     """Return the files of the plans by name."""
     visible, hidden = folder / f"{VISIBLE}.toml", folder / _HIDDEN
     if not visible.is_file():
-        raise GradingError(f"{folder}: there is no {visible.name}, the trials that pupils see")
+        raise GradingError(
+            Message(
+                "{folder}: there is no {visible}, the trials that pupils see",
+                folder=str(folder),
+                visible=visible.name,
+            )
+        )
     names = {
         f"{_HIDDEN}/{each.name.removesuffix(SUFFIX)}": each for each in sorted(hidden.glob(f"*{SUFFIX}"))
     }
@@ -144,8 +153,12 @@ def _read_plan(path: Path) -> Plan:
     plan = read_plan(path, document=Path())  # that of each submission takes its place
     if plan.accept or plan.numbers or plan.samples or plan.success.function:
         raise GradingError(
-            f"{path}: the trials of an exercise call no functions, since these are looked for beside a "
-            f"document: write a criterion with judge = ... in {FILE}"
+            Message(
+                "{path}: the trials of an exercise call no functions, since these are looked for "
+                "beside a document: write a criterion with judge = ... in {file}",
+                path=str(path),
+                file=FILE,
+            )
         )
     return replace(plan, success=replace(plan.success, state=None))  # criteria may look at what comes after
 
@@ -153,19 +166,32 @@ def _read_plan(path: Path) -> Plan:
 def _check(exercise: Exercise, source: str, text: str) -> None:
     """Raise GradingError for what is missing, or named and not there."""
     if not exercise.languages:
-        raise GradingError(f"{place(source, text, 'title')}: write a title, such as en = 'Two states'")
+        raise GradingError(
+            Message("{place}: write a title, such as en = 'Two states'", place=place(source, text, "title"))
+        )
     if not exercise.criteria:
-        raise GradingError(f"{source}: criteria is empty: write what earns points")
+        raise GradingError(Message("{source}: criteria is empty: write what earns points", source=source))
     for language in exercise.languages:
         if not exercise.task(language).is_file():
-            raise GradingError(f"{source}: title.{language}: there is no {exercise.task(language).name}")
+            raise GradingError(
+                Message(
+                    "{source}: title.{language}: there is no {name}",
+                    source=source,
+                    language=language,
+                    name=exercise.task(language).name,
+                )
+            )
     for index, criterion in enumerate(exercise.criteria):
         _check_words(exercise, criterion.asks, place(source, text, "criteria", index, "asks"))
         for name in criterion.trials:
             if name not in exercise.plans:
                 raise GradingError(
-                    f"{place(source, text, 'criteria', index, 'trials')}: there is no plan {name}; there is "
-                    f"{', '.join(exercise.plans)}"
+                    Message(
+                        "{place}: there is no plan {name}; there is {plans}",
+                        place=place(source, text, "criteria", index, "trials"),
+                        name=name,
+                        plans=", ".join(exercise.plans),
+                    )
                 )
         if criterion.after is not None:
             _check_event(exercise, criterion, place(source, text, "criteria", index, "after"))
@@ -174,22 +200,43 @@ def _check(exercise: Exercise, source: str, text: str) -> None:
     for name in exercise.mistakes:
         if not exercise.mistake(name).is_file():
             raise GradingError(
-                f"{place(source, text, 'mistakes', name)}: there is no {exercise.mistake(name)}"
+                Message(
+                    "{place}: there is no {mistake}",
+                    place=place(source, text, "mistakes", name),
+                    mistake=str(exercise.mistake(name)),
+                )
             )
 
 
 def _check_words(exercise: Exercise, words: Mapping[str, str], where: str) -> None:
     missing = [each for each in exercise.languages if each not in words]
     if missing:
-        raise GradingError(f"{where}: it has no words in {', '.join(missing)}, as the title has")
+        raise GradingError(
+            Message(
+                "{where}: it has no words in {missing}, as the title has",
+                where=where,
+                missing=", ".join(missing),
+            )
+        )
 
 
 def _check_event(exercise: Exercise, criterion: Criterion, where: str) -> None:
     for name in criterion.trials or exercise.plans:
         if criterion.after not in exercise.plans[name].disturbances:
             raise GradingError(
-                f"{where}: the plan {name} has no disturbance {criterion.after}: write it there, or "
-                "trials = [...] for those that have it"
+                Message(
+                    "{where}: the plan {name} has no disturbance {after}: write it there, or trials = "
+                    "[...] for those that have it",
+                    where=where,
+                    name=name,
+                    after=str(criterion.after),
+                )
             )
     if criterion.after not in exercise.events:
-        raise GradingError(f"{where}: write what it is called: [events.{criterion.after}] en = ...")
+        raise GradingError(
+            Message(
+                "{where}: write what it is called: [events.{after}] en = ...",
+                where=where,
+                after=str(criterion.after),
+            )
+        )

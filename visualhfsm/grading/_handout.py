@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
+from codegen.messages import Message
 from visualhfsm.trials import SUFFIX
 
 from ._errors import GradingError
@@ -35,7 +36,12 @@ def find_exercise(name: str) -> Path:
     ours = {each.parent.name: each.parent for each in sorted(our_exercises().glob(f"*/{FILE}"))}
     if name not in ours:
         raise GradingError(
-            f"there is no exercise {name}: write a folder with {FILE}, or one of ours: {', '.join(ours)}"
+            Message(
+                "there is no exercise {name}: write a folder with {file}, or one of ours: {ours}",
+                name=name,
+                file=FILE,
+                ours=", ".join(ours),
+            )
         )
     return ours[name]
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from codegen.messages import Message
 from visualhfsm._editing.serialization import parse
 from visualhfsm._html_file import write_html
 from visualhfsm._live.recordings import open_recording
@@ -118,7 +119,7 @@ def _words(text: str) -> str:
 def _frame(marks: Marks, recording: Path) -> str:
     """Return the page of a recording as a frame, with the policy of that page."""
     run = open_recording(recording)
-    document = parse(run.document, "The document cannot be read") if run.document else None
+    document = parse(run.document, Message("The document cannot be read")) if run.document else None
     page = html.escape(run_page(run.exported(document)))
     title = say(marks.language, "all good" if marks.points == marks.of else "worst")
     where = say(marks.language, "trial", plan=marks.worst_plan, number=marks.worst_number)

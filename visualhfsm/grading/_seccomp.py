@@ -11,6 +11,8 @@ import platform
 import struct
 from typing import Final, NamedTuple
 
+from codegen.messages import Message
+
 from ._errors import SandboxUnavailable
 
 _LOAD: Final = 0x20  # load a word of the data about the call
@@ -83,8 +85,12 @@ def make_filter(machine: str = "") -> bytes:
     known = _MACHINES.get(machine)
     if known is None:
         raise SandboxUnavailable(
-            f"there is no filter of system calls for a computer of the kind {machine}: grade on one of "
-            f"{', '.join(_MACHINES)}"
+            Message(
+                "there is no filter of system calls for a computer of the kind {machine}: grade on "
+                "one of {machines}",
+                machine=machine,
+                machines=", ".join(_MACHINES),
+            )
         )
     refuse = _step(_RETURN, _FAIL | errno.EPERM)
     program = [

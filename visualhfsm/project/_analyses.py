@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, resolve
 from codegen.hfsm.document import Document
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._code_help.question import Wanted
 from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._editing.check_process import CheckProcess
@@ -78,12 +80,14 @@ class Analyses:
         """Return the verdict on each property; raises EditError when the model checker did not run."""
         findings = self.check(version)
         if findings.proofs is None:
-            what = f"Cannot prove the properties of {version.title}"
+            what = Message("Cannot prove the properties of {version}", version=version.title)
             if not findings.problems:  # nothing was drawn yet, which is no problem
-                raise EditError(what, "it has no states", "draw some first")
+                raise EditError(what, Message("it has no states"), Message("draw some first"))
             errors = [each.message for each in findings.problems if each.severity == "error"]
             why = errors[0] if errors else findings.problems[-1].message
-            raise EditError(what, why, "fix the errors first" if errors else "make the document smaller")
+            raise EditError(
+                what, why, Message("fix the errors first") if errors else Message("make the document smaller")
+            )
         return [*findings.proofs]
 
     def help_with_code(
@@ -100,8 +104,10 @@ class Analyses:
     def generate(self, version: Version, directory: Path | None) -> Path:
         """Write the component beside the document, or into a directory, and return its file."""
         if version.path is None and directory is None:
-            hint = "save it first, or name a directory"
-            raise EditError("Cannot generate the component", "the document has no file yet", hint)
+            hint = Message("save it first, or name a directory")
+            raise EditError(
+                Message("Cannot generate the component"), Message("the document has no file yet"), hint
+            )
         diagnostics = Diagnostics()
         file, content = self._source(version)
         include = self._tools.include
@@ -120,7 +126,7 @@ class Analyses:
         try:
             return simulate(file, content=content, include=self._tools.include, **options)
         except DocumentInvalid as error:
-            raise VisualHfsmError(str(error)) from error
+            raise VisualHfsmError(reason(error)) from error
 
     def svg(self, version: Version, automaton: int | None) -> str:
         """Return a picture of an automaton, by default of the root; imported ones are drawn, too."""
@@ -133,7 +139,7 @@ class Analyses:
         if automaton is None:
             root = document.root
             if root is None:
-                raise MissingError(f"{version.title} has no automaton to draw")
+                raise MissingError(Message("{version} has no automaton to draw", version=version.title))
             automaton = root.id
         return svg(document, automaton, component=version.component)
 

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._code_help.answers import Completions, Explanation, Signature
 from visualhfsm._editing.commands import Command, decode_command
 from visualhfsm._editing.commands.paste import AddReadyState
@@ -65,7 +67,9 @@ class OpenDocument:
     there when they were called, and keep nobody from changing the document.
     """
 
-    def __init__(self, session: DocumentSession, owner: Owner, remarks: Sequence[str] | None = None) -> None:
+    def __init__(
+        self, session: DocumentSession, owner: Owner, remarks: Sequence[Message] | None = None
+    ) -> None:
         self.remarks: Final = remarks
         """What of a foreign file has no equivalent here; None for a file of ours."""
         self._session = session
@@ -124,11 +128,13 @@ class OpenDocument:
         Listeners are notified at the end, once.
         """
         with self._lock:
-            what = f"Cannot use {self._version.title}"
+            what = Message("Cannot use {version}", version=self._version.title)
             if self._closed:
-                raise EditError(what, "it is closed", "open it again")
+                raise EditError(what, Message("it is closed"), Message("open it again"))
             if self._notifying:
-                raise EditError(what, "its listeners are being notified", "change it after that")
+                raise EditError(
+                    what, Message("its listeners are being notified"), Message("change it after that")
+                )
             self._depth += 1
             try:
                 yield
@@ -148,8 +154,12 @@ class OpenDocument:
                 return self._session.do(command, base)
         several = [_validated(each) for each in commands]
         if not several or base is not None:
-            why = "there is no command" if not several else "only one command at a time has a base"
-            raise EditError("Cannot change the document", why, "pass one command")
+            why = (
+                Message("there is no command")
+                if not several
+                else Message("only one command at a time has a base")
+            )
+            raise EditError(Message("Cannot change the document"), why, Message("pass one command"))
         with self.together():
             before = self._session.document
             self._session.require_all(several)
@@ -258,7 +268,10 @@ class OpenDocument:
     def resolve(self, choice: Choice | str) -> Resolution:
         """Resolve a change of the file by another program: keep `mine`, take `theirs`, or `merge` both."""
         if choice not in {*Choice}:
-            raise EditError("Cannot resolve the change", f"{choice} is none of {', '.join(Choice)}")
+            raise EditError(
+                Message("Cannot resolve the change"),
+                Message("{choice} is none of {choice2}", choice=choice, choice2=", ".join(Choice)),
+            )
         with self.together():
             resolution = self._session.resolve(Choice(choice))
             self._file = "same"
@@ -270,7 +283,9 @@ class OpenDocument:
             if self._closed:
                 return
             if self._session.is_unsaved and not discard:
-                raise UnsavedError(f"{self._version.title} has changes that are not saved")
+                raise UnsavedError(
+                    Message("{version} has changes that are not saved", version=self._version.title)
+                )
             self._session.close(discard=discard)
             self._end()
 
@@ -366,7 +381,7 @@ class OpenDocument:
         try:
             session.resolve(Choice.THEIRS)
         except EditError as error:  # it is not a document, or incomplete: try again
-            return FileChanged(self, "changed", str(error))
+            return FileChanged(self, "changed", error.message)
         return FileChanged(self, "reloaded")
 
     def _settle(self) -> None:
@@ -401,4 +416,4 @@ def _validated(command: Command) -> Command:
     try:
         return decode_command(msgspec.json.encode(command))
     except (TypeError, UnicodeEncodeError) as error:
-        raise EditError("Cannot understand the command", str(error)) from error
+        raise EditError(Message("Cannot understand the command"), reason(error)) from error

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING, Literal
 
+from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._editing.problems import Findings
 
 from ._version import Version
@@ -45,7 +46,7 @@ class FileChanged:
 
     document: OpenDocument
     state: Literal["reloaded", "changed", "deleted", "same"]
-    message: str = ""
+    message: Message = NO_MESSAGE
 
 
 @dataclass(frozen=True, slots=True)

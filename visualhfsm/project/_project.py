@@ -12,6 +12,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 from codegen.hfsm.scxml import is_scxml
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._editing.serialization import import_scxml, parse
@@ -124,7 +126,9 @@ class Project:
     def require_room(self) -> None:
         """Raise TooManyError when no more documents can be opened."""
         if self._most is not None and len(self._documents) >= self._most:
-            raise TooManyError(f"{len(self._documents)} documents are open; close one first")
+            raise TooManyError(
+                Message("{count} documents are open; close one first", count=len(self._documents))
+            )
 
     def open(self, path: str | Path) -> OpenDocument:
         """Open a document in any format, relative to the root; one that is open already is returned.
@@ -136,7 +140,7 @@ class Project:
             if (known := self.find(file)) is not None:
                 return known
             if not file.is_file():
-                raise MissingError(f"there is no file {path}")
+                raise MissingError(Message("there is no file {path}", path=str(path)))
             content, _ = read_file(file)
             if is_scxml(file.name, content):
                 return self._import(file.name, content)
@@ -149,7 +153,7 @@ class Project:
         """
 
         def make() -> DocumentSession:
-            document = parse(text, f"Cannot open {name}")
+            document = parse(text, Message("Cannot open {name}", name=name))
             title = name if kept else self._free_title(stem(name))
             return DocumentSession.new(document, title, journals=self.journals, kept=kept)
 
@@ -209,7 +213,9 @@ class Project:
         try:
             found = [*place.iterdir()]
         except OSError as error:
-            raise MissingError(f"{place.name} cannot be listed: {error.strerror}") from error
+            raise MissingError(
+                Message("{place} cannot be listed: {reason}", place=place.name, reason=reason(error))
+            ) from error
         shown = [each for path in found if (each := self._entry(path)) is not None]
         shown.sort(key=lambda each: (each.kind != "directory", each.path.name))
         return shown[:_MOST_ENTRIES]
@@ -277,14 +283,16 @@ class Project:
         file = self.file(path)
         with self._opening:
             if self.find(file) not in {None, document}:
-                raise WouldOverwriteError(f"{path} is open, too; close that document first")
+                raise WouldOverwriteError(
+                    Message("{path} is open, too; close that document first", path=str(path))
+                )
             if file.exists() and file != document.path and not overwrite:
-                raise WouldOverwriteError(f"{path} already exists")
+                raise WouldOverwriteError(Message("{path} already exists", path=str(path)))
             try:
                 file.parent.mkdir(parents=True, exist_ok=True)
             except OSError as error:
-                what = f"Cannot create the folder {file.parent.name}"
-                raise EditError(what, error.strerror or str(error), "choose another name") from error
+                what = Message("Cannot create the folder {parent}", parent=file.parent.name)
+                raise EditError(what, reason(error), Message("choose another name")) from error
             yield file
 
     def forget(self, document: OpenDocument) -> None:
@@ -293,9 +301,15 @@ class Project:
 
     # -- parts ---------------------------------------------------------------------------------------------
 
-    def _add(self, make: Callable[[], DocumentSession], remarks: Sequence[str] | None = None) -> OpenDocument:
+    def _add(
+        self, make: Callable[[], DocumentSession], remarks: Sequence[Message] | None = None
+    ) -> OpenDocument:
         if self._closed:
-            raise EditError("Cannot open a document", "the project is closed", "make another Project")
+            raise EditError(
+                Message("Cannot open a document"),
+                Message("the project is closed"),
+                Message("make another Project"),
+            )
         self.require_room()
         opened = OpenDocument(make(), self, remarks)
         self._documents.append(opened)
@@ -318,7 +332,7 @@ class Project:
         if name not in self._abandoned:
             self.recoverable()
         if name not in self._abandoned:
-            raise MissingError(f"{name} cannot be recovered any more")
+            raise MissingError(Message("{name} cannot be recovered any more", name=name))
         return self._abandoned[name].file
 
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from codegen.hfsm.source_map import SourceMap
+from codegen.messages import NO_MESSAGE, Message
 from hfsm_runtime import Component
 from hfsm_runtime.component import source_of
 from visualhfsm._editing.places import Place, Spot, spots
@@ -60,7 +61,7 @@ class Lines:
         self._behaviors: list[Behavior] = []
         self._error: BaseException | None = None
         """The exception by which the present test has failed."""
-        self.unmeasured = ""
+        self.unmeasured = NO_MESSAGE
         """Why nothing is measured in the present test; empty if it is."""
 
     @pytest.hookimpl(tryfirst=True)
@@ -71,7 +72,7 @@ class Lines:
         self._files.clear()
         self._ran.clear()
         self._error = None
-        self.unmeasured = ""
+        self.unmeasured = NO_MESSAGE
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_makereport(self, call: pytest.CallInfo[None]) -> None:
@@ -104,7 +105,7 @@ class Lines:
             try:
                 code = _code_of(document, document.stat().st_mtime_ns, file, text)
             except (DocumentInvalid, OSError):
-                self.unmeasured = f"{document.name} was changed by a test"
+                self.unmeasured = Message("{file} was changed by a test", file=document.name)
                 continue
             for place, version, lines in code:
                 yield CodeRun(
@@ -130,10 +131,10 @@ class Lines:
         try:
             from coverage import Coverage
         except ImportError:
-            self.unmeasured = "coverage is not installed: pip install 'visualhfsm[test]'"
+            self.unmeasured = Message("coverage is not installed: pip install 'visualhfsm[test]'")
             return
         if sys.gettrace() is not None or Coverage.current() is not None:
-            self.unmeasured = "another program measures or debugs these tests"
+            self.unmeasured = Message("another program measures or debugs these tests")
             return
         if self._coverage is None:
             self._coverage = Coverage(

@@ -10,6 +10,7 @@ import msgspec
 import pytest
 
 from visualhfsm._editing.places import Place
+from visualhfsm._languages import encode_message
 from visualhfsm._test_results import CodeRun, Hit, TestResult
 from visualhfsm.simulation import Behavior
 
@@ -90,7 +91,7 @@ class Results:
 
     def _write(self, result: TestResult) -> None:
         with self._path.open("ab") as file:
-            file.write(msgspec.json.encode(result) + b"\n")
+            file.write(msgspec.json.encode(result, enc_hook=encode_message) + b"\n")
 
 
 def _reason(report: pytest.TestReport) -> str:

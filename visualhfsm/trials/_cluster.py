@@ -11,6 +11,9 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, Final
 
+from codegen.messages import Message
+from codegen.reasons import reason
+
 from ._errors import TrialsError
 from ._outcomes import Outcome, versions
 from ._processes import run_task
@@ -39,7 +42,7 @@ class Cluster:
             from distributed import Client, KilledWorker  # needs the package Dask
         except ModuleNotFoundError as error:
             raise TrialsError(
-                "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
+                Message("a cluster needs the package distributed: pip install 'visualhfsm[cluster]'")
             ) from error
         self._address = address
         self.lost: Final[tuple[type[BaseException], ...]] = (KilledWorker,)
@@ -49,7 +52,13 @@ class Cluster:
             try:
                 self._client: Any = Client(address, timeout=_CONNECT_LIMIT, set_as_default=False)
             except (OSError, ValueError) as error:
-                raise TrialsError(f"the cluster at {address} cannot be reached: {error}") from error
+                raise TrialsError(
+                    Message(
+                        "the cluster at {address} cannot be reached: {reason}",
+                        address=address,
+                        reason=reason(error),
+                    )
+                ) from error
         self._log = logging.getLogger("distributed")
         self._log_level = self._log.level
         self._log.setLevel(logging.CRITICAL)  # each of its errors is raised here, too, and says it in a line
@@ -71,7 +80,7 @@ class Cluster:
     def check(self) -> None:
         """Raise TrialsError when the scheduler, or every worker, has been lost."""
         if self._client.status != "running":
-            raise self._left("its scheduler does not answer any more")
+            raise self._left(Message("its scheduler does not answer any more"))
         now = time.monotonic()
         if now - self._looked < _CHECK_PERIOD:
             return
@@ -79,12 +88,16 @@ class Cluster:
         if self._count():
             self._seen = now
         elif now - self._seen > _NO_WORKER_LIMIT:
-            raise self._left(f"it has had no worker for {_NO_WORKER_LIMIT:g} s")
+            raise self._left(Message("it has had no worker for {limit:g} s", limit=_NO_WORKER_LIMIT))
 
-    def _left(self, why: str) -> TrialsError:
+    def _left(self, why: Message) -> TrialsError:
         return TrialsError(
-            f"the cluster at {self._address} is lost: {why}. What is done is kept, and the same command goes "
-            "on, with any cluster or without"
+            Message(
+                "the cluster at {address} is lost: {why}. What is done is kept, and the same command "
+                "goes on, with any cluster or without",
+                address=self._address,
+                why=why,
+            )
         )
 
     def _send(self, snapshot: Snapshot) -> Any:  # noqa: ANN401 - a future of Dask
@@ -98,7 +111,9 @@ class Cluster:
         try:
             seen = self._client.sync(self._client.scheduler.identity, callback_timeout=_CONNECT_LIMIT)
         except OSError as error:  # also when it takes too long
-            raise self._left(f"its scheduler does not answer: {error}") from error
+            raise self._left(
+                Message("its scheduler does not answer: {reason}", reason=reason(error))
+            ) from error
         return len(seen["workers"])
 
 
@@ -132,27 +147,51 @@ def _look_at(address: str) -> tuple[dict[str, object], int]:
             return aside.submit(asyncio.run, asyncio.wait_for(look(), _LOOK_LIMIT)).result()
     except TimeoutError as error:
         raise TrialsError(
-            f"the cluster at {address} cannot be reached: not all of it answers within {_LOOK_LIMIT:g} s"
+            Message(
+                "the cluster at {address} cannot be reached: not all of it answers within {look_limit:g} s",
+                address=address,
+                look_limit=_LOOK_LIMIT,
+            )
         ) from error
     except (OSError, ValueError) as error:
-        raise TrialsError(f"the cluster at {address} cannot be reached: {error}") from error
+        raise TrialsError(
+            Message(
+                "the cluster at {address} cannot be reached: {reason}", address=address, reason=reason(error)
+            )
+        ) from error
 
 
 def _compare_versions(address: str, found: Mapping[str, object]) -> None:
     if not found:
         raise TrialsError(
-            f"the cluster at {address} has no workers: start some, with `dask worker {address}`"
+            Message(
+                "the cluster at {address} has no workers: start some, with `dask worker {address}`",
+                address=address,
+            )
         )
     here = versions()
     for worker, theirs in found.items():
         if not isinstance(theirs, dict):
-            raise TrialsError(f"the worker {worker} cannot run trials, install visualhfsm there: {theirs!r}")
+            raise TrialsError(
+                Message(
+                    "the worker {worker} cannot run trials, install visualhfsm there: {theirs!r}",
+                    worker=worker,
+                    theirs=str(theirs),
+                )
+            )
         different = [
             f"{name} {theirs.get(name, 'is missing')}" for name in here if theirs.get(name) != here[name]
         ]
         if different:
             mine = ", ".join(f"{name} {here[name]}" for name in here)
-            raise TrialsError(f"the worker {worker} has {', '.join(different)}; here are {mine}")
+            raise TrialsError(
+                Message(
+                    "the worker {worker} has {different}; here are {mine}",
+                    worker=worker,
+                    different=", ".join(different),
+                    mine=mine,
+                )
+            )
 
 
 def _hold(snapshot: Snapshot) -> Snapshot:

@@ -9,6 +9,8 @@ from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from hfsm_runtime.component import proxies_of
 from hfsm_runtime.virtual.errors import UnknownName
 from naoserver.errors import InvalidCommand
@@ -43,7 +45,7 @@ class Disturbances:
     def _action(self, what: Disturbance, numbers: Mapping[str, float]) -> Callable[[], None]:
         """Return what happens."""
         if what.push is not None:
-            stage = self._stage('only the simulated robot can be pushed: write robot = "sim"')
+            stage = self._stage(Message('only the simulated robot can be pushed: write robot = "sim"'))
             return partial(_push, stage, numbers["push"], numbers["direction"], numbers["seconds"])
         if what.move is not None:
             places = [
@@ -64,21 +66,38 @@ class Disturbances:
             try:
                 ball = self._behavior.robot.ball(name)
             except UnknownName as error:
-                raise TrialsError(f"{name} cannot be carried: {error}") from error
+                raise TrialsError(
+                    Message("{name} cannot be carried: {reason}", name=name, reason=reason(error))
+                ) from error
             return partial(ball.place, **places[0]) if speed is None else _Carrier(self, ball, places, speed)
         if not axes <= {"x", "y", "z"}:
             raise TrialsError(
-                f"{name} cannot be moved to {', '.join(axes)}: write x, y and z, or {', '.join(CARRIED)}"
+                Message(
+                    "{name} cannot be moved to {axes}: write x, y and z, or {carried}",
+                    name=name,
+                    axes=", ".join(axes),
+                    carried=", ".join(CARRIED),
+                )
             )
-        stage = self._stage(f"the fake robot has no {name} with x, y and z: write {', '.join(CARRIED)}")
+        stage = self._stage(
+            Message(
+                "the fake robot has no {name} with x, y and z: write {carried}",
+                name=name,
+                carried=", ".join(CARRIED),
+            )
+        )
         if name not in stage.objects:
             known = ", ".join(stage.objects) or "none"
             raise TrialsError(
-                f"{name} cannot be moved: there is no such thing in the world; there are {known}"
+                Message(
+                    "{name} cannot be moved: there is no such thing in the world; there are {known}",
+                    name=name,
+                    known=known,
+                )
             )
         return partial(_put, stage, name, places[0])
 
-    def _stage(self, otherwise: str) -> Stage:
+    def _stage(self, otherwise: Message) -> Stage:
         stage = self._behavior.robot.device.stage
         if stage is None:
             raise TrialsError(otherwise)
@@ -125,7 +144,9 @@ def _put(stage: Stage, name: str, to: Mapping[str, float]) -> None:
     try:
         stage.place_object(name, (place["x"], place["y"], place["z"]))
     except InvalidCommand as error:
-        raise TrialsError(f"{name} cannot be moved there: {error}") from error
+        raise TrialsError(
+            Message("{name} cannot be moved there: {reason}", name=name, reason=reason(error))
+        ) from error
 
 
 class _Carrier:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Final
+
+from codegen.messages import Message, any_of, joined
 
 from ._messages import Fact, PlanFacts
 from ._plan import Disturbance, Plan
@@ -30,68 +32,87 @@ def facts_of(plan: Plan, file: str) -> PlanFacts:
         varies=_facts((name, in_words(each)) for name, each in quantities if varies(each)),
         fixed=_facts((name, in_words(each)) for name, each in quantities if not varies(each)),
         happens=_facts((name, _event(each)) for name, each in plan.disturbances.items()),
-        counts=[_cut(words) for words in _conditions(plan)],
+        counts=[*_conditions(plan)],
         measures=[_cut(name) for name in islice((*plan.numbers, *plan.samples), _MOST_FACTS)],
     )
 
 
-def in_words(quantity: Quantity) -> str:
+def in_words(quantity: Quantity) -> Message:
     """Return what a quantity is, such as `between 0 and 2`."""
     if isinstance(quantity, Same):
-        return f"as {quantity.same}"
+        return Message("as {other}", other=quantity.same)
     if isinstance(quantity, tuple):
         shown = [_value(each) for each in quantity[:_MOST_CHOICES]]
         if len(quantity) > len(shown):
-            return f"{', '.join(shown)}, … ({len(quantity)} values)"
-        return f"{', '.join(shown[:-1])} or {shown[-1]}" if len(shown) > 1 else shown[0]
+            return Message("{values}, … ({count} values)", values=joined(", ", shown), count=len(quantity))
+        return any_of(shown)
     return _spread(quantity) if isinstance(quantity, Spread) else _value(quantity)
 
 
-def _spread(spread: Spread) -> str:
-    ends = [
-        f"{word} {_value(end)}"
-        for word, end in (("at least", spread.lowest), ("at most", spread.highest))
-        if end is not None
-    ]
+def _spread(spread: Spread) -> Message:
     if spread.mean is not None and spread.deviation is not None:
-        normal = f"normal, {_value(spread.mean)} ± {_value(spread.deviation)}"
-        return ", ".join([normal, *ends])
-    kind = ", by powers of ten" if spread.log else ", whole" if spread.whole else ""
-    return f"{_value(spread.lowest)} to {_value(spread.highest)}{kind}"
+        mean, deviation = _value(spread.mean), _value(spread.deviation)
+        parts = [Message("normal, {mean} ± {deviation}", mean=mean, deviation=deviation)]
+        if spread.lowest is not None:
+            parts.append(Message("at least {value}", value=_value(spread.lowest)))
+        if spread.highest is not None:
+            parts.append(Message("at most {value}", value=_value(spread.highest)))
+        return joined(", ", parts)
+    ends = {"lowest": _value(spread.lowest), "highest": _value(spread.highest)}
+    if spread.log:
+        return Message("{lowest} to {highest}, by powers of ten", **ends)
+    if spread.whole:
+        return Message("{lowest} to {highest}, whole", **ends)
+    return Message("{lowest} to {highest}", **ends)
 
 
-def _event(event: Disturbance) -> str:
-    at = f"at {in_words(event.at)} s"
-    lasts = f" for {in_words(event.seconds)} s"
+def _event(event: Disturbance) -> Message:
+    at, lasts = in_words(event.at), in_words(event.seconds)
     if event.push is not None:
-        return f"{at}: a push of {in_words(event.push)} N{lasts}"
+        push = in_words(event.push)
+        return Message("at {at} s: a push of {push} N for {lasts} s", at=at, push=push, lasts=lasts)
     if event.move is not None:
         places = event.to if isinstance(event.to, tuple) else (event.to,)
-        words = (", ".join(f"{name} {in_words(each)}" for name, each in place.items()) for place in places)
-        return f"{at}: {event.move} is put elsewhere: {'; or '.join(words)}"
+        words = [
+            joined(", ", [joined(" ", [name, in_words(each)]) for name, each in place.items()])
+            for place in places
+        ]
+        where, thing = _one_of(words), event.move
+        return Message("at {at} s: {thing} is put elsewhere: {where}", at=at, thing=thing, where=where)
     if event.offline is not None:
-        return f"{at}: {', '.join(event.offline) or 'all servants'} offline{lasts}"
-    return f"{at}: pictures {in_words(event.late if event.late is not None else 0.0)} s late{lasts}"
+        what = Message.verbatim(", ".join(event.offline)) if event.offline else Message("all servants")
+        return Message("at {at} s: {what} offline for {lasts} s", at=at, what=what, lasts=lasts)
+    late = in_words(event.late if event.late is not None else 0.0)
+    return Message("at {at} s: pictures {late} s late for {lasts} s", at=at, late=late, lasts=lasts)
 
 
-def _conditions(plan: Plan) -> Iterator[str]:
+def _one_of(places: Sequence[Message]) -> Message:
+    first, *others = places
+    return Message("{first}; or {others}", first=first, others=_one_of(others)) if others else first
+
+
+def _conditions(plan: Plan) -> Iterator[Message]:
     success = plan.success
     if success.upright and plan.robot != "none":
-        yield "the robot does not fall"
+        yield Message("the robot does not fall")
     if success.properties:
-        yield "the properties of the document hold"
+        yield Message("the properties of the document hold")
     if success.function is not None:
-        yield f"{success.function} calls it good"
+        yield Message("{function} calls it good", function=_cut(success.function))
 
 
-def _facts(found: Iterable[tuple[str, str]]) -> list[Fact]:
-    return [Fact(_cut(name), _cut(words)) for name, words in islice(found, _MOST_FACTS)]
+def _facts(found: Iterable[tuple[str, Message]]) -> list[Fact]:
+    return [Fact(_cut(name), _short(words)) for name, words in islice(found, _MOST_FACTS)]
 
 
-def _value(value: object) -> str:
+def _value(value: object) -> Message:
     if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
+        return Message("yes") if value else Message("no")
+    return Message.verbatim(f"{value:g}" if isinstance(value, int | float) else str(value))
+
+
+def _short(words: Message) -> Message:
+    return words if len(words) <= _LONGEST_WORDS else Message.verbatim(_cut(words))
 
 
 def _cut(text: str) -> str:

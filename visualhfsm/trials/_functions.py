@@ -8,6 +8,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from hfsm_runtime.loading import load_module
 
 from ._errors import TrialsError
@@ -31,11 +33,20 @@ def load_function(reference: str, folder: Path) -> Callable[..., Any]:
     file, _, name = reference.rpartition(":")
     path = (folder / file).resolve()
     if not path.is_file():
-        raise TrialsError(f"{reference}: there is no file {path}")
+        raise TrialsError(
+            Message("{reference}: there is no file {path}", reference=reference, path=str(path))
+        )
     module = _load(path, path.stat().st_mtime_ns)
     function = getattr(module, name, None)
     if not callable(function):
-        raise TrialsError(f"{reference}: {path.name} defines no function {name}")
+        raise TrialsError(
+            Message(
+                "{reference}: {path} defines no function {name}",
+                reference=reference,
+                path=path.name,
+                name=name,
+            )
+        )
     return function  # type: ignore[no-any-return]
 
 
@@ -44,4 +55,11 @@ def _load(path: Path, changed: int) -> ModuleType:  # noqa: ARG001 - loaded agai
     try:
         return load_module(f"_trials_{path.stem}", path)
     except Exception as error:
-        raise TrialsError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error
+        raise TrialsError(
+            Message(
+                "{path}: cannot be loaded: {name}: {reason}",
+                path=str(path),
+                name=type(error).__name__,
+                reason=reason(error),
+            )
+        ) from error

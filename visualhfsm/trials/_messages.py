@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import UNSET, UnsetType
 
+from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._services import Push
 
 from ._outcomes import Change
@@ -115,7 +116,7 @@ class Fact(_View, frozen=True):
     """A name in a plan, and what it is in words."""
 
     name: str
-    words: str
+    words: Message
 
 
 class PlanFacts(_View, frozen=True):
@@ -131,7 +132,7 @@ class PlanFacts(_View, frozen=True):
     varies: list[Fact]
     fixed: list[Fact]
     happens: list[Fact]
-    counts: list[str]
+    counts: list[Message]
     """What else a trial must do to succeed."""
     measures: list[str]
 
@@ -151,7 +152,7 @@ class TrialsPush(Push, tag="trials"):
     workers: int = 0
     left: float | None = None
     outdated: bool = False
-    error: str = ""
+    error: Message = NO_MESSAGE
     recording: int | None = None
     recorded: int | None = None
     file: str = ""
@@ -194,4 +195,4 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     view: TrialsView | UnsetType | None = UNSET
     left: float | None = None
     outdated: bool = False
-    error: str = ""
+    error: Message = NO_MESSAGE

@@ -17,6 +17,9 @@ from typing import BinaryIO, Final, Self
 
 import msgspec
 
+from codegen.messages import Message
+from codegen.reasons import reason
+
 from ._errors import TrialsError
 from ._quantities import Value
 
@@ -86,7 +89,11 @@ class Record:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("a+b", buffering=0)
         except OSError as error:
-            raise TrialsError(f"{path}: outcomes cannot be kept there: {error.strerror}") from error
+            raise TrialsError(
+                Message(
+                    "{path}: outcomes cannot be kept there: {reason}", path=str(path), reason=reason(error)
+                )
+            ) from error
         try:
             self._begin(header, again=again)
         except BaseException:
@@ -97,12 +104,17 @@ class Record:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            raise TrialsError(f"{self.path}: another process writes outcomes to it now") from error
+            raise TrialsError(
+                Message("{path}: another process writes outcomes to it now", path=str(self.path))
+            ) from error
         found = None if again else read_header(self.path)
         if found is not None and found != header:
             raise TrialsError(
-                f"{self.path} has outcomes of another plan, document or version: --again replaces them, and "
-                "--out writes elsewhere"
+                Message(
+                    "{path} has outcomes of another plan, document or version: --again replaces them, "
+                    "and --out writes elsewhere",
+                    path=str(self.path),
+                )
             )
         if found is None:
             self._file.truncate(0)
@@ -129,11 +141,16 @@ class Record:
         try:
             if self._file.write(line) == len(line):
                 return
-            why = "the disk is full"
+            why = Message("the disk is full")
         except OSError as error:
-            why = error.strerror or str(error)
+            why = reason(error)
         raise TrialsError(
-            f"{self.path}: {name} cannot be kept: {why}; the same command goes on with what is there"
+            Message(
+                "{path}: {name} cannot be kept: {why}; the same command goes on with what is there",
+                path=str(self.path),
+                name=name,
+                why=why,
+            )
         )
 
 
@@ -158,7 +175,9 @@ def read_header(path: Path) -> Header | None:
     try:
         return msgspec.json.decode(line, type=Header)
     except msgspec.MsgspecError as error:
-        raise TrialsError(f"{path} is no file of outcomes: {error}") from error
+        raise TrialsError(
+            Message("{path} is no file of outcomes: {reason}", path=str(path), reason=reason(error))
+        ) from error
 
 
 def read_outcomes(path: Path) -> Iterator[Outcome]:
@@ -171,11 +190,20 @@ def read_outcomes(path: Path) -> Iterator[Outcome]:
             try:
                 yield msgspec.json.decode(line, type=Outcome)
             except msgspec.MsgspecError as error:
-                raise TrialsError(f"{path}:{number}: no outcome of a trial: {error}") from error
+                raise TrialsError(
+                    Message(
+                        "{path}:{number}: no outcome of a trial: {reason}",
+                        path=str(path),
+                        number=number,
+                        reason=reason(error),
+                    )
+                ) from error
 
 
 def _reading(path: Path) -> BinaryIO:
     try:
         return path.open("rb")
     except OSError as error:
-        raise TrialsError(f"{path}: cannot be read: {error.strerror}") from error
+        raise TrialsError(
+            Message("{path}: cannot be read: {reason}", path=str(path), reason=reason(error))
+        ) from error

@@ -9,6 +9,7 @@ from typing import Final
 
 import msgspec
 
+from codegen.messages import Message
 from visualhfsm._editing.serialization import parse
 from visualhfsm._html_file import html_file, write_html
 from visualhfsm._live.recordings import open_recording
@@ -43,7 +44,7 @@ def write_trials_page(
             recording = Path(recordings) / f"{row.number}.mcap"
             record(row.number, recording)
             run = open_recording(recording)
-            document = parse(run.document, "The document cannot be read") if run.document else None
+            document = parse(run.document, Message("The document cannot be read")) if run.document else None
             page = folder / f"{row.number}.html"
             write_run_page(page, run.exported(document))
             pages[row.number] = f"{folder.name}/{page.name}"

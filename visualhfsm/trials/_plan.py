@@ -15,11 +15,12 @@ from typing import Annotated, Any, Final, Literal
 import msgspec
 from msgspec import Meta, Struct
 
+from codegen.messages import Message
 from visualhfsm.simulation import CameraKind, RobotKind
 from zenoh_ice.toml_file import parse_toml, read_text
 from zenoh_ice.toml_file import place as place_in
 
-from ._errors import TrialsError
+from ._errors import TrialsError, wrong_plan
 from ._quantities import Choice, Quantity, Same, Spread, Value, Values, draw_all, read_quantities, varies
 
 SUFFIX: Final = ".trials.toml"
@@ -183,8 +184,11 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
         for key, name, column in columns:
             if column in taken:
                 raise TrialsError(
-                    f"{where(key, name)}: the table of trials has a column {column} already: "
-                    "write another name"
+                    Message(
+                        "{where}: the table of trials has a column {column} already: write another name",
+                        where=where(key, name),
+                        column=column,
+                    )
                 )
             taken.add(column)
 
@@ -194,7 +198,13 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
             values = draw_all(self.quantities, f"{self.seed}/{number}/{attempt}")
             if accept is None or accept(values):
                 return values
-        raise TrialsError(f"{self.accept} accepted none of {_MOST_DRAWS} draws: widen the ranges of the plan")
+        raise TrialsError(
+            Message(
+                "{accept} accepted none of {most_draws} draws: widen the ranges of the plan",
+                accept=str(self.accept),
+                most_draws=_MOST_DRAWS,
+            )
+        )
 
     def seed_of(self, number: int) -> int:
         """Return the seed of noise and of the user's random numbers in a trial."""
@@ -213,25 +223,45 @@ def read_plan(path: Path, *, document: Path | None = None) -> Plan:
 
     Raises TrialsError with file, line and key.
     """
-    text, source = read_text(path, TrialsError), str(path)
-    file = parse_toml(text, _File, source, TrialsError)
+    text, source = read_text(path, wrong_plan), str(path)
+    file = parse_toml(text, _File, source, wrong_plan)
     fields: dict[str, Any] = {name: getattr(file, name) for name in Plan.__struct_fields__}
     for section in ("scene", "parameters"):
-        fields[section] = read_quantities(fields[section], section, source, text, TrialsError)
+        fields[section] = read_quantities(fields[section], section, source, text, wrong_plan)
     plan = Plan(**fields)
     plan.check_names(partial(place_in, source, text))
     own = {name: each for name, each in plan.quantities.items() if not isinstance(each, Same)}
     for name, each in plan.quantities.items():
         if isinstance(each, Same) and each.same not in own:
-            raise TrialsError(f"{path}: {name}: there is no quantity {each.same} that has its own value")
+            raise TrialsError(
+                Message(
+                    "{path}: {name}: there is no quantity {same} that has its own value",
+                    path=str(path),
+                    name=name,
+                    same=each.same,
+                )
+            )
         if isinstance(each, Same) and not each.fits(own[each.same]):
-            raise TrialsError(f"{path}: {name}: {each.same} is no number, so it has no deviation")
+            raise TrialsError(
+                Message(
+                    "{path}: {name}: {same} is no number, so it has no deviation",
+                    path=str(path),
+                    name=name,
+                    same=each.same,
+                )
+            )
     if document is not None:
         return msgspec.structs.replace(plan, document=str(document))
     name = file.document or path.name.removesuffix(SUFFIX) + ".xml"
     document = path.parent / name
     if not document.is_file():
-        raise TrialsError(f"{path}: there is no document {document}: write document = ...")
+        raise TrialsError(
+            Message(
+                "{path}: there is no document {document}: write document = ...",
+                path=str(path),
+                document=str(document),
+            )
+        )
     return msgspec.structs.replace(plan, document=str(document))
 
 

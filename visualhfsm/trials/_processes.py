@@ -12,6 +12,8 @@ from typing import Final
 
 import msgspec
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
 
 from ._errors import TrialsError
@@ -45,15 +47,17 @@ class Processes:
         try:
             return self._ask(task, task.plan.patience)
         except KilledError:
-            reason = f"its process was killed {_ATTEMPTS} times, perhaps for want of memory"
+            ended = f"its process was killed {_ATTEMPTS} times, perhaps for want of memory"
         except TooSlowError:
-            reason = f"took more than {task.plan.patience:g} s"
+            ended = f"took more than {task.plan.patience:g} s"
         except NoAnswerError:
-            reason = "ended its process"
+            ended = "ended its process"
         try:
-            return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=reason)
+            return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=ended)
         except NoAnswerError as error:
-            raise TrialsError(f"trial {task.number} cannot be drawn: {error}") from error
+            raise TrialsError(
+                Message("trial {number} cannot be drawn: {reason}", number=task.number, reason=reason(error))
+            ) from error
 
     def _ask(self, task: Task, patience: float) -> Outcome:
         """Return the outcome of a task, which is asked for again when its process is killed meanwhile."""
@@ -67,12 +71,12 @@ class Processes:
                 if attempt == _ATTEMPTS:
                     raise
         if answer.outcome is None:
-            raise TrialsError(answer.refused)
+            raise TrialsError(Message.verbatim(answer.refused))
         return answer.outcome
 
     def _answer(self, task: Task, patience: float) -> Answer:
         if self._closed:
-            raise TrialsError("the trials have been ended")
+            raise TrialsError(Message("the trials have been ended"))
         answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
         try:
             return msgspec.json.decode(answer, type=Answer)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from codegen.reasons import reason
 from hfsm_runtime.debugger.snapshot import structure_of, take_snapshot
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.recording_file.messages import (
@@ -55,7 +56,7 @@ class BehaviorRecording(Observer):
         try:
             self._writer = RecordingWriter.watching(path, behavior.name, text)
         except RecordingFailedError as error:
-            raise VisualHfsmError(str(error)) from error
+            raise VisualHfsmError(reason(error)) from error
         self._calls = 0
         self._pictured: dict[str, float] = {}
         self._changed = False

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from naoserver.errors import RobotError
 
 from ._errors import TrialsError
@@ -48,24 +50,37 @@ class Scene:
     def _take(self, name: str, value: Value) -> None:
         thing, dot, coordinate = name.rpartition(".")
         if self._robot == "none":
-            raise TrialsError(f'{name}: these trials have no robot; write robot = "sim" or "fake"')
+            raise TrialsError(
+                Message('{name}: these trials have no robot; write robot = "sim" or "fake"', name=name)
+            )
         if not dot:
             kind = _SETTINGS.get(name)
             if kind is None or (self._robot == "fake" and name not in _FAKE):
                 known = ", ".join(each for each in _SETTINGS if self._robot == "sim" or each in _FAKE)
                 raise TrialsError(
-                    f"{name}: there is no such quantity of a scene; there are {known}, and places"
+                    Message(
+                        "{name}: there is no such quantity of a scene; there are {known}, and places",
+                        name=name,
+                        known=known,
+                    )
                 )
             if not isinstance(value, kind):
+                wanted = Message("true or false") if kind is bool else Message("a text")
                 raise TrialsError(
-                    f"{name} = {value!r}: write {'true or false' if kind is bool else 'a text'}"
+                    Message("{name} = {value!r}: write {wanted}", name=name, value=value, wanted=wanted)
                 )
             self.settings[name] = value
             return
         if isinstance(value, bool | str):
-            raise TrialsError(f"{name} = {value!r}: write a number")
+            raise TrialsError(Message("{name} = {value!r}: write a number", name=name, value=value))
         if self._robot == "fake" and coordinate not in CARRIED:
-            raise TrialsError(f"{name}: the fake robot has balls with {', '.join(CARRIED)}, and nothing else")
+            raise TrialsError(
+                Message(
+                    "{name}: the fake robot has balls with {carried}, and nothing else",
+                    name=name,
+                    carried=", ".join(CARRIED),
+                )
+            )
         self._places.setdefault(thing, {})[coordinate] = float(value)
 
     def _world(self) -> World:
@@ -83,7 +98,7 @@ class Scene:
                     world = _with_thing(world, thing, place)
             return world
         except (RobotError, ValueError) as error:
-            raise TrialsError(f"the scene is not possible: {error}") from error
+            raise TrialsError(Message("the scene is not possible: {reason}", reason=reason(error))) from error
 
 
 def _with(world: World, **fields: object) -> World:
@@ -103,7 +118,9 @@ def _with_thing(world: World, name: str, place: Mapping[str, float]) -> World:
                 )
                 return _with(world, **{kind: tuple(things)})
     known = ", ".join(("robot", "light", *world.names))
-    raise TrialsError(f"{name}: there is no such thing in the world; there are {known}")
+    raise TrialsError(
+        Message("{name}: there is no such thing in the world; there are {known}", name=name, known=known)
+    )
 
 
 def _moved(
@@ -123,7 +140,14 @@ def _moved(
         elif key in others:
             fields[key] = value
         else:
-            raise TrialsError(f"{name}.{key}: there is {', '.join((*position, *others))}")
+            raise TrialsError(
+                Message(
+                    "{name}.{key}: there is {value}",
+                    name=name,
+                    key=key,
+                    value=", ".join((*position, *others)),
+                )
+            )
     return msgspec.structs.replace(thing, **fields)
 
 
@@ -131,6 +155,13 @@ def _carried(ball: Any, place: Mapping[str, float]) -> Any:  # noqa: ANN401 - a 
     start = list(ball.start)
     for key, value in place.items():
         if key not in CARRIED:
-            raise TrialsError(f"{ball.name}.{key}: it is carried, and has {', '.join(CARRIED)}")
+            raise TrialsError(
+                Message(
+                    "{ball}.{key}: it is carried, and has {carried}",
+                    ball=ball.name,
+                    key=key,
+                    carried=", ".join(CARRIED),
+                )
+            )
         start[CARRIED.index(key)] = value
     return msgspec.structs.replace(ball, start=tuple(start))

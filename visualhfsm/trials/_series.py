@@ -14,6 +14,9 @@ from typing import Final, NamedTuple, Protocol
 
 import msgspec
 
+from codegen.messages import Message
+from codegen.reasons import reason
+
 from ._cluster import Cluster
 from ._errors import TrialsError
 from ._outcomes import Header, Outcome, Record, versions
@@ -142,14 +145,21 @@ def run_tasks(
                 except pool.lost as error:
                     if attempt == _ATTEMPTS:
                         raise TrialsError(
-                            f"trial {number} lost its worker {attempt} times: {error}"
+                            Message(
+                                "trial {number} lost its worker {attempt} times: {reason}",
+                                number=number,
+                                attempt=attempt,
+                                reason=reason(error),
+                            )
                         ) from error
                     running[pool.submit(task)] = _Submitted(number, task, attempt + 1)
                 except CancelledError as error:
                     pool.check()
                     raise TrialsError(
-                        "the cluster has lost its trials: its scheduler was started again. What is done is "
-                        "kept, and the same command goes on"
+                        Message(
+                            "the cluster has lost its trials: its scheduler was started again. What is done "
+                            "is kept, and the same command goes on"
+                        )
                     ) from error
                 else:
                     yield number, outcome

@@ -17,7 +17,10 @@ from typing import Any, BinaryIO, Final
 import msgspec
 from msgspec import UNSET, UnsetType
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._languages import encode_message
 from zenoh_ice.application.cli import stop_on_signals
 
 from ._errors import TrialsError
@@ -63,7 +66,7 @@ class _Work:
         if self._order.action == "record":
             if found is None or outdated:
                 raise TrialsError(
-                    "the document, its plan or a file beside it has changed: run the trials again"
+                    Message("the document, its plan or a file beside it has changed: run the trials again")
                 )
             self._record(series)
         elif self._order.action == "look" or (outdated and not self._order.again):
@@ -114,7 +117,13 @@ class _Work:
                 for _ in run_tasks([(task.number, task)], pool, self._stop):
                     part.replace(target)
         except OSError as error:
-            raise TrialsError(f"{target}: the recording cannot be kept: {error.strerror}") from error
+            raise TrialsError(
+                Message(
+                    "{target}: the recording cannot be kept: {reason}",
+                    target=str(target),
+                    reason=reason(error),
+                )
+            ) from error
         finally:
             part.unlink(missing_ok=True)
 
@@ -131,7 +140,7 @@ class _Work:
 
 def _sender(output: BinaryIO) -> Callable[[Report], object]:
     def send(report: Report) -> None:
-        output.write(msgspec.json.encode(report) + b"\n")
+        output.write(msgspec.json.encode(report, enc_hook=encode_message) + b"\n")
         output.flush()
 
     return send
@@ -148,7 +157,7 @@ def main() -> None:
         try:
             _Work(order, send, stop).do()
         except (VisualHfsmError, OSError) as error:
-            send(Report(error=str(error)[:_LONGEST_ERROR]))
+            send(Report(error=reason(error)))
 
 
 if __name__ == "__main__":

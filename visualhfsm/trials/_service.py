@@ -18,9 +18,12 @@ from typing import Final, Literal
 import msgspec
 from msgspec import UNSET
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._editing.serialization import written
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._languages import decode_message
 from visualhfsm._services import Source, complete
 from zenoh_ice.application.child import ChildProcess
 
@@ -67,7 +70,7 @@ class RunningTrials:
         A push says when it is done, with the file as `name` calls it.
         """
         if tab not in self._tabs:
-            raise VisualHfsmError("run the trials first")
+            raise VisualHfsmError(Message("run the trials first"))
         await complete(self._tabs[tab].record(number, folder, name))
 
     async def forget(self, tab: int) -> None:
@@ -123,7 +126,7 @@ class _TabTrials:
         """Begin to run."""
         async with self._busy:
             if self._runs:
-                raise VisualHfsmError("the trials run already")
+                raise VisualHfsmError(Message("the trials run already"))
             order, _ = await asyncio.to_thread(self._ordered, "run", source, choices)
             self._choices = choices
             await self._start(msgspec.structs.replace(order, again=again), "running")
@@ -141,9 +144,11 @@ class _TabTrials:
         """Begin to run a trial again, recorded; `name` gives the name of a file in the page."""
         async with self._busy:
             if self._recorder is not None:
-                raise VisualHfsmError(f"trial {self._state.recording} is being recorded")
+                raise VisualHfsmError(
+                    Message("trial {recording} is being recorded", recording=str(self._state.recording))
+                )
             if self._tried is None:
-                raise VisualHfsmError("the document or its plan has changed: run the trials again")
+                raise VisualHfsmError(Message("the document or its plan has changed: run the trials again"))
             version = Path(self._tried.content).stem
             target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
             order = msgspec.structs.replace(
@@ -204,7 +209,9 @@ class _TabTrials:
         """
         path = source.path
         if path is None:
-            raise VisualHfsmError("save the document first: trials use the plan and the files beside it")
+            raise VisualHfsmError(
+                Message("save the document first: trials use the plan and the files beside it")
+            )
         try:
             content = written(source.document).encode() if source.dirty else path.read_bytes()
             digest = hashlib.sha256(content).hexdigest()
@@ -212,7 +219,9 @@ class _TabTrials:
             if not kept.exists():
                 kept.write_bytes(content)
         except OSError as error:
-            raise VisualHfsmError(f"{error.filename} cannot be read: {error.strerror}") from error
+            raise VisualHfsmError(
+                Message("{filename} cannot be read: {reason}", filename=error.filename, reason=reason(error))
+            ) from error
         order = Order(
             action=action,
             document=str(path),
@@ -254,7 +263,7 @@ class _Process:
         try:
             await self._child.start(command, self._environment)
         except OSError as error:
-            why = f"the trials cannot be started: {error.strerror or error}"
+            why = Message("the trials cannot be started: {reason}", reason=reason(error))
             self._ended(why)
             raise VisualHfsmError(why) from error
         self._following = asyncio.create_task(self._follow(), name="trials")
@@ -283,7 +292,7 @@ class _Process:
             if max(map(len, (rest, *lines))) > _LONGEST_REPORT:
                 raise msgspec.DecodeError("it is too long")
             for line in lines:
-                report = msgspec.json.decode(line, type=Report)
+                report = msgspec.json.decode(line, type=Report, dec_hook=decode_message)
                 self._error = report.error
                 self._take(report)
         except (msgspec.DecodeError, RecursionError) as error:

@@ -8,6 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from codegen.messages import Message
+
 from ._errors import TrialsError
 
 CONFIDENCE: Final = 0.95
@@ -101,5 +103,7 @@ def _scipy() -> Any:  # noqa: ANN401 - the module
     try:
         from scipy import stats  # takes half a second to import
     except ModuleNotFoundError as error:
-        raise TrialsError("trials need the package SciPy: pip install 'visualhfsm[trials]'") from error
+        raise TrialsError(
+            Message("trials need the package SciPy: pip install 'visualhfsm[trials]'")
+        ) from error
     return stats

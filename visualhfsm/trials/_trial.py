@@ -14,6 +14,8 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run
 from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName
@@ -93,7 +95,9 @@ def run_trial(
             **_settings(plan, scene, seed),
         )
     except (RobotError, UnknownName) as error:
-        raise TrialsError(f"trial {number} is not possible: {error}") from error
+        raise TrialsError(
+            Message("trial {number} is not possible: {reason}", number=number, reason=reason(error))
+        ) from error
     except BehaviorFailed as failure:
         return _not_begun(number, values, failure)
     with closing(behavior):
@@ -154,7 +158,13 @@ class _Trial:
         self._folder = Path(plan.document).parent
         goal = plan.success.state
         if goal is not None and goal not in behavior.states:
-            raise TrialsError(f"there is no state {goal}; there are {', '.join(behavior.states)}")
+            raise TrialsError(
+                Message(
+                    "there is no state {goal}; there are {states}",
+                    goal=goal,
+                    states=", ".join(behavior.states),
+                )
+            )
         self._observed = _Observed(behavior, goal, properties=plan.success.properties)
         self._distance = 0.0
         self._place: tuple[float, float] | None = None

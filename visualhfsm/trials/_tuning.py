@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from codegen.messages import Message
+
 from ._errors import TrialsError
 from ._outcomes import Outcome, Record, read_outcomes
 from ._plan import Plan
@@ -49,7 +51,7 @@ class Tuning:
         self._space: Final = {name: each for name, each in plan.parameters.items() if _is_searched(each)}
         if not self._space:
             raise TrialsError(
-                "no parameter has a range: write those to be tuned under [parameters] of the plan"
+                Message("no parameter has a range: write those to be tuned under [parameters] of the plan")
             )
         self.settings: Final = settings
         self.given_up = 0
@@ -116,7 +118,13 @@ class Tuning:
         numbers = [abs(each.numbers[self._cost]) for each in found.values() if self._cost in each.numbers]
         if not numbers:
             names = sorted({name for each in found.values() for name in each.numbers})
-            raise TrialsError(f"no trial has a number {self._cost}; there are time, {', '.join(names)}")
+            raise TrialsError(
+                Message(
+                    "no trial has a number {cost}; there are time, {names}",
+                    cost=self._cost,
+                    names=", ".join(names),
+                )
+            )
         self._failure = _FAILURE * max(numbers)
         return True
 

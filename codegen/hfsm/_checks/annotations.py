@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from ...diagnostics import did_you_mean
+from ...messages import Message, any_of
 from ..codes import Code
 from ..document import ANNOTATION_COLORS, ANNOTATION_KINDS, SMALLEST_ANNOTATION, Annotation, Automaton
 from .report import Report
@@ -24,18 +25,26 @@ def check_annotations(automaton: Automaton, report: Report) -> None:
             _check_word("color", color, ANNOTATION_COLORS, each, report)
         for name, size in (("width", each.width), ("height", each.height)):
             if not SMALLEST_ANNOTATION <= size <= _LARGEST:
-                message = (
-                    f"the {name} of annotation {each.id} must be from {SMALLEST_ANNOTATION:.0f} to "
-                    f"{_LARGEST:.0f} pixels, not {size:g}: it is drawn as large as the nearest of these"
+                message = Message(
+                    "the {attribute} of annotation {id} must be from {smallest:.0f} to {largest:.0f} pixels, "
+                    "not {size:g}: it is drawn as large as the nearest of these",
+                    attribute=name,
+                    id=each.id,
+                    smallest=SMALLEST_ANNOTATION,
+                    largest=_LARGEST,
+                    size=size,
                 )
                 report.warning(Code.BAD_ANNOTATION, message, each)
 
 
 def _check_word(what: str, word: str, known: tuple[str, ...], annotation: Annotation, report: Report) -> None:
     if word not in known:
-        *others, last = (f"`{each}`" for each in known)
-        message = (
-            f"the {what} of annotation {annotation.id} must be {', '.join(others)} or {last}, "
-            f"not `{word[:40]}`: it is drawn as `{known[0]}`"
+        message = Message(
+            "the {attribute} of annotation {id} must be {known}, not `{word}`: it is drawn as `{usual}`",
+            attribute=what,
+            id=annotation.id,
+            known=any_of([f"`{each}`" for each in known]),
+            word=word[:40],
+            usual=known[0],
         )
         report.warning(Code.BAD_ANNOTATION, message, annotation, did_you_mean(word, known))

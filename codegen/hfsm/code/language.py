@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from ...diagnostics import Diagnostics, Location, Note
-from ...messages import Message, reason
+from ...messages import Message
+from ...reasons import reason
 from ..codes import Code
 from ..document import Automaton, Document, State, Text, Transition
 from .python2 import fix_python2, python2_mark

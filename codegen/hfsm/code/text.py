@@ -20,6 +20,7 @@ from functools import lru_cache
 from typing import Final, Literal, overload
 
 from ...messages import Message
+from ...reasons import reason
 from ..document import Text
 
 __all__ = [
@@ -266,12 +267,12 @@ def parse(code: CodeText, lines: Sequence[str], header: int = 0) -> ast.Module:
         tree = _parsed(source)
     except (SyntaxError, ValueError) as error:
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
-        reason = error.msg if isinstance(error, SyntaxError) else str(error)
-        message = Message("not valid Python: {reason}", reason=reason)
+        why = reason(error)
+        message = Message("not valid Python: {reason}", reason=why)
         if _ESCAPED.search(source):
             message = Message(
                 "not valid Python: {reason}; `<` and `>` were escaped twice when the document was saved",
-                reason=reason,
+                reason=why,
             )
         raise code.error(message, line - header, column) from error
     except (RecursionError, MemoryError) as error:
@@ -301,7 +302,7 @@ def compile_source(source: str, code: CodeText, header: int = 0, columns: int = 
         # What parses has been refused by the compiler, which counts bytes.
         text = source.split("\n")[(error.lineno or 1) - 1]
         line, column = (error.lineno or 1) - header, _characters(text, (error.offset or 1) - 1) + 1 - columns
-        raise code.error(Message("not valid Python: {reason}", reason=error.msg), line, column) from error
+        raise code.error(Message("not valid Python: {reason}", reason=reason(error)), line, column) from error
     except (RecursionError, MemoryError) as error:
         raise code.error(Message("the code is nested too deeply")) from error
 

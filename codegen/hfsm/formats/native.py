@@ -353,9 +353,9 @@ class NativeReader:
             element,
             Code.MALFORMED_ELEMENT,
             Message(
-                "`{name}` must be a number from 0 to {most}, not `{value}`",
+                "`{name}` must be a number from 0 to {limit}, not `{value}`",
                 name=name,
-                most=MAX_ID,
+                limit=MAX_ID,
                 value=value[:40],
             ),
         )

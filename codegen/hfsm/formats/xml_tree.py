@@ -12,7 +12,8 @@ from xml.parsers import expat  # xml.sax would load urllib.request, which takes 
 from ..._text_layout import Mark, Place, TextLayout
 from ...diagnostics import Diagnostics, Location
 from ...files import read_regular
-from ...messages import Message, reason
+from ...messages import Message
+from ...reasons import known_text, reason
 from ..codes import Code
 from ..document import Comment, Text
 
@@ -168,7 +169,7 @@ class _TreeBuilder:
     def problem(self, message: str) -> Message:
         """Return the message of expat, or a clearer one if it is `no element found`."""
         if message != "no element found":
-            return Message.verbatim(message)
+            return known_text(message)
         if not self._open:
             return Message("the file has no element")
         element = self._open[-1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import copy
 import json
 import pickle
@@ -12,7 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.messages import NO_MESSAGE, Message, Value, all_of, any_of, joined, reason
+from codegen.messages import NO_MESSAGE, Message, Value, all_of, any_of, joined
+from tests.support.processes import REPOSITORY
 
 NAMES = st.sampled_from(("name", "state", "count2", "other"))
 PLAIN = st.one_of(st.text(), st.integers(), st.floats(allow_nan=False))
@@ -141,19 +143,19 @@ def test_lists_are_translated_with_their_items() -> None:
     assert all_of([Message("code"), "x", Message("exit code")]).said_in(catalog) == "código, x y salida"
 
 
-@pytest.mark.parametrize(
-    ("error", "text"),
-    [
-        (FileNotFoundError(2, "No such file or directory", "/secret"), "No such file or directory"),
-        (OSError("odd"), "odd"),
-        (ValueError("3 is too much"), "3 is too much"),
-    ],
-)
-def test_the_reason_of_an_exception_is_its_text(error: Exception, text: str) -> None:
-    assert reason(error) == text
-
-
 @pytest.mark.parametrize("data", [None, 3, [], {}, {"template": 3, "plural": None, "values": {}}])
 def test_other_data_is_refused(data: object) -> None:
     with pytest.raises(ValueError, match="not a message"):
         Message.from_data(data)
+
+
+def test_templates_are_literals_so_that_they_are_found() -> None:
+    computed = [
+        f"{path.relative_to(REPOSITORY)}:{call.lineno}"
+        for folder in ("codegen", "visualhfsm")
+        for path in (REPOSITORY / folder).rglob("*.py")
+        for call in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(call, ast.Call) and ast.unparse(call.func) in ("Message", "Message.counted")
+        if not all(isinstance(each, ast.Constant) and each.value for each in call.args)
+    ]
+    assert computed == []

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from codegen.hfsm.source_map import SourceMap
+from codegen.messages import Message
 from tests.support.editing import tree
 from visualhfsm._editing.places import Place
 from visualhfsm._ending import End, LastWords, describe_end
@@ -47,9 +48,9 @@ def test_a_crash_leads_to_its_innermost_frame() -> None:
 
 def test_an_end_that_was_requested_or_in_order_leads_nowhere() -> None:
     error = words((f"{LOGGED} ERROR    walk: at walk.py:9 (walk.xml:4)", HERE))
-    assert describe_end(130, error, None, None, stopped=True) == End("it was stopped")
+    assert describe_end(130, error, None, None, stopped=True) == End(Message("it was stopped"))
     assert describe_end(KILLED, error, LastCycle(1, 1, 0, running=True), None, stopped=True)[1] is None
-    assert describe_end(0, error, None, None, stopped=False) == End("it has finished")
+    assert describe_end(0, error, None, None, stopped=False) == End(Message("it has finished"))
 
 
 def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
@@ -66,7 +67,7 @@ def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
     assert message.startswith("it ended at once, with exit code 0, during")
     # An automaton of another file is not in this document.
     assert describe_end(KILLED, error, LastCycle(999, 1, 0, running=True), origins, stopped=False) == End(
-        "it was terminated by SIGKILL, by somebody or because memory ran out"
+        Message("it was terminated by SIGKILL, by somebody or because memory ran out")
     )
 
 
@@ -85,7 +86,9 @@ def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
 )
 def test_an_end_by_an_error_says_what_and_in_which_state(what: str, short: str) -> None:
     error = words((f"{LOGGED} ERROR    walk: walk/left: {what} at walk.py:9 (walk.xml:4)", HERE))
-    assert describe_end(1, error, None, None, stopped=False) == End(f"it ended: {short}", HERE)
+    assert describe_end(1, error, None, None, stopped=False) == End(
+        Message("it ended: {short}", short=short), HERE
+    )
 
 
 def test_a_crash_is_in_the_state_whose_cycle_it_cut_short() -> None:

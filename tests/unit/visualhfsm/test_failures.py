@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from codegen.messages import Message
 from visualhfsm._editing.places import Place
 from visualhfsm._failures import Failure, Failures
 from visualhfsm._origins import Origin
@@ -33,19 +34,19 @@ def error(
     return f"{STAMP} {level:8} walk: walk/go: {what}{AT}{end}", origin
 
 
-ONE = [Failure(CODE, "go", "ValueError: no")]
+ONE = [Failure(CODE, "go", Message("ValueError: no"))]
 
 CASES: dict[str, tuple[Heard, list[Failure]]] = {
     "a record": ([error("ValueError: no")], ONE),
     "a repeated one": (
         [error("ValueError: no"), error("ValueError: no", end=" (7 times more since it was last logged)")], ONE
     ),
-    "a critical one": ([error("its thread failed", level="CRITICAL")], [Failure(CODE, "go", "its thread failed")]),
+    "a critical one": ([error("its thread failed", level="CRITICAL")], [Failure(CODE, "go", Message("its thread failed"))]),
     "no error": ([error("is refused", level="WARNING")], []),
     "an error of another document": ([error("ValueError: no", None)], []),
     "several lines": (
         [(f"{STAMP} ERROR    walk: walk/go: ValueError: one", None), ("two: 2", None), (f"three{AT}", CODE)],
-        [Failure(CODE, "go", "ValueError: one\ntwo: 2\nthree")],
+        [Failure(CODE, "go", Message('ValueError: one\ntwo: 2\nthree'))],
     ),
     "its own traceback": (
         [error("ValueError: no"), (TRACEBACK, None), ('  File "walk.py", line 9, in go', CODE), ("ValueError: no", None)],
@@ -57,8 +58,8 @@ CASES: dict[str, tuple[Heard, list[Failure]]] = {
             ("    self.f()", None), ('  File "walk.py", line 3, in f', FUNCTION), ("ValueError: no", None),
         ],
         [
-            Failure(FUNCTION, "go", "ValueError: no"),
-            Failure(CODE, "go", "this calls code that fails: ValueError: no"),
+            Failure(FUNCTION, "go", Message("ValueError: no")),
+            Failure(CODE, "go", Message("this calls code that fails: ValueError: no")),
         ],
     ),
     "a chain of exceptions": (
@@ -67,20 +68,20 @@ CASES: dict[str, tuple[Heard, list[Failure]]] = {
             ("ValueError: one", None), ("", None), ("During handling of the above exception, another one", None),
             ("", None), (TRACEBACK, None), ('  File "walk.py", line 9, in go', CODE), ("RuntimeError: two", None),
         ],
-        [Failure(CODE, "go", "RuntimeError: two")],
+        [Failure(CODE, "go", Message("RuntimeError: two"))],
     ),
     "a traceback of other code": ([(TRACEBACK, None), ('  File "x.py", line 3', None), ("ValueError: no", None)], []),
     "variables": (
         [(f"walk.py: error: the variables of the component failed: SystemExit: 5{AT}", CODE)],
-        [Failure(CODE, "", "the variables of the component failed: SystemExit: 5")],
+        [Failure(CODE, "", Message("the variables of the component failed: SystemExit: 5"))],
     ),
     "a library": (
         [("walk.py: error: walk.xml:9: the library cv3 is not installed", FUNCTION)],
-        [Failure(FUNCTION, "", "the library cv3 is not installed")],
+        [Failure(FUNCTION, "", Message("the library cv3 is not installed"))],
     ),
     "a crash": (
         [("Fatal Python error: Segmentation fault", None), ("", None), ('  File "walk.py", line 9 in go', CODE)],
-        [Failure(CODE, "", "Segmentation fault")],
+        [Failure(CODE, "", Message("Segmentation fault"))],
     ),
     "what code prints": ([("ValueError: no", None), ("somewhere", CODE)], []),
 }  # fmt: skip
@@ -95,16 +96,16 @@ def test_the_last_of_a_chain_of_exceptions_keeps_its_state() -> None:
     failures = Failures()
     for line, origin in CASES["a chain of exceptions"][0]:
         failures.hear(line, origin)
-    assert failures.last == Failure(CODE, "go", "RuntimeError: two")
+    assert failures.last == Failure(CODE, "go", Message("RuntimeError: two"))
     assert failures.printed is None
 
 
 def test_an_end_that_nothing_reported_is_a_failure_of_the_state_that_ran() -> None:
     failures = Failures()
-    assert failures.end("it was terminated by SIGKILL", None, "") == []
+    assert failures.end(Message("it was terminated by SIGKILL"), None, "") == []
     state = Origin(Place(kind="state", automaton=1, id=1), 0)
-    expected = [Failure(state, "go", "the component was terminated by SIGKILL")]
-    assert failures.end("it was terminated by SIGKILL", state, "go") == expected
+    expected = [Failure(state, "go", Message("the component ended here: it was terminated by SIGKILL"))]
+    assert failures.end(Message("it was terminated by SIGKILL"), state, "go") == expected
 
 
 def test_a_traceback_alone_is_a_failure_only_if_the_run_ends_there() -> None:
@@ -113,15 +114,15 @@ def test_a_traceback_alone_is_a_failure_only_if_the_run_ends_there() -> None:
         (TRACEBACK, None), ('  File "walk.py", line 3, in <module>', FUNCTION), ("ValueError: it fails", None)
     ]  # fmt: skip
     assert [found for line, origin in lines for found in failures.hear(line, origin)] == []
-    assert failures.end("it ended with exit code 1", FUNCTION, "") == [
-        Failure(FUNCTION, "", "ValueError: it fails")
+    assert failures.end(Message("it ended with exit code 1"), FUNCTION, "") == [
+        Failure(FUNCTION, "", Message("ValueError: it fails"))
     ]
 
 
 def test_an_end_after_its_error_is_no_second_failure() -> None:
     failures = Failures()
     failures.hear(*error("ValueError: no"))
-    assert failures.end("it ended: no in go", CODE, "go") == []
+    assert failures.end(Message("it ended: no in go"), CODE, "go") == []
 
 
 def test_a_run_has_few_failures_whatever_it_prints() -> None:

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from tests.support.component import dance_and_follow
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import EVENT_LIMIT
@@ -34,7 +35,7 @@ def drawn(name: str = "stand", code: str = "beats = 1") -> Document:
             sub(1, 0, state(1, name, code, initial=True), state(2, "walk"),
                 transition(1, 1, 2, "True")),
         ),
-        "Cannot read",
+        Message("Cannot read"),
     )  # fmt: skip
 
 

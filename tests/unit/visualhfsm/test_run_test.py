@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from codegen.messages import Message
 from tests.support.documents import document, state, sub, transition
 from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
@@ -37,7 +38,7 @@ def timeline(
 
 def test_a_run_with_events_passes_as_a_test(pytester: pytest.Pytester) -> None:
     (pytester.path / "claps.xml").write_text(CLAPS)
-    text = run_as_test(parse(CLAPS, "Cannot read"), "claps.xml", timeline(DONE), None)
+    text = run_as_test(parse(CLAPS, Message("Cannot read")), "claps.xml", timeline(DONE), None)
     assert text.count('b.send("clap")') == 2
     assert 'b.run_until("the \\"show\\"/dance"' in text
     pytester.makepyfile(test_claps=text)
@@ -46,7 +47,7 @@ def test_a_run_with_events_passes_as_a_test(pytester: pytest.Pytester) -> None:
 
 def test_a_document_that_does_something_else_fails_it(pytester: pytest.Pytester) -> None:
     (pytester.path / "claps.xml").write_text(CLAPS.replace(">300<", ">5000<"))
-    text = run_as_test(parse(CLAPS, "Cannot read"), "claps.xml", timeline(DONE), None)
+    text = run_as_test(parse(CLAPS, Message("Cannot read")), "claps.xml", timeline(DONE), None)
     pytester.makepyfile(test_claps=text)
     pytester.runpytest_subprocess("-p", "no:cacheprovider").assert_outcomes(failed=1)
 
@@ -61,7 +62,7 @@ def test_a_document_that_does_something_else_fails_it(pytester: pytest.Pytester)
 )
 def test_a_run_that_makes_no_test_says_why(seen: Timeline, words: str) -> None:
     with pytest.raises(VisualHfsmError, match=words):
-        run_as_test(parse(CLAPS, "Cannot read"), "claps.xml", seen, None)
+        run_as_test(parse(CLAPS, Message("Cannot read")), "claps.xml", seen, None)
 
 
 def test_parameters_that_are_not_their_defaults_are_those_of_the_run() -> None:
@@ -73,13 +74,15 @@ def test_parameters_that_are_not_their_defaults_are_those_of_the_run() -> None:
     )  # fmt: skip
     content = CLAPS.replace("<SubAutomata", f"<parameters>{head}</parameters>\n<SubAutomata", 1)
     values = {"name": "'a \"robot\"'", "speed": "1.0", "turns": "4", "wide": "False", "gone": "3"}
-    text = run_as_test(parse(content, "Cannot read"), "claps.xml", timeline(DONE), None, values)
+    text = run_as_test(parse(content, Message("Cannot read")), "claps.xml", timeline(DONE), None, values)
     assert 'parameters={"name": "a \\"robot\\"", "turns": 4, "wide": False})' in text
-    cut = run_as_test(parse(content, "Cannot read"), "claps.xml", timeline(DONE), None, {"name": "'aaa"})
+    cut = run_as_test(
+        parse(content, Message("Cannot read")), "claps.xml", timeline(DONE), None, {"name": "'aaa"}
+    )
     assert "parameters" not in cut
 
 
 def test_the_robot_is_the_fake_one_where_the_document_needs_one(tmp_path: Path) -> None:
-    text = run_as_test(parse(CLAPS, "Cannot read"), "a b.xml", timeline(DONE), "fake")
+    text = run_as_test(parse(CLAPS, Message("Cannot read")), "a b.xml", timeline(DONE), "fake")
     assert 'behavior("a b.xml", robot="fake")' in text
     compile(text, str(tmp_path), "exec")

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final, Union
 
 import msgspec
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import EditError
 
 from . import annotations, automata, component, group, items, paste, states, text, transitions, variables
@@ -50,4 +52,4 @@ def decode_command(content: bytes | str | msgspec.Raw) -> Command:
     try:
         return _DECODER.decode(content)
     except (msgspec.MsgspecError, UnicodeError) as error:
-        raise EditError("Cannot understand the command", str(error)) from error
+        raise EditError(Message("Cannot understand the command"), reason(error)) from error

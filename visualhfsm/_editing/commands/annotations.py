@@ -5,9 +5,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import Final, Literal
 
 from codegen.hfsm.document import SMALLEST_ANNOTATION, Annotation, Automaton, Document, Text
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 from ..nodes import (
@@ -24,6 +25,14 @@ from .base import AutomatonCommand, Id, Ids
 
 Color = Literal["", "yellow", "blue", "green", "pink", "gray"]
 """A color of `ANNOTATION_COLORS`; blank is that of the kind."""
+_COLORS: Final[dict[Color, Message]] = {
+    "": Message("as usual"),
+    "yellow": Message("yellow"),
+    "blue": Message("blue"),
+    "green": Message("green"),
+    "pink": Message("pink"),
+    "gray": Message("gray"),
+}
 
 
 class AddAnnotation(AutomatonCommand, frozen=True, kw_only=True):
@@ -39,8 +48,10 @@ class AddAnnotation(AutomatonCommand, frozen=True, kw_only=True):
 
     def change(self, automaton: Automaton) -> Automaton:
         if automaton.imported is not None:
-            why = "its content comes from another file"
-            raise EditError("Cannot draw in this automaton", why, "change that file, or inline it first")
+            why = Message("its content comes from another file")
+            raise EditError(
+                Message("Cannot draw in this automaton"), why, Message("change that file, or inline it first")
+            )
         made = Annotation(
             id=next(free_ids(each.id for each in automaton.annotations)),
             kind=self.kind,
@@ -49,12 +60,12 @@ class AddAnnotation(AutomatonCommand, frozen=True, kw_only=True):
             width=_size(self.width),
             height=_size(self.height),
             color=Text(self.color),
-            text=Text(checked(self.text, "the text")),
+            text=Text(checked(self.text, Message("the text"))),
         )
         return replace(automaton, annotations=(*automaton.annotations, made))
 
-    def title(self, document: Document) -> str:
-        return f"Add a {self.kind}"
+    def title(self, document: Document) -> Message:
+        return Message("Add a frame") if self.kind == "frame" else Message("Add a note")
 
 
 class _AnnotationCommand(AutomatonCommand, frozen=True, kw_only=True):
@@ -70,12 +81,14 @@ class _AnnotationCommand(AutomatonCommand, frozen=True, kw_only=True):
         new = self.changed_annotation(former)
         return changed(automaton, annotations=swapped(automaton.annotations, former, new))
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         found = find_annotation(find_automaton(document, self.automaton), self.annotation)
-        return f"{self._verb} the {found.kind} {label(found)}"
+        what = Message("the note {label}", label=label(found))
+        if found.kind == "frame":
+            what = Message("the frame {label}", label=label(found))
+        return self._titled(what)
 
-    @property
-    def _verb(self) -> str:
+    def _titled(self, what: Message) -> Message:
         raise NotImplementedError
 
 
@@ -85,9 +98,8 @@ class SetAnnotationText(_AnnotationCommand, frozen=True, kw_only=True):
     typed = ("text",)
     text: str
 
-    @property
-    def _verb(self) -> str:
-        return "Edit"
+    def _titled(self, what: Message) -> Message:
+        return Message("Edit {what}", what=what)
 
 
 class ResizeAnnotation(_AnnotationCommand, frozen=True, kw_only=True):
@@ -108,9 +120,8 @@ class ResizeAnnotation(_AnnotationCommand, frozen=True, kw_only=True):
             height=_size(self.height),
         )
 
-    @property
-    def _verb(self) -> str:
-        return "Resize"
+    def _titled(self, what: Message) -> Message:
+        return Message("Resize {what}", what=what)
 
 
 class SetAnnotationColor(AutomatonCommand, frozen=True, kw_only=True):
@@ -129,8 +140,11 @@ class SetAnnotationColor(AutomatonCommand, frozen=True, kw_only=True):
             ),
         )
 
-    def title(self, document: Document) -> str:
-        return f"Color {'notes' if len(self.annotations) > 1 else 'a note'} {self.color or 'as usual'}"
+    def title(self, document: Document) -> Message:
+        color = _COLORS[self.color]
+        if len(self.annotations) > 1:
+            return Message("Color notes {color}", color=color)
+        return Message("Color a note {color}", color=color)
 
 
 def _size(value: float) -> float:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Literal
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, Import, State, Text
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 from ..nodes import (
@@ -37,8 +38,12 @@ class AddAutomaton(Command, frozen=True, kw_only=True):
         father = find_automaton(document, self.automaton)
         state = find_state(father, self.state)
         if len(document.automata) >= MAX_AUTOMATA:
-            why = f"the document has {len(document.automata)}"
-            raise EditError("Cannot add an automaton", why, "move some to separate documents and import them")
+            why = Message("the document has {count}", count=len(document.automata))
+            raise EditError(
+                Message("Cannot add an automaton"),
+                why,
+                Message("move some to separate documents and import them"),
+            )
         number = next(automaton_ids(document))
         new = replace(
             father, states=swapped(father.states, state, replace(state, children=(*state.children, number)))
@@ -46,9 +51,9 @@ class AddAutomaton(Command, frozen=True, kw_only=True):
         automata = swapped(document.automata, father, new)
         return replace(document, automata=(*automata, Automaton(id=number, father=father.id)))
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         state = find_state(find_automaton(document, self.automaton), self.state)
-        return f"Add an automaton to {label(state)}"
+        return Message("Add an automaton to {state}", state=label(state))
 
 
 class AddRoot(Command, frozen=True, kw_only=True):
@@ -56,12 +61,16 @@ class AddRoot(Command, frozen=True, kw_only=True):
 
     def apply(self, document: Document) -> Document:
         if any(automaton.father == NO_CHILD for automaton in document.automata):
-            raise EditError("Cannot add the root", "there is already one", "add automata below its states")
+            raise EditError(
+                Message("Cannot add the root"),
+                Message("there is already one"),
+                Message("add automata below its states"),
+            )
         new = Automaton(id=next(automaton_ids(document)))
         return replace(document, automata=(new, *document.automata))
 
-    def title(self, document: Document) -> str:
-        return "Add the root"
+    def title(self, document: Document) -> Message:
+        return Message("Add the root")
 
 
 class SetPeriod(AutomatonCommand, frozen=True, kw_only=True):
@@ -73,8 +82,8 @@ class SetPeriod(AutomatonCommand, frozen=True, kw_only=True):
     def change(self, automaton: Automaton) -> Automaton:
         return changed(automaton, iteration_time=self.period)
 
-    def title(self, document: Document) -> str:
-        return f"Set the period to {self.period.strip()[:20]} ms"
+    def title(self, document: Document) -> Message:
+        return Message("Set the period to {period} ms", period=self.period.strip()[:20])
 
 
 class SetAutomatonCode(AutomatonCommand, frozen=True, kw_only=True):
@@ -87,8 +96,10 @@ class SetAutomatonCode(AutomatonCommand, frozen=True, kw_only=True):
     def change(self, automaton: Automaton) -> Automaton:
         return changed(automaton, **{self.part: self.text})
 
-    def title(self, document: Document) -> str:
-        return f"Edit the {self.part}"
+    def title(self, document: Document) -> Message:
+        if self.part == "variables":
+            return Message("Edit the variables")
+        return Message("Edit the functions")
 
 
 class SetImport(AutomatonCommand, frozen=True, kw_only=True):
@@ -105,19 +116,25 @@ class SetImport(AutomatonCommand, frozen=True, kw_only=True):
         if not self.file.strip():
             return changed(automaton, imported=None)
         if automaton.father == NO_CHILD:
-            why = "it is the root"
-            raise EditError("Cannot import this automaton", why, "import into an automaton of a state")
+            why = Message("it is the root")
+            raise EditError(
+                Message("Cannot import this automaton"), why, Message("import into an automaton of a state")
+            )
         if automaton.states or automaton.transitions or automaton.inputs or automaton.outputs:
-            why = "it has states, transitions, inputs or outputs"
-            raise EditError("Cannot import this automaton", why, "import into an empty one")
-        file = checked(self.file, "the name of the file")
+            why = Message("it has states, transitions, inputs or outputs")
+            raise EditError(Message("Cannot import this automaton"), why, Message("import into an empty one"))
+        file = checked(self.file, Message("the name of the file"))
         if automaton.imported is None:
             return changed(automaton, imported=Import(file=Text(file), automaton=self.source))
         imported = changed(automaton.imported, file=Text(file), automaton=self.source)
         return changed(automaton, imported=imported)
 
-    def title(self, document: Document) -> str:
-        return f"Import {self.file.strip()[:40]}" if self.file.strip() else "Import nothing"
+    def title(self, document: Document) -> Message:
+        return (
+            Message("Import {file}", file=self.file.strip()[:40])
+            if self.file.strip()
+            else Message("Import nothing")
+        )
 
 
 class ExtractAutomaton(Command, frozen=True, kw_only=True):
@@ -131,14 +148,14 @@ class ExtractAutomaton(Command, frozen=True, kw_only=True):
         document = without_automata(document, hanging(document, automaton, automaton.states))
 
         def empty(former: Automaton) -> Automaton:
-            imported = Import(file=Text(checked(self.file, "the name of the file")))
+            imported = Import(file=Text(checked(self.file, Message("the name of the file"))))
             stub = Automaton(id=former.id, father=former.father, imported=imported)
             return replace(stub, comments=former.comments, iteration_time=former.iteration_time)
 
         return with_automaton(document, self.automaton, empty)
 
-    def title(self, document: Document) -> str:
-        return f"Move the automaton to {self.file[:40]}"
+    def title(self, document: Document) -> Message:
+        return Message("Move the automaton to {file}", file=self.file[:40])
 
 
 class RepairNumbers(Command, frozen=True, kw_only=True):
@@ -159,8 +176,8 @@ class RepairNumbers(Command, frozen=True, kw_only=True):
             automata.append(repaired)
         return changed(document, automata=tuple(automata))
 
-    def title(self, document: Document) -> str:
-        return "Repair numbers"
+    def title(self, document: Document) -> Message:
+        return Message("Repair numbers")
 
 
 def _with_own_numbers(automaton: Automaton) -> Automaton:

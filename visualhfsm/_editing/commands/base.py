@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Final, Self
 
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.native import MAX_ID
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 from ..nodes import with_automaton
@@ -20,6 +21,17 @@ Ids = tuple[Id, ...]
 
 def _tag(name: str) -> str:
     return name[0].lower() + name[1:]
+
+
+AUTOMATIC_LAYOUT: Final = Message("Automatic layout")
+AS_FILE: Final = Message("Take the file as it is now")
+MERGED: Final = Message("Merge with the file as it is now")
+_OURS: Final = {str(each): each for each in (AUTOMATIC_LAYOUT, AS_FILE, MERGED)}
+
+
+def step_name(name: str) -> Message:
+    """Return the name of a step that a command carries: one of ours, or what the page called it."""
+    return _OURS.get(name) or Message.verbatim(name[:80])
 
 
 class Command(
@@ -46,7 +58,7 @@ class Command(
         """
         raise NotImplementedError
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         """Return the name of the step in the undo list; `document` is the one before it."""
         raise NotImplementedError
 
@@ -93,5 +105,8 @@ class AutomatonCommand(Command, frozen=True, kw_only=True):
 def only_text(command: Command, fields: Sequence[str]) -> str:
     """Return the typed field. Raises EditError when a command has none, or several."""
     if len(fields) != 1:
-        raise EditError("Cannot merge what was typed", f"{type(command).__name__} sets no piece of text")
+        raise EditError(
+            Message("Cannot merge what was typed"),
+            Message("{name} sets no piece of text", name=type(command).__name__),
+        )
     return fields[0]

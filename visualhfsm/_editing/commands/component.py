@@ -26,6 +26,7 @@ from codegen.hfsm.document import (
     State,
     Text,
 )
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 from ..nodes import changed, find_automaton, free_name, with_automaton
@@ -46,7 +47,8 @@ class _List(NamedTuple):
     A new entry without a name gets the noun with a number behind the `separator`, if there is one.
     """
 
-    noun: str
+    noun: Message
+    one: Message
     blank: Node
     fields: tuple[str, ...]
     separator: str = ""
@@ -55,23 +57,37 @@ class _List(NamedTuple):
 _PARAMETER: Final = Parameter(name="", type=Text("float"), default=Text("0.0"))
 _PARAMETER_FIELDS: Final = ("name", "type", "default", "description")
 _LISTS: Final[dict[str, _List]] = {
-    "parameters": _List("parameter", _PARAMETER, _PARAMETER_FIELDS, "_"),
-    "inputs": _List("input", _PARAMETER, _PARAMETER_FIELDS, "_"),
-    "outputs": _List("output", _PARAMETER, _PARAMETER_FIELDS, "_"),
-    "events": _List("event", Event(name=""), ("name", "description"), " "),
-    "properties": _List("property", Property(), ("name", "kind", "within", "expression"), " "),
-    "libraries": _List("library", Library(name=Text("math")), ("name",)),
-    "interfaces": _List("interface", Interface(name="", proxy=""), ("name", "proxy", "type"), "_"),
-    "ros": _List("topic", RosInterface(name=""), ("name", "kind", "target", "type", "qos", "stop"), "_"),
+    "parameters": _List(Message("parameter"), Message("a parameter"), _PARAMETER, _PARAMETER_FIELDS, "_"),
+    "inputs": _List(Message("input"), Message("an input"), _PARAMETER, _PARAMETER_FIELDS, "_"),
+    "outputs": _List(Message("output"), Message("an output"), _PARAMETER, _PARAMETER_FIELDS, "_"),
+    "events": _List(Message("event"), Message("an event"), Event(name=""), ("name", "description"), " "),
+    "properties": _List(
+        Message("property"), Message("a property"), Property(), ("name", "kind", "within", "expression"), " "
+    ),
+    "libraries": _List(Message("library"), Message("a library"), Library(name=Text("math")), ("name",)),
+    "interfaces": _List(
+        Message("interface"),
+        Message("an interface"),
+        Interface(name="", proxy=""),
+        ("name", "proxy", "type"),
+        "_",
+    ),
+    "ros": _List(
+        Message("topic"),
+        Message("a topic"),
+        RosInterface(name=""),
+        ("name", "kind", "target", "type", "qos", "stop"),
+        "_",
+    ),
 }
 _OF_AUTOMATON: Final[Mapping[str, str]] = {"inputs": "arguments", "outputs": "results"}
 """The lists of an automaton, each with the list of the states above that names its entries."""
-_FIELDS: Final[dict[str, tuple[str, str]]] = {
-    "description": ("description", "description"),
-    "onError": ("on_error", "behavior after errors"),
-    "onRefused": ("on_refused", "behavior after refused commands"),
-    "world": ("world", "world of the simulation"),
-    "language": ("language", "language"),
+_FIELDS: Final[dict[str, tuple[str, Message]]] = {
+    "description": ("description", Message("the description")),
+    "onError": ("on_error", Message("the behavior after errors")),
+    "onRefused": ("on_refused", Message("the behavior after refused commands")),
+    "world": ("world", Message("the world of the simulation")),
+    "language": ("language", Message("the language")),
 }
 """For each part, the field of the document and its name in the undo list."""
 
@@ -86,8 +102,8 @@ class SetComponentText(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         return changed(document, **{_FIELDS[self.part][0]: self.text})
 
-    def title(self, document: Document) -> str:
-        return f"Set the {_FIELDS[self.part][1]}"
+    def title(self, document: Document) -> Message:
+        return Message("Set {what}", what=_FIELDS[self.part][1])
 
 
 class _EntryCommand(Command, frozen=True, kw_only=True):
@@ -104,9 +120,8 @@ class _EntryCommand(Command, frozen=True, kw_only=True):
             return change_it(document)
         return with_automaton(document, self.automaton, change_it)
 
-    def noun(self) -> str:
-        noun = _LISTS[self.list].noun
-        return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+    def noun(self) -> Message:
+        return _LISTS[self.list].one
 
 
 class AddEntry(_EntryCommand, frozen=True, kw_only=True):
@@ -116,20 +131,23 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
 
     def apply(self, document: Document) -> Document:
         if self.list in _OF_AUTOMATON and find_automaton(document, self.automaton).imported is not None:
-            why = "its content comes from another file"
-            raise EditError(f"Cannot add {self.noun()}", why, "change that file, or inline it first")
+            raise EditError(
+                Message("Cannot add {noun}", noun=self.noun()),
+                Message("its content comes from another file"),
+                Message("change that file, or inline it first"),
+            )
 
         def add(entries: Entries) -> Entries:
-            noun, blank, _, separator = _LISTS[self.list]
+            noun, _, blank, _, separator = _LISTS[self.list]
             fields = _checked_fields(self.list, self.fields)
             if separator and not fields.get("name"):
-                fields["name"] = free_name(noun, {each.name for each in entries}, separator)
+                fields["name"] = free_name(str(noun), {each.name for each in entries}, separator)
             return (*entries, changed(blank, **fields))
 
         return self.changed_list(document, add)
 
-    def title(self, document: Document) -> str:
-        return f"Add {self.noun()}"
+    def title(self, document: Document) -> Message:
+        return Message("Add {noun}", noun=self.noun())
 
 
 class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
@@ -159,8 +177,8 @@ class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
             return document
         return _with_renamed(document, self.automaton, self.list, former, name)
 
-    def title(self, document: Document) -> str:
-        return f"Change {self.noun()}"
+    def title(self, document: Document) -> Message:
+        return Message("Change {noun}", noun=self.noun())
 
     @property
     def merge_key(self) -> Hashable:
@@ -189,8 +207,8 @@ class RemoveEntry(_EntryCommand, frozen=True, kw_only=True):
 
         return self.changed_list(document, remove)
 
-    def title(self, document: Document) -> str:
-        return f"Remove {self.noun()}"
+    def title(self, document: Document) -> Message:
+        return Message("Remove {noun}", noun=self.noun())
 
 
 class ReorderEntry(_EntryCommand, frozen=True, kw_only=True):
@@ -208,29 +226,35 @@ class ReorderEntry(_EntryCommand, frozen=True, kw_only=True):
 
         return self.changed_list(document, reorder)
 
-    def title(self, document: Document) -> str:
-        return f"Move {self.noun()}"
+    def title(self, document: Document) -> Message:
+        return Message("Move {noun}", noun=self.noun())
 
 
 def _checked_fields(list_name: str, fields: dict[str, str]) -> dict[str, str]:
     """Return the new fields of an entry of a list. Raises EditError for an unknown field."""
-    noun, _, known, _ = _LISTS[list_name]
+    noun, _, _, known, _ = _LISTS[list_name]
     for name in fields:
         if name not in known:
-            raise EditError(f"Cannot set {name[:40]!r} of the {noun}", f"it has only {', '.join(known)}")
+            raise EditError(
+                Message("Cannot set {name!r} of the {noun}", name=name[:40], noun=noun),
+                Message("it has only {known}", known=", ".join(known)),
+            )
     kinds = get_args(RosKind if list_name == "ros" else PropertyKind)
     kind = fields.get("kind", kinds[0])
     if kind not in kinds:
-        raise EditError(f"Cannot make a {noun} of the kind {kind[:40]!r}", f"it is one of {', '.join(kinds)}")
+        raise EditError(
+            Message("Cannot make a {noun} of the kind {kind!r}", noun=noun, kind=kind[:40]),
+            Message("it is one of {kinds}", kinds=", ".join(kinds)),
+        )
     return dict(fields)
 
 
 def _entry_of(entries: Entries, list_name: str, index: int) -> Any:  # noqa: ANN401 - whatever the list holds
     """Return an entry of a list. Raises EditError when there is none."""
     if index >= len(entries):
-        why = f"there are {len(entries)}"
-        what = f"Cannot change {_LISTS[list_name].noun} {index + 1}"
-        raise EditError(what, why, "it may have been removed meanwhile")
+        why = Message("there are {count}", count=len(entries))
+        what = Message("Cannot change {noun} {index}", noun=_LISTS[list_name].noun, index=index + 1)
+        raise EditError(what, why, Message("it may have been removed meanwhile"))
     return entries[index]
 
 

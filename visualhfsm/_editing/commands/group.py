@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 from codegen.hfsm.code.text import bound_names, parse_python
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 from ..geometry import with_default_handles
@@ -52,14 +53,18 @@ class GroupStates(Command, frozen=True, kw_only=True):
         source = find_automaton(document, self.automaton)
         chosen = [find_state(source, number) for number in dict.fromkeys(self.states)]
         if not chosen:
-            raise EditError("Cannot group", "no state is selected", "select states first")
+            raise EditError(
+                Message("Cannot group"), Message("no state is selected"), Message("select states first")
+            )
         if len(document.automata) >= MAX_AUTOMATA:
-            why = f"the document has {len(document.automata)} automata"
-            raise EditError("Cannot group", why, "move some to separate documents and import them")
+            why = Message("the document has {count} automata", count=len(document.automata))
+            raise EditError(
+                Message("Cannot group"), why, Message("move some to separate documents and import them")
+            )
         number = next(automaton_ids(document))
         group = State(
             id=next(state_ids(source)),
-            name=checked(self.name, "the name")
+            name=checked(self.name, Message("the name"))
             or free_name(_DEFAULT_NAME, {state.name for state in source.states}),
             initial=any(state.initial for state in chosen),
             children=(number,),
@@ -88,8 +93,10 @@ class GroupStates(Command, frozen=True, kw_only=True):
         )
         return replace(document, automata=(*automata, child))
 
-    def title(self, document: Document) -> str:
-        return f"Group {describe(find_automaton(document, self.automaton), self.states, ())}"
+    def title(self, document: Document) -> Message:
+        return Message(
+            "Group {describe}", describe=describe(find_automaton(document, self.automaton), self.states, ())
+        )
 
 
 def _grouped(source: Automaton, group: State, inside: set[int]) -> Automaton:

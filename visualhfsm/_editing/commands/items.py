@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from functools import partial
-from typing import Literal
+from typing import Final, Literal
 
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document
+from codegen.messages import Message, all_of
 
 from ..geometry import Point, moved, with_default_handles
 from ..nodes import (
@@ -23,7 +24,7 @@ from ..nodes import (
     with_automaton,
 )
 from ..subtrees import hanging, without_automata
-from .base import AutomatonCommand, Command, Id, Ids
+from .base import AUTOMATIC_LAYOUT, AutomatonCommand, Command, Id, Ids, step_name
 
 
 class DeleteItems(Command, frozen=True, kw_only=True):
@@ -61,10 +62,10 @@ class DeleteItems(Command, frozen=True, kw_only=True):
 
         return with_automaton(document, self.automaton, delete)
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         automaton = find_automaton(document, self.automaton)
         what = describe(automaton, self.states, self.transitions, self.annotations)
-        return f"{'Cut' if self.cut else 'Delete'} {what}"
+        return Message("Cut {what}", what=what) if self.cut else Message("Delete {what}", what=what)
 
 
 class MoveItems(AutomatonCommand, frozen=True, kw_only=True):
@@ -86,14 +87,25 @@ class MoveItems(AutomatonCommand, frozen=True, kw_only=True):
         annotations = {find_annotation(automaton, number).id: shift for number in self.annotations}
         return moved(automaton, states, handles, annotations)
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         automaton = find_automaton(document, self.automaton)
-        return f"Move {describe(automaton, self.states, self.transitions, self.annotations)}"
+        what = describe(automaton, self.states, self.transitions, self.annotations)
+        return Message("Move {what}", what=what)
 
     @property
     def merge_key(self) -> Hashable:
         chosen = map(frozenset, (self.states, self.transitions, self.annotations))
         return type(self), self.automaton, *chosen
+
+
+_SIDES: Final = {
+    "left": Message("left"),
+    "center": Message("center"),
+    "right": Message("right"),
+    "top": Message("top"),
+    "middle": Message("middle"),
+    "bottom": Message("bottom"),
+}
 
 
 class AlignStates(AutomatonCommand, frozen=True, kw_only=True):
@@ -117,8 +129,10 @@ class AlignStates(AutomatonCommand, frozen=True, kw_only=True):
         shifts = [line - place for place in places]
         return moved(automaton, _shifts(self.states, shifts, horizontal=horizontal), {})
 
-    def title(self, document: Document) -> str:
-        return f"Align {describe(find_automaton(document, self.automaton), self.states, ())}: {self.to}"
+    def title(self, document: Document) -> Message:
+        automaton = find_automaton(document, self.automaton)
+        what = describe(automaton, self.states, ())
+        return Message("Align {what}: {side}", what=what, side=_SIDES[self.to])
 
 
 class DistributeStates(AutomatonCommand, frozen=True, kw_only=True):
@@ -139,8 +153,9 @@ class DistributeStates(AutomatonCommand, frozen=True, kw_only=True):
         shifts = [first + step * index - place for index, (place, _) in enumerate(places)]
         return moved(automaton, _shifts(ids, shifts, horizontal=horizontal), {})
 
-    def title(self, document: Document) -> str:
-        return f"Distribute {describe(find_automaton(document, self.automaton), self.states, ())}"
+    def title(self, document: Document) -> Message:
+        automaton = find_automaton(document, self.automaton)
+        return Message("Distribute {what}", what=describe(automaton, self.states, ()))
 
 
 class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
@@ -152,9 +167,9 @@ class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
         ids = frozenset(find_transition(automaton, number).id for number in self.transitions)
         return with_default_handles(automaton, ids)
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         automaton = find_automaton(document, self.automaton)
-        return f"Reset the handle of {describe(automaton, (), self.transitions)}"
+        return Message("Reset the handle of {what}", what=describe(automaton, (), self.transitions))
 
 
 class Placement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
@@ -173,36 +188,38 @@ class PlaceItems(Command, frozen=True, kw_only=True):
     """
 
     placements: tuple[Placement, ...]
-    name: str = "Automatic layout"
+    name: str = str(AUTOMATIC_LAYOUT)
 
     def apply(self, document: Document) -> Document:
         for placement in self.placements:
             document = with_automaton(document, placement.automaton, partial(_placed, placement))
         return document
 
-    def title(self, document: Document) -> str:
-        return self.name[:80]
+    def title(self, document: Document) -> Message:
+        return step_name(self.name)
 
 
-def describe(automaton: Automaton, states: Ids, transitions: Ids, annotations: Ids = ()) -> str:
+def describe(automaton: Automaton, states: Ids, transitions: Ids, annotations: Ids = ()) -> Message:
     """Return a name for some states, transitions and annotations together."""
     if annotations:
         chosen = [find_annotation(automaton, number) for number in annotations]
         frames = [each for each in chosen if each.kind == "frame"]
         if len(frames) == 1:
-            return f"the frame {label(frames[0])}"  # with what it holds
+            return Message("the frame {label}", label=label(frames[0]))  # with what it holds
         if len(chosen) == 1 and not states and not transitions:
-            return f"the note {label(chosen[0])}"
+            return Message("the note {label}", label=label(chosen[0]))
     if len(states) == 1 and not transitions:
         return label(find_state(automaton, states[0]))
     if len(transitions) == 1 and not states:
         return label(find_transition(automaton, transitions[0]))
-    parts = [
-        f"{len(ids)} {noun}{'' if len(ids) == 1 else 's'}"
-        for ids, noun in ((states, "state"), (transitions, "transition"), (annotations, "note"))
-        if ids
-    ]
-    return " and ".join(parts) or "nothing"
+    parts = []
+    if states:
+        parts.append(Message.counted("{count} state", "{count} states", count=len(states)))
+    if transitions:
+        parts.append(Message.counted("{count} transition", "{count} transitions", count=len(transitions)))
+    if annotations:
+        parts.append(Message.counted("{count} note", "{count} notes", count=len(annotations)))
+    return all_of(parts) if parts else Message("nothing")
 
 
 def _shifts(ids: Ids, distances: list[float], *, horizontal: bool) -> dict[int, Point]:

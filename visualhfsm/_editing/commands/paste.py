@@ -21,6 +21,7 @@ from codegen.hfsm.document import (
     Text,
     Transition,
 )
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 from ..diff import KEYS
@@ -40,7 +41,7 @@ from ..nodes import (
 )
 from ..serialization import parse
 from ..subtrees import hanging, renumbered, renumbered_state, without_automata
-from .base import Command, Id
+from .base import Command, Id, step_name
 from .states import AddState
 from .transitions import TransitionType
 
@@ -67,11 +68,17 @@ class PasteStates(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         target = find_automaton(document, self.automaton)
         if target.imported is not None:
-            why = "its content comes from another file"
-            raise EditError("Cannot paste into this automaton", why, "change that file, or inline it first")
-        fragment = parse(self.content, "Cannot paste")
+            why = Message("its content comes from another file")
+            raise EditError(
+                Message("Cannot paste into this automaton"),
+                why,
+                Message("change that file, or inline it first"),
+            )
+        fragment = parse(self.content, Message("Cannot paste"))
         if not fragment.automata or not (fragment.automata[0].states or fragment.automata[0].annotations):
-            raise EditError("Cannot paste", "it contains no states", "copy states first")
+            raise EditError(
+                Message("Cannot paste"), Message("it contains no states"), Message("copy states first")
+            )
         top, *others = fragment.automata
         numbers = _numbers(document, others)
         shift = self._shift(target, top)
@@ -87,8 +94,8 @@ class PasteStates(Command, frozen=True, kw_only=True):
         pasted = tuple(renumbered(each, numbers, target.id) for each in others)
         return replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
 
-    def title(self, document: Document) -> str:
-        return self.name[:80] or "Paste"
+    def title(self, document: Document) -> Message:
+        return step_name(self.name) if self.name else Message("Paste")
 
     def _shift(self, target: Automaton, top: Automaton) -> Point:
         pasted_nodes: tuple[State | Annotation, ...] = top.states or top.annotations
@@ -132,16 +139,17 @@ class AddReadyState(Command, frozen=True, kw_only=True):
     trigger: TransitionType = "condition"
 
     def apply(self, document: Document) -> Document:
-        what = f"Cannot draw {self.name[:40]}"
+        what = Message("Cannot draw {name}", name=self.name[:40])
         fragment = parse(self.content, what)
         top = fragment.root
         if top is None:
-            raise EditError(what, "it has no root automaton, or several", "fix its file")
+            raise EditError(what, Message("it has no root automaton, or several"), Message("fix its file"))
         if fragment.language != document.language:
-            why = (
-                f"its code is {fragment.language.text.strip()[:20] or 'Python'}, unlike that of this document"
+            why = Message(
+                "its code is {language}, unlike that of this document",
+                language=fragment.language.text.strip()[:20] or "Python",
             )
-            raise EditError(what, why, "draw a state, and write its code")
+            raise EditError(what, why, Message("draw a state, and write its code"))
         _require_same_declarations(document, fragment, what)
         former = find_automaton(document, self.automaton)
         document = AddState(
@@ -152,7 +160,7 @@ class AddReadyState(Command, frozen=True, kw_only=True):
         numbers = _numbers(document, [top, *(each for each in fragment.automata if each is not top)])
         state = changed(
             added,
-            name=free_name(checked(self.name, "the name"), {each.name for each in former.states}),
+            name=free_name(checked(self.name, Message("the name")), {each.name for each in former.states}),
             children=(numbers[top.id],),
             history=Text("restart"),
             arguments=tuple(Argument(name=each.name, value=Text(each.default.text)) for each in top.inputs),
@@ -165,8 +173,8 @@ class AddReadyState(Command, frozen=True, kw_only=True):
         drawn = replace(document, automata=(*swapped(document.automata, target, filled), *copies))
         return _with_declarations(drawn, fragment)
 
-    def title(self, document: Document) -> str:
-        return f"Draw {self.name[:80]}"
+    def title(self, document: Document) -> Message:
+        return Message("Draw {name}", name=self.name[:80])
 
 
 class FillAutomaton(Command, frozen=True, kw_only=True):
@@ -181,9 +189,11 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
     name: str = ""
 
     def apply(self, document: Document) -> Document:
-        fragment = parse(self.content, "Cannot fill the automaton")
+        fragment = parse(self.content, Message("Cannot fill the automaton"))
         if not fragment.automata:
-            raise EditError("Cannot fill the automaton", "the text contains none", "write one")
+            raise EditError(
+                Message("Cannot fill the automaton"), Message("the text contains none"), Message("write one")
+            )
         target = find_automaton(document, self.automaton)
         document = without_automata(document, hanging(document, target, target.states))
         target = find_automaton(document, self.automaton)
@@ -206,8 +216,8 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
         document = replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
         return _with_declarations(document, fragment)
 
-    def title(self, document: Document) -> str:
-        return self.name[:80] or "Fill the automaton"
+    def title(self, document: Document) -> Message:
+        return step_name(self.name) if self.name else Message("Fill the automaton")
 
 
 class ReplaceDocument(Command, frozen=True, kw_only=True):
@@ -217,22 +227,29 @@ class ReplaceDocument(Command, frozen=True, kw_only=True):
     name: str = ""
 
     def apply(self, document: Document) -> Document:
-        new = parse(self.content, "Cannot replace the document")
+        new = parse(self.content, Message("Cannot replace the document"))
         return document if new == document else new
 
-    def title(self, document: Document) -> str:
-        return self.name[:80] or "Replace the document"
+    def title(self, document: Document) -> Message:
+        return step_name(self.name) if self.name else Message("Replace the document")
 
 
-def _require_same_declarations(document: Document, fragment: Document, what: str) -> None:
+def _require_same_declarations(document: Document, fragment: Document, what: Message) -> None:
     """Raise EditError when two documents declare different things by the same name."""
     for name in ("interfaces", "ros", "parameters"):
         own = {KEYS[name](item): item for item in getattr(document, name)}
         for item in getattr(fragment, name):
             known = own.get(KEYS[name](item))
             if known is not None and _type_of(known) != _type_of(item):
-                why = f"it needs self.{item.name} as {_type_of(item)}, and here that is {_type_of(known)}"
-                raise EditError(what, why, f"rename {item.name} in this document, with its uses")
+                why = Message(
+                    "it needs self.{name} as {type}, and here that is {known}",
+                    name=item.name,
+                    type=_type_of(item),
+                    known=_type_of(known),
+                )
+                raise EditError(
+                    what, why, Message("rename {name} in this document, with its uses", name=item.name)
+                )
 
 
 def _type_of(declared: Interface | RosInterface | Parameter) -> str:
@@ -259,15 +276,21 @@ def _with_declarations(document: Document, fragment: Document) -> Document:
 def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
     """Return new ids for automata that are added to a document. Raises EditError for too many of them."""
     if len(document.automata) + len(automata) > MAX_AUTOMATA:
-        why = f"the document would have more than {MAX_AUTOMATA} automata"
-        raise EditError("Cannot add these automata", why, "move some to separate documents and import them")
+        why = Message("the document would have more than {limit} automata", limit=MAX_AUTOMATA)
+        raise EditError(
+            Message("Cannot add these automata"),
+            why,
+            Message("move some to separate documents and import them"),
+        )
     ids = automaton_ids(document)
     numbers: dict[int, int] = {}
     for automaton in automata:
         if automaton.id in numbers:
-            why = f"two automata in it have the number {automaton.id}"
+            why = Message("two automata in it have the number {automaton}", automaton=automaton.id)
             raise EditError(
-                "Cannot add these automata", why, "use `Repair numbers` in the document they come from"
+                Message("Cannot add these automata"),
+                why,
+                Message("use `Repair numbers` in the document they come from"),
             )
         numbers[automaton.id] = next(ids)
     return numbers

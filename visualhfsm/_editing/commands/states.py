@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import ClassVar, Final, Literal
 
 from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Result, State, Text
+from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._errors import EditError
 
 from ..nodes import (
@@ -46,12 +47,16 @@ class AddState(Command, frozen=True, kw_only=True):
 
         def add(automaton: Automaton) -> Automaton:
             if automaton.imported is not None:
-                why = "its content comes from another file"
-                raise EditError("Cannot draw in this automaton", why, "change that file, or inline it first")
+                why = Message("its content comes from another file")
+                raise EditError(
+                    Message("Cannot draw in this automaton"),
+                    why,
+                    Message("change that file, or inline it first"),
+                )
             taken = {state.name for state in automaton.states}
             state = State(
                 id=number,
-                name=checked(self.name, "the name") or free_name(f"{_DEFAULT_NAME} {number}", taken),
+                name=checked(self.name, Message("the name")) or free_name(f"{_DEFAULT_NAME} {number}", taken),
                 initial=not any(state.initial for state in automaton.states),
                 x=coordinate(self.x),
                 y=coordinate(self.y),
@@ -66,14 +71,16 @@ class AddState(Command, frozen=True, kw_only=True):
         )
         return led.apply(drawn)
 
-    def title(self, document: Document) -> str:
-        return "Add a state" if self.origin is None else "Add a state and a transition to it"
+    def title(self, document: Document) -> Message:
+        return (
+            Message("Add a state") if self.origin is None else Message("Add a state and a transition to it")
+        )
 
 
 class _StateCommand(AutomatonCommand, frozen=True, kw_only=True):
     """A change of one state; it sets the fields of the command unless `changed_state` is overridden."""
 
-    titled: ClassVar[str] = ""
+    titled: ClassVar[Message] = NO_MESSAGE
     state: Id
 
     def changed_state(self, state: State) -> State:
@@ -83,10 +90,10 @@ class _StateCommand(AutomatonCommand, frozen=True, kw_only=True):
         former = find_state(automaton, self.state)
         return changed(automaton, states=swapped(automaton.states, former, self.changed_state(former)))
 
-    def title(self, document: Document) -> str:
-        return f"{self.titled} {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        return Message("{what} {label}", what=self.titled, label=self.label(document))
 
-    def label(self, document: Document) -> str:
+    def label(self, document: Document) -> Message:
         return label(find_state(find_automaton(document, self.automaton), self.state))
 
 
@@ -94,7 +101,7 @@ class RenameState(_StateCommand, frozen=True, kw_only=True):
     """Rename a state."""
 
     typed = ("name",)
-    titled = "Rename"
+    titled = Message("Rename")
     name: str
 
 
@@ -108,15 +115,21 @@ class SetStateCode(_StateCommand, frozen=True, kw_only=True):
     def changed_state(self, state: State) -> State:
         return changed(state, **{self.part: self.text})
 
-    def title(self, document: Document) -> str:
-        what = self.part if self.part == "code" else f"{self.part} code"
-        return f"Edit the {what} of {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        label = self.label(document)
+        match self.part:
+            case "entry":
+                return Message("Edit the entry code of {label}", label=label)
+            case "exit":
+                return Message("Edit the exit code of {label}", label=label)
+            case "code":
+                return Message("Edit the code of {label}", label=label)
 
 
 class MarkInitial(_StateCommand, frozen=True, kw_only=True):
     """Make a state the only initial state of its automaton."""
 
-    titled = "Start in"
+    titled = Message("Start in")
 
     def change(self, automaton: Automaton) -> Automaton:
         chosen = find_state(automaton, self.state)
@@ -129,14 +142,19 @@ class MarkFinal(_StateCommand, frozen=True, kw_only=True):
 
     final: bool
 
-    def title(self, document: Document) -> str:
-        return f"{'End' if self.final else 'Do not end'} in {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        label = self.label(document)
+        return (
+            Message("End in {label}", label=label)
+            if self.final
+            else Message("Do not end in {label}", label=label)
+        )
 
 
 class SetHistory(_StateCommand, frozen=True, kw_only=True):
     """Set whether the automata of a state resume or restart when it is entered again."""
 
-    titled = "Set the history of"
+    titled = Message("Set the history of")
     history: Literal["", "resume", "restart"]
 
 
@@ -149,7 +167,7 @@ class SetArgument(_StateCommand, frozen=True, kw_only=True):
     child: Id = NO_CHILD
 
     def changed_state(self, state: State) -> State:
-        value = checked(self.value, "the argument")
+        value = checked(self.value, Message("the argument"))
         former = [each for each in state.arguments if (each.name, each.child) == (self.name, self.child)]
         if former:
             arguments = tuple(
@@ -158,14 +176,16 @@ class SetArgument(_StateCommand, frozen=True, kw_only=True):
             return changed(state, arguments=arguments)
         if not self.name.strip():
             raise EditError(
-                "Cannot add the argument", "it has no name", "name an input of the automaton below"
+                Message("Cannot add the argument"),
+                Message("it has no name"),
+                Message("name an input of the automaton below"),
             )
-        name = checked(self.name, "the name of the argument")
+        name = checked(self.name, Message("the name of the argument"))
         new = Argument(name=name, child=self.child, value=Text(value))
         return changed(state, arguments=(*state.arguments, new))
 
-    def title(self, document: Document) -> str:
-        return f"Set the argument {self.name[:30]} of {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        return Message("Set the argument {name} of {label}", name=self.name[:30], label=self.label(document))
 
 
 class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
@@ -178,8 +198,10 @@ class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
         kept = tuple(each for each in state.arguments if (each.name, each.child) != (self.name, self.child))
         return changed(state, arguments=kept)
 
-    def title(self, document: Document) -> str:
-        return f"Remove the argument {self.name[:30]} of {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        return Message(
+            "Remove the argument {name} of {label}", name=self.name[:30], label=self.label(document)
+        )
 
 
 class SetResult(_StateCommand, frozen=True, kw_only=True):
@@ -190,7 +212,7 @@ class SetResult(_StateCommand, frozen=True, kw_only=True):
     child: Id = NO_CHILD
 
     def changed_state(self, state: State) -> State:
-        variable = checked(self.variable, "the variable")
+        variable = checked(self.variable, Message("the variable"))
         former = [each for each in state.results if (each.name, each.child) == (self.name, self.child)]
         if former:
             results = tuple(
@@ -199,14 +221,16 @@ class SetResult(_StateCommand, frozen=True, kw_only=True):
             return changed(state, results=results)
         if not self.name.strip():
             raise EditError(
-                "Cannot add the result", "it has no name", "name an output of the automaton below"
+                Message("Cannot add the result"),
+                Message("it has no name"),
+                Message("name an output of the automaton below"),
             )
-        name = checked(self.name, "the name of the result")
+        name = checked(self.name, Message("the name of the result"))
         new = Result(name=name, child=self.child, variable=Text(variable))
         return changed(state, results=(*state.results, new))
 
-    def title(self, document: Document) -> str:
-        return f"Take the output {self.name[:30]} in {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        return Message("Take the output {name} in {label}", name=self.name[:30], label=self.label(document))
 
 
 class RemoveResult(_StateCommand, frozen=True, kw_only=True):
@@ -219,5 +243,5 @@ class RemoveResult(_StateCommand, frozen=True, kw_only=True):
         kept = tuple(each for each in state.results if (each.name, each.child) != (self.name, self.child))
         return changed(state, results=kept)
 
-    def title(self, document: Document) -> str:
-        return f"Leave the output {self.name[:30]} in {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        return Message("Leave the output {name} in {label}", name=self.name[:30], label=self.label(document))

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from visualhfsm._errors import EditError, VisualHfsmError
 
 from ..places import CODE, Place, pattern_for, spots
@@ -37,20 +38,26 @@ class ReplaceText(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         found = list(self._found(document)) if self.text else []
         if not found:
-            raise EditError("Cannot replace", f"no code has “{self.text[:_SHOWN]}” in it", "search again")
+            why = Message("no code has “{text}” in it", text=self.text[:_SHOWN])
+            raise EditError(Message("Cannot replace"), why, Message("search again"))
         if sum(count for *_, count in found) * len(self.by) > MAX_SIZE:
-            why = f"it would have more than {MAX_SIZE >> 20} MiB"
-            raise EditError("Cannot replace that often", why, "search for more letters")
+            why = Message("it would have more than {limit} MiB", limit=MAX_SIZE >> 20)
+            raise EditError(Message("Cannot replace that often"), why, Message("search for more letters"))
         pattern = pattern_for(self.text, whole=self.whole)
         for place, lines, part, _ in found:
             lines[part] = [pattern.sub(lambda _: self.by, "\n".join(lines[part]))]
             document = with_code(document, place, "\n".join(lines))
         return document
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         count = sum(count for *_, count in self._found(document))
-        times = "once" if count == 1 else f"{count} times"
-        return f"Replace “{self.text[:_SHOWN]}” by “{self.by[:_SHOWN]}” ({times})"
+        return Message.counted(
+            "Replace “{text}” by “{new}” (once)",
+            "Replace “{text}” by “{new}” ({count} times)",
+            count=count,
+            text=self.text[:_SHOWN],
+            new=self.by[:_SHOWN],
+        )
 
     def _found(self, document: Document) -> Iterator[tuple[Place, list[str], slice, int]]:
         """Yield for each place with matches its lines, the slice to change, and the number of matches."""
@@ -79,5 +86,9 @@ def with_code(document: Document, place: Place, code: str) -> Document:
         case "automaton", "variables" | "functions" as part:
             command = SetAutomatonCode(**where, part=part, text=code)
         case _:
-            raise VisualHfsmError(f"there is no code in the {place.part or 'whole'} of a {place.kind}")
+            raise VisualHfsmError(
+                Message(
+                    "there is no code in the {part} of a {kind}", part=place.part or "whole", kind=place.kind
+                )
+            )
     return command.apply(document)

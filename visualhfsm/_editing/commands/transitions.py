@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar, Final, Literal
 
 from codegen.hfsm.document import Automaton, Document, Transition
+from codegen.messages import NO_MESSAGE, Message
 
 from ..geometry import with_default_handles
 from ..nodes import (
@@ -40,7 +42,7 @@ class AddTransition(AutomatonCommand, frozen=True, kw_only=True):
         number = next(transition_ids(automaton))
         transition = Transition(
             id=number,
-            name=checked(self.name, "the name") or f"transition {number}",
+            name=checked(self.name, Message("the name")) or f"transition {number}",
             origin=find_state(automaton, self.origin).id,
             destination=find_state(automaton, self.destination).id,
             type=self.type,
@@ -51,16 +53,18 @@ class AddTransition(AutomatonCommand, frozen=True, kw_only=True):
         is_placed = self.x is not None and self.y is not None
         return drawn if is_placed else with_default_handles(drawn, frozenset((number,)))
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         automaton = find_automaton(document, self.automaton)
         origin, destination = (find_state(automaton, number) for number in (self.origin, self.destination))
-        return f"Add a transition from {label(origin)} to {label(destination)}"
+        return Message(
+            "Add a transition from {origin} to {target}", origin=label(origin), target=label(destination)
+        )
 
 
 class _TransitionCommand(AutomatonCommand, frozen=True, kw_only=True):
     """A change of one transition; it sets the command's fields unless `changed_transition` is overridden."""
 
-    titled: ClassVar[str] = ""
+    titled: ClassVar[Message] = NO_MESSAGE
     transition: Id
 
     def changed_transition(self, transition: Transition) -> Transition:
@@ -71,10 +75,10 @@ class _TransitionCommand(AutomatonCommand, frozen=True, kw_only=True):
         new = self.changed_transition(former)
         return changed(automaton, transitions=swapped(automaton.transitions, former, new))
 
-    def title(self, document: Document) -> str:
-        return f"{self.titled} {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        return Message("{what} {label}", what=self.titled, label=self.label(document))
 
-    def label(self, document: Document) -> str:
+    def label(self, document: Document) -> Message:
         return label(find_transition(find_automaton(document, self.automaton), self.transition))
 
 
@@ -82,7 +86,7 @@ class RenameTransition(_TransitionCommand, frozen=True, kw_only=True):
     """Rename a transition."""
 
     typed = ("name",)
-    titled = "Rename"
+    titled = Message("Rename")
     name: str
 
 
@@ -104,13 +108,29 @@ class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
         led = replace(automaton, transitions=swapped(automaton.transitions, former, new))
         return with_default_handles(led, frozenset((former.id,)))
 
-    def title(self, document: Document) -> str:
+    def title(self, document: Document) -> Message:
         automaton = find_automaton(document, self.automaton)
         if self.destination is not None:
-            return f"Lead {self.label(document)} to {label(find_state(automaton, self.destination))}"
+            return Message(
+                "Lead {label} to {state}",
+                label=self.label(document),
+                state=label(find_state(automaton, self.destination)),
+            )
         if self.origin is not None:
-            return f"Lead {self.label(document)} from {label(find_state(automaton, self.origin))}"
-        return f"Lead {self.label(document)} elsewhere"
+            return Message(
+                "Lead {label} from {state}",
+                label=self.label(document),
+                state=label(find_state(automaton, self.origin)),
+            )
+        return Message("Lead {label} elsewhere", label=self.label(document))
+
+
+_TYPES: Final[Mapping[TransitionType, Message]] = {
+    "condition": Message("condition"),
+    "time": Message("time"),
+    "event": Message("event"),
+    "finished": Message("finished"),
+}
 
 
 class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
@@ -139,8 +159,8 @@ class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
             trigger = self.trigger
         return changed(transition, type=self.type, trigger=trigger, guard=guard)
 
-    def title(self, document: Document) -> str:
-        return f"Make {self.label(document)} fire by {self.type}"
+    def title(self, document: Document) -> Message:
+        return Message("Make {label} fire by {type}", label=self.label(document), type=_TYPES[self.type])
 
 
 class SetTransitionCode(_TransitionCommand, frozen=True, kw_only=True):
@@ -153,16 +173,22 @@ class SetTransitionCode(_TransitionCommand, frozen=True, kw_only=True):
     def changed_transition(self, transition: Transition) -> Transition:
         return changed(transition, **{"code" if self.part == "fired" else self.part: self.text})
 
-    def title(self, document: Document) -> str:
-        what = "code" if self.part == "fired" else self.part
-        return f"Edit the {what} of {self.label(document)}"
+    def title(self, document: Document) -> Message:
+        label = self.label(document)
+        match self.part:
+            case "trigger":
+                return Message("Edit the trigger of {label}", label=label)
+            case "guard":
+                return Message("Edit the guard of {label}", label=label)
+            case "fired":
+                return Message("Edit the code of {label}", label=label)
 
 
 class SetPriority(_TransitionCommand, frozen=True, kw_only=True):
     """Set the priority of a transition as it was typed: a number from 1, or nothing."""
 
     typed = ("priority",)
-    titled = "Set the priority of"
+    titled = Message("Set the priority of")
     priority: str
 
 
@@ -195,5 +221,5 @@ class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
             )
         return changed(automaton, transitions=transitions)
 
-    def title(self, document: Document) -> str:
-        return f"Try {self.label(document)} as number {self.index + 1}"
+    def title(self, document: Document) -> Message:
+        return Message("Try {label} as number {index}", label=self.label(document), index=self.index + 1)

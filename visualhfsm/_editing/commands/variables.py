@@ -12,6 +12,7 @@ import msgspec
 
 from codegen.hfsm.analysis import Analysis, AutomatonCode, Piece, analyze
 from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, Text
+from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 from ..nodes import changed, find_automaton, find_state, free_name, with_automaton
@@ -37,9 +38,10 @@ class PassVariable(Command, frozen=True, kw_only=True):
         target = find_automaton(document, self.automaton)
         if any(self.name in piece.bound for piece in _code(analysis, target).sharing()):
             raise EditError(
-                f"Cannot pass “{self.name}”", "this automaton also assigns it, which the other would not see",
-                f"write self.{self.name} in both",
-            )  # fmt: skip
+                Message("Cannot pass “{name}”", name=self.name),
+                Message("this automaton also assigns it, which the other would not see"),
+                Message("write self.{name} in both", name=self.name),
+            )
         given = _type(owner, self.name)
         for each in (target, *document.above(target)):
             if each.id == owner.automaton.id:
@@ -47,13 +49,14 @@ class PassVariable(Command, frozen=True, kw_only=True):
             document = self._handed_over(document, each, given)
         return document
 
-    def title(self, document: Document) -> str:  # noqa: ARG002
-        return f"Pass “{self.name}” as an input"
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Pass “{name}” as an input", name=self.name)
 
     def _handed_over(self, document: Document, automaton: Automaton, type: str) -> Document:
         state = document.owner(automaton)
         if state is None:
-            raise EditError(f"Cannot pass “{self.name}”", "no state owns the automaton")
+            what = Message("Cannot pass “{name}”", name=self.name)
+            raise EditError(what, Message("no state owns the automaton"))
         declared = Parameter(name=self.name, type=Text(type), default=Text(), description=Text())
         document = with_automaton(
             document, automaton.id, lambda each: changed(each, inputs=(*each.inputs, declared))
@@ -81,14 +84,20 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
         analysis = analyze(document, _NOWHERE)
         owner = _owner(analysis, self.automaton, self.name)
         target = find_automaton(document, self.automaton)
-        what = f"Cannot hand “{self.name}” up"
+        what = Message("Cannot hand “{name}” up", name=self.name)
         variables = _code(analysis, target).variables
         if variables is not None and self.name in variables.bound:
             raise EditError(
-                what, "this automaton's variables set it", "delete it there: an output has a default"
+                what,
+                Message("this automaton's variables set it"),
+                Message("delete it there: an output has a default"),
             )
         if any(each.name == self.name for each in owner.automaton.inputs):
-            raise EditError(what, "it is an input of the automaton above", "give the output another name")
+            raise EditError(
+                what,
+                Message("it is an input of the automaton above"),
+                Message("give the output another name"),
+            )
         declared = Parameter(
             name=self.name,
             type=Text(_type(owner, self.name)),
@@ -107,13 +116,14 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
             document = self._taken(document, each)
         return document
 
-    def title(self, document: Document) -> str:  # noqa: ARG002
-        return f"Hand “{self.name}” up as an output"
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Hand “{name}” up as an output", name=self.name)
 
     def _taken(self, document: Document, automaton: Automaton) -> Document:
         state = document.owner(automaton)
         if state is None:
-            raise EditError(f"Cannot hand “{self.name}” up", "no state owns the automaton")
+            what = Message("Cannot hand “{name}” up", name=self.name)
+            raise EditError(what, Message("no state owns the automaton"))
         child = automaton.id if len(state.children) > 1 else NO_CHILD
         command = SetResult(
             automaton=automaton.father, state=state.id, name=self.name, variable=self.name, child=child
@@ -145,8 +155,8 @@ class TakeOutput(Command, frozen=True, kw_only=True):
         )
         return command.apply(document)
 
-    def title(self, document: Document) -> str:  # noqa: ARG002
-        return f"Take the output {self.name[:30]} into a new variable"
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Take the output {name} into a new variable", name=self.name[:30])
 
 
 class ShareVariable(Command, frozen=True, kw_only=True):
@@ -170,8 +180,8 @@ class ShareVariable(Command, frozen=True, kw_only=True):
                 document = self._changed(document, place, text, piece)
         return document
 
-    def title(self, document: Document) -> str:  # noqa: ARG002
-        return f"Share “{self.name}” as self.{self.name}"
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Share “{name}” as self.{name}", name=self.name)
 
     def _require_free(self, analysis: Analysis, owner: AutomatonCode) -> None:
         document = analysis.document
@@ -179,15 +189,16 @@ class ShareVariable(Command, frozen=True, kw_only=True):
         taken |= {each.name for each in document.parameters}
         if self.name in taken:
             self._refuse(
-                f"self.{self.name} is an interface, function or parameter", "rename the variable first"
+                Message("self.{name} is an interface, function or parameter", name=self.name),
+                Message("rename the variable first"),
             )
         if any(each.name == self.name for each in owner.automaton.inputs):
-            self._refuse("it is an input of the automaton above", "pass it on as an input")
+            self._refuse(Message("it is an input of the automaton above"), Message("pass it on as an input"))
         if self.name in owner.results or self.name in owner.automaton.declared:
-            self._refuse("outputs of automata are taken into it", "hand it up as an output")
+            self._refuse(Message("outputs of automata are taken into it"), Message("hand it up as an output"))
 
-    def _refuse(self, why: str, hint: str) -> None:
-        raise EditError(f"Cannot share “{self.name}”", why, hint)
+    def _refuse(self, why: Message, hint: Message) -> None:
+        raise EditError(Message("Cannot share “{name}”", name=self.name), why, hint)
 
     def _users(self, analysis: Analysis, owner: Automaton) -> Iterator[Automaton]:
         """Yield an automaton and those below it that have no such variable."""
@@ -201,7 +212,9 @@ class ShareVariable(Command, frozen=True, kw_only=True):
 
     def _changed(self, document: Document, place: Place, text: Text, piece: Piece) -> Document:
         if any(self._is_elsewhere(node) for node in ast.walk(piece.tree)):
-            self._refuse("some of its code binds the name in another way", "write self yourself")
+            self._refuse(
+                Message("some of its code binds the name in another way"), Message("write self yourself")
+            )
         lines = text.text.split("\n")
         for line, column in sorted(self._found(piece, text), reverse=True):
             written = lines[line]
@@ -262,7 +275,7 @@ def _code(analysis: Analysis, automaton: Automaton) -> AutomatonCode:
     for each in analysis.automata:
         if each.automaton is automaton:
             return each
-    raise EditError("Cannot read the code", "the document is not in Python")
+    raise EditError(Message("Cannot read the code"), Message("the document is not in Python"))
 
 
 def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
@@ -272,7 +285,9 @@ def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
         if name in code.names:
             return code
     raise EditError(
-        f"Cannot find “{name}”", "no automaton above has such a variable", "declare it there first"
+        Message("Cannot find “{name}”", name=name),
+        Message("no automaton above has such a variable"),
+        Message("declare it there first"),
     )
 
 

@@ -33,7 +33,7 @@ from visualhfsm._web.assets import Assets
 
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
 
-PLACEHOLDER = re.compile(r"{(\w+)}")
+PLACEHOLDER = re.compile(r"{(\w[^{}]*)}")
 ALL = [
     pytest.param(domain, language, id=f"{language}-{domain.name}")
     for domain in DOMAINS

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, State, Transition
+from codegen.messages import Message
 from tests.support.editing import choose_command, tree
 from tests.support.examples import examples
 from visualhfsm._editing.commands import decode_command
@@ -72,7 +73,7 @@ def test_every_sequence_of_commands_can_be_saved_undone_and_done_again(
                 continue
             after, former = session.document, text
             text = write_document(after)
-            assert parse(text, "Cannot read") == after
+            assert parse(text, Message("Cannot read")) == after
             if after is not before:
                 assert text != former
         last = write_document(session.document)
@@ -89,4 +90,4 @@ def test_every_sequence_of_commands_can_be_saved_undone_and_done_again(
 
 
 def test_the_odd_document_is_one_that_can_be_saved() -> None:
-    assert parse(write_document(ODD), "Cannot read", Path("odd.xml")) == ODD
+    assert parse(write_document(ODD), Message("Cannot read"), Path("odd.xml")) == ODD

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document, Text
+from codegen.messages import Message
 from tests.support.editing import choose_command, large_document, tree
 from tests.support.examples import examples
 from visualhfsm._editing.commands import Command
@@ -100,7 +101,7 @@ def test_entries_that_share_a_name_are_distinguished_by_their_order() -> None:
 
 
 def test_the_same_has_no_differences() -> None:
-    assert diff_documents(tree(), parse(write_document(tree()), "Cannot read")) == []
+    assert diff_documents(tree(), parse(write_document(tree()), Message("Cannot read"))) == []
 
 
 def merged(mine: Sequence[Command], theirs: Sequence[Command], base: Document | None = None) -> Merged:
@@ -313,7 +314,7 @@ def test_any_two_versions_make_a_document_that_can_be_saved(mine: int, theirs: i
     base = tree()
     here, there = random_document(mine, base), random_document(theirs, base)
     outcome = merge_documents(base, here, there).document
-    assert parse(write_document(outcome), "Cannot read") == outcome
+    assert parse(write_document(outcome), Message("Cannot read")) == outcome
     assert merge_documents(base, here, base).document == here
     assert merge_documents(base, base, there).document == there
     assert merge_documents(base, here, here).document == here

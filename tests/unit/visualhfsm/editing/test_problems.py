@@ -88,7 +88,7 @@ def test_problems_of_transitions_automata_and_lists_have_their_places() -> None:
 def test_every_element_and_text_of_a_document_is_found_where_it_was_written() -> None:
     document = SetArgument(automaton=1, state=2, name="n", value="1 <\n2", child=2).apply(tree())
     document = SetStateCode(automaton=1, state=1, part="exit", text="\n\na\n").apply(document)
-    read = parse(written(document), "Cannot read")
+    read = parse(written(document), Message("Cannot read"))
     locator = Locator(read)
     seen = 0
     for spot in spots(read):
@@ -108,7 +108,7 @@ def test_every_element_and_text_of_a_document_is_found_where_it_was_written() ->
 
 def test_what_is_behind_a_text_belongs_to_the_element() -> None:
     text = '<VisualHFSM>\n<SubAutomata id="1">\n<state id="3"><code>a</code>\n<ours>\n</ours></state></SubAutomata></VisualHFSM>'
-    located = Locator(parse(text, "Cannot read")).find(4, 1)
+    located = Locator(parse(text, Message("Cannot read"))).find(4, 1)
     assert located == (Place(kind="state", automaton=1, id=3), 0, 0)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from codegen.messages import Message
 from tests.support.processes import assert_gone, children
 from tests.support.pushes import Pushes
 from tests.support.waiting_trials import PLAN, WAITS
@@ -36,10 +37,10 @@ def path(tmp_path: Path) -> Path:
 
 def source(path: Path, text: str | None = None) -> Source:
     """Return an open document, perhaps with a text that is not saved."""
-    found = Source(1, 0, parse(path.read_text(), "Cannot read"), path, False, path.stem)
+    found = Source(1, 0, parse(path.read_text(), Message("Cannot read")), path, False, path.stem)
     if text is None:
         return found
-    return replace(found, document=parse(text, "Cannot read"), dirty=True)
+    return replace(found, document=parse(text, Message("Cannot read")), dirty=True)
 
 
 class Trials:

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from codegen.messages import Message
 from tests.support.limits import FOREVER, RUN_LIMIT
 from visualhfsm import AddState, OpenDocument, Project, SetStateCode
 from visualhfsm._editing.places import Place, texts_at
@@ -168,7 +169,9 @@ def test_a_failure_is_a_problem_until_its_code_changes(run: Callable[[Test, list
 
         await tab.edit(lambda _: write("x = 1\n  y = 1 / 0"))
         texts = texts_at(tab.shown.document, place)
-        tab.failures.append(Failed(tab=1, place=place, line=2, message="division by zero", texts=texts))
+        tab.failures.append(
+            Failed(tab=1, place=place, line=2, message=Message("division by zero"), texts=texts)
+        )
         assert tab.problems is None
         tab.findings = Problems(tab=1, revision=tab.shown.revision, items=[])
         assert tab.problems is not None

@@ -8,6 +8,7 @@ import pytest
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Parameter, Text
+from codegen.messages import Message
 from tests.support.editing import automaton, state, tree
 from visualhfsm._editing.commands import Command
 from visualhfsm._editing.commands.component import (
@@ -122,7 +123,7 @@ def test_entries_are_added_changed_moved_and_removed(add: Command, change: Comma
     assert getattr(document, list_name) == (first,)
     with pytest.raises(EditError, match="there are 1"):
         RemoveEntry(list=list_name, index=1).apply(document)
-    assert parse(write_document(document), "Cannot read") == document
+    assert parse(write_document(document), Message("Cannot read")) == document
 
 
 def test_an_entry_has_the_fields_of_its_list_alone() -> None:

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
+from codegen.messages import Message
 from tests.support.editing import tree
 from tests.support.examples import examples
 from visualhfsm._editing.commands.group import GroupStates, split_variables
@@ -64,7 +65,7 @@ def test_grouped_states_keep_what_they_are_and_what_leads_across_the_border_ends
             owner = made.owner(automaton)
             assert owner is not None
             assert automaton.father == (child.id if owner.id in chosen else 1)
-        assert parse(session.text(), "Cannot read") == made
+        assert parse(session.text(), Message("Cannot read")) == made
         session.undo()
         assert session.text() == original
         session.redo()

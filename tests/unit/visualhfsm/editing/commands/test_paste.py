@@ -8,6 +8,7 @@ import msgspec
 import pytest
 
 from codegen.hfsm.document import Argument, Automaton, Document, Result, State, Text
+from codegen.messages import Message
 from tests.support.editing import large_document, tree
 from visualhfsm._editing.commands.automata import AddAutomaton, SetImport
 from visualhfsm._editing.commands.items import DeleteItems
@@ -174,7 +175,7 @@ def test_filling_an_automaton_takes_away_what_was_below_it() -> None:
 
 
 def test_a_clipboard_is_text_that_is_a_document() -> None:
-    (copied,) = parse(copy_states(tree(), 1, [1]), "Cannot read").automata
+    (copied,) = parse(copy_states(tree(), 1, [1]), Message("Cannot read")).automata
     assert [each.name for each in copied.states] == ["wait"]
     assert copied.transitions == ()
 
@@ -230,7 +231,7 @@ def test_a_ready_state_is_a_state_with_a_copy_of_the_whole_document() -> None:
     assert [each.name.text for each in document.libraries][-1:] == ["math"]
     assert [each.name for each in document.interfaces][-1:] == ["Walk"]
     assert [each.name for each in document.parameters][-1:] == ["pace"]
-    assert parse(written(document), "written") == document
+    assert parse(written(document), Message("written")) == document
 
 
 def test_a_ready_state_follows_another_state() -> None:

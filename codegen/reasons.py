@@ -1,0 +1,206 @@
+"""What exceptions say, as messages: their own, or the texts of Python and of the system that are met most.
+
+Python says in English what is wrong with code, and so does the runtime of components, in the lines that they
+log. A text that is known here becomes a message that can be translated, without a change of a letter; any
+other stays as it is.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache, lru_cache
+from typing import Final
+
+from .messages import Message, Value
+
+__all__ = ["known_text", "reason"]
+
+_A: Final = "\N{HORIZONTAL ELLIPSIS}"
+"""A value of a template that stands for any text."""
+_N: Final = 0
+"""A value of a template that stands for a number."""
+
+_SYNTAX: Final = (
+    Message("invalid syntax"),
+    Message("invalid syntax. Perhaps you forgot a comma?"),
+    Message("invalid syntax. Maybe you meant '==' or ':=' instead of '='?"),
+    Message("expected ':'"),
+    Message("expected 'except' or 'finally' block"),
+    Message("expected an indented block after {what} on line {line}", what=_A, line=_N),
+    Message("unexpected indent"),
+    Message("unindent does not match any outer indentation level"),
+    Message("inconsistent use of tabs and spaces in indentation"),
+    Message("unexpected EOF while parsing"),
+    Message("'{bracket}' was never closed", bracket=_A),
+    Message("unmatched '{bracket}'", bracket=_A),
+    Message("closing parenthesis '{close}' does not match opening parenthesis '{open}'", close=_A, open=_A),
+    Message("unterminated string literal (detected at line {line})", line=_N),
+    Message("cannot assign to {what} here. Maybe you meant '==' instead of '='?", what=_A),
+    Message("cannot assign to {what}", what=_A),
+    Message("'break' outside loop"),
+    Message("'continue' not properly in loop"),
+    Message("'return' outside function"),
+    Message("invalid decimal literal"),
+    Message("invalid character '{character}' ({code})", character=_A, code=_A),
+    Message("invalid non-printable character {code}", code=_A),
+    Message("positional argument follows keyword argument"),
+    Message("Missing parentheses in call to '{name}'. Did you mean {call}?", name=_A, call=_A),
+    Message("'{name}' is an illegal expression for augmented assignment", name=_A),
+)
+"""What Python says of code that it cannot read."""
+
+_ERRORS: Final = (
+    Message("division by zero"),
+    Message("float division by zero"),
+    Message("integer division or modulo by zero"),
+    Message("integer modulo by zero"),
+    Message("float modulo"),
+    Message("math domain error"),
+    Message("maximum recursion depth exceeded"),
+    Message("name '{name}' is not defined. Did you mean: '{other}'?", name=_A, other=_A),
+    Message("name '{name}' is not defined", name=_A),
+    Message("cannot access local variable '{name}' where it is not associated with a value", name=_A),
+    Message(
+        "'{type}' object has no attribute '{name}'. Did you mean: '{other}'?", type=_A, name=_A, other=_A
+    ),
+    Message("'{type}' object has no attribute '{name}'", type=_A, name=_A),
+    Message("module '{module}' has no attribute '{name}'", module=_A, name=_A),
+    Message("'{type}' object is not callable", type=_A),
+    Message("'{type}' object is not iterable", type=_A),
+    Message("'{type}' object is not subscriptable", type=_A),
+    Message("list index out of range"),
+    Message("string index out of range"),
+    Message("tuple index out of range"),
+    Message(
+        "unsupported operand type(s) for {operator}: '{left}' and '{right}'", operator=_A, left=_A, right=_A
+    ),
+    Message(
+        "'{operator}' not supported between instances of '{left}' and '{right}'",
+        operator=_A,
+        left=_A,
+        right=_A,
+    ),
+    Message('can only concatenate str (not "{type}") to str', type=_A),
+    Message("must be real number, not {type}", type=_A),
+    Message("could not convert string to float: {text}", text=_A),
+    Message("invalid literal for int() with base {base}: {text}", base=_N, text=_A),
+    Message("too many values to unpack (expected {count})", count=_N),
+    Message("not enough values to unpack (expected {expected}, got {given})", expected=_A, given=_N),
+    Message(
+        "{function} missing {count} required positional argument: {name}", function=_A, count=_N, name=_A
+    ),
+    Message(
+        "{function} missing {count} required positional arguments: {names}", function=_A, count=_N, names=_A
+    ),
+    Message(
+        "{function} takes {expected} positional arguments but {given} were given",
+        function=_A,
+        expected=_A,
+        given=_N,
+    ),
+    Message("{function} got an unexpected keyword argument '{name}'", function=_A, name=_A),
+    Message("No module named '{name}'", name=_A),
+)
+"""What Python says when code fails."""
+
+_RUNTIME: Final = (
+    Message("`self.{name}` is not declared; did you mean {names}?", name=_A, names=_A),
+    Message("`self.{name}` is not declared", name=_A),
+    Message(
+        "`self.{name}` is not declared; declare an interface, function or parameter, or assign it first",
+        name=_A,
+    ),
+    Message("`{name}` has no value yet; give it one in the variables of {automaton}", name=_A, automaton=_A),
+    Message("`{name}` has no value yet", name=_A),
+    Message(
+        "`{name}` is a variable of {owner}, and {automaton} has its own; write `self.{name}` in both",
+        name=_A,
+        owner=_A,
+        automaton=_A,
+    ),
+    Message(
+        "`{name}` is a variable of {owner}, and {automaton} has its own; pass it to {automaton} as an input, "
+        "or write `self.{name}` in both",
+        name=_A,
+        owner=_A,
+        automaton=_A,
+    ),
+    Message(
+        "`{name}` is a variable of {owner}, and {automaton} has its own", name=_A, owner=_A, automaton=_A
+    ),
+    Message("{call} ends the component; a final state would end it without an error", call=_A),
+)
+"""What the runtime says of code that fails: `hfsm_runtime/_advice.py` and `_supervision.py` write it."""
+
+_SYSTEM: Final = (
+    Message("No such file or directory"),
+    Message("Permission denied"),
+    Message("Is a directory"),
+    Message("Not a directory"),
+    Message("File exists"),
+    Message("File name too long"),
+    Message("No space left on device"),
+    Message("Read-only file system"),
+    Message("Too many open files"),
+    Message("Connection refused"),
+    Message("not well-formed (invalid token)"),
+    Message("mismatched tag"),
+    Message("junk after document element"),
+    Message("duplicate attribute"),
+    Message("undefined entity"),
+    Message("unclosed token"),
+)
+"""What the system says of files, and the reader of XML."""
+
+_EXCEPTION: Final = re.compile(r"([A-Za-z_][\w.]*(?:Error|Exception|Warning)): (.+)", re.DOTALL)
+_LONGEST: Final = 300
+"""Characters of a text that is looked for."""
+
+
+def reason(error: BaseException) -> Message:
+    """Return what an exception says: errors of syntax and of the system without their places and numbers."""
+    message = getattr(error, "message", None)
+    if isinstance(message, Message):
+        return message
+    match error:
+        case SyntaxError(msg=str(text)) | OSError(strerror=str(text)):
+            return known_text(text)
+    return known_text(str(error))
+
+
+@lru_cache(maxsize=1024)
+def known_text(text: str) -> Message:
+    """Return a text of Python, of the runtime or of the system as a message, with what is known of it.
+
+    Before it the name of an exception may stand, as in `NameError: name 'x' is not defined`.
+    """
+    if len(text) > _LONGEST:
+        return Message.verbatim(text)
+    if exception := _EXCEPTION.fullmatch(text):
+        kind, what = exception.groups()
+        return Message("{kind}: {what}", kind=kind, what=known_text(what))
+    for known, pattern in _patterns():
+        if found := pattern.fullmatch(text):
+            values: dict[str, Value] = found.groupdict()
+            if (message := known.again(values)) == text:
+                return message
+    return Message.verbatim(text)
+
+
+@cache
+def _patterns() -> tuple[tuple[Message, re.Pattern[str]], ...]:
+    return tuple((each, _pattern(each)) for each in (*_SYNTAX, *_ERRORS, *_RUNTIME, *_SYSTEM))
+
+
+def _pattern(message: Message) -> re.Pattern[str]:
+    """Return the pattern of the texts that a template may give."""
+    seen: set[str] = set()
+    pattern = ""
+    for literal, name, _, _ in message.pieces():
+        pattern += re.escape(literal)
+        if name in seen:
+            pattern += f"(?P={name})"
+        elif name is not None:
+            seen.add(name)
+            pattern += f"(?P<{name}>.+?)"
+    return re.compile(pattern, re.DOTALL)
