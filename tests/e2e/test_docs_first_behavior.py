@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,7 +19,6 @@ pytest_plugins = "pytester"
 pytestmark = pytest.mark.slow
 
 PAGE = (DOCS / "tutorial/first-behavior.md").read_text("utf-8")
-TRANSLATION = (DOCS / "tutorial/es/first-behavior.md").read_text("utf-8")
 CODE = [block.text.strip() for block in blocks_of(PAGE) if block.language == "python"]
 LEFT, RIGHT, THERE, MISSPELT, DIVIDED, TEST = CODE
 
@@ -29,12 +27,6 @@ LEFT, RIGHT, THERE, MISSPELT, DIVIDED, TEST = CODE
 def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     with page_of_a_reader(browser, tmp_path) as shown:
         yield shown
-
-
-def test_the_translation_has_the_same_code_and_pictures() -> None:
-    assert [block.text.strip() for block in blocks_of(TRANSLATION) if block.language == "python"] == CODE
-    pictures = [Path(link).name for link in re.findall(r"!\[[^]]*\]\((.*?)\)", PAGE)]
-    assert [Path(link).name for link in re.findall(r"!\[[^]]*\]\((.*?)\)", TRANSLATION)] == pictures
 
 
 def test_the_first_behavior_is_drawn_run_broken_fixed_and_tested(

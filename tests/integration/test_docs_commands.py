@@ -54,6 +54,7 @@ SUPPLIED: Final = {
     "how-to/ros2-behaviors.md": ("examples/turtlebot/bump_and_go.xml",),
     "how-to/scxml.md": ("behaviors/follow_ball.xml",),
     "how-to/trials.md": ("behaviors/follow_ball.xml",),
+    "tutorial/es/football.md": ("behaviors/score.xml",),
     "tutorial/football.md": ("behaviors/score.xml",),
 }
 """Documents that a page presumes."""
@@ -69,6 +70,7 @@ CHECKOUT: Final = (
 )
 """Pages whose reader is in the checkout, in which `make demo` has made `.venv`."""
 PICTURES: Final = (
+    "tutorial/es/football.md",
     "tutorial/football.md",
     "how-to/own-robot.md",
     "how-to/trials.md",
@@ -173,7 +175,7 @@ def arrive(reader: Reader, checkout: Path, page: str) -> None:
         return
     mine.mkdir()
     reader.activate(checkout / ".venv/bin")
-    if page == "tutorial/football.md":
+    if page.endswith("football.md"):
         reader.folder = mine
 
 
