@@ -58,8 +58,8 @@ from visualhfsm.trials._view import view_of
 ROOT: Final = Path(__file__).resolve().parents[1]
 PARTS: Final = ("overhead", "rate", "short", "page", "grading")
 PAIRS: Final = 11
-RUNS_OF_A_ROUND: Final = 24
-ROUNDS: Final = 5
+RUNS_OF_A_ROUND: Final = 72
+ROUNDS: Final = 3
 PAGE_RUNS: Final = 1000
 OPENINGS: Final = 5
 SUBMISSIONS: Final = 30

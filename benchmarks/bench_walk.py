@@ -2,12 +2,13 @@
 
 Everything runs in virtual time, with noise in every sense. The largest pushes are also plotted.
 
-    python benchmarks/bench_walk.py [--programmes 30] [--minutes 10] [--plot docs/pictures/walk/pushes.png]
+    python benchmarks/bench_walk.py [--programmes 30] [--robots 8] [--plot docs/pictures/walk/pushes.png]
 """
 
 from __future__ import annotations
 
 import argparse
+import cmath
 import logging
 import math
 import statistics
@@ -16,7 +17,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from rich.console import Console
@@ -24,12 +25,16 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from hfsm_runtime.virtual.clock import TaskClock
+from hfsm_runtime.virtual.network import VirtualNetwork
+from interfaces.nao import ActionStatus, WalkPrx
 from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.present import present
 from tests.support.walking import mean_velocity
+from visualhfsm.simulation._robot import RobotUnderTest
 from zenoh_ice import VirtualClock
 
 CONSOLE = Console(width=100)
@@ -121,6 +126,42 @@ def print_drift(runs: int = 10) -> None:
         f"3 m straight, {runs} times: drift {statistics.mean(drifts):.2f} m, at most {max(drifts):.2f} m"
         f" (required: 0.3); odometry off by {statistics.mean(errors) * 100:.1f} %, at most"
         f" {max(errors) * 100:.1f} % (required: 10); heading by at most {math.degrees(max(turns)):.1f} deg\n"
+    )
+
+
+def print_places(robots: int, places: int = 6, farthest: float = 0.3) -> None:
+    """Walk to places near by, with any heading in front, by the servant `Walk`."""
+    errors, turns, longest = [], [], 0.0
+    for seed in range(1, robots + 1):
+        random, clock = np.random.default_rng(seed), TaskClock()
+        network = VirtualNetwork(clock)
+        robot = RobotUnderTest("sim", clock, network, camera="drawn", seed=seed, noise=True)
+        walk: Any = WalkPrx.uncheckedCast(network.communicator.stringToProxy("Walk"))
+        stage = present(robot.device.stage)
+        clock.advance(2.0)
+        for _ in range(places):
+            way = cmath.rect(farthest * math.sqrt(random.uniform()), random.uniform(-math.pi, math.pi))
+            heading = random.uniform(-1.0, 1.0)
+            before, began = stage.truth().torso, clock.now()
+            walk.walkTo(way.real, way.imag, heading)
+            clock.advance(0.1)
+            while walk.getWalkState().status is ActionStatus.Moving:
+                clock.advance(0.1)
+            assert walk.getWalkState().status is ActionStatus.Done, walk.getWalkState().message
+            longest = max(longest, clock.now() - began)
+            clock.advance(1.0)
+            after = stage.truth().torso
+            moved = complex(*after.position[:2]) - complex(*before.position[:2])
+            errors.append(100 * abs(moved * cmath.rect(1.0, -before.heading) - way))
+            turned = math.remainder(after.heading - before.heading - heading, math.tau)
+            turns.append(abs(math.degrees(turned)))
+        robot.close()
+        network.communicator.destroy()
+    mean, mean_turn = (math.sqrt(statistics.mean(each**2 for each in found)) for found in (errors, turns))
+    CONSOLE.print(
+        f"{len(errors)} walks to places within {farthest:g} m, at most {longest:.1f} s: off by {mean:.1f} cm,"
+        f" at most {max(errors):.1f} cm, and {mean_turn:.1f} deg, at most {max(turns):.1f} deg"
+        " (root mean squares)\n"
     )
 
 
@@ -303,6 +344,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--programmes", type=int, default=30, help="random programmes of 60 s")
+    parser.add_argument("--robots", type=int, default=8, help="robots that walk to places near by")
     parser.add_argument("--minutes", type=float, default=10.0, help="minutes of standing, looking, dancing")
     parser.add_argument(
         "--moments", type=int, default=6, help="moments of two steps at which each push strikes"
@@ -312,6 +354,7 @@ def main() -> None:
     logging.getLogger("naoserver_sim").setLevel(logging.ERROR)  # falls are part of the figures
     print_speeds()
     print_drift()
+    print_places(options.robots)
     print_programmes(options.programmes)
     print_balance(options.minutes)
     print_pushes(options.moments, options.plot)
