@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import pytest
+from playwright.sync_api import Browser, Route, expect
 
-from tests.support.browser import EditorPage
-from tests.support.editor import Editor
+from tests.support.browser import EditorPage, editor_page, new_context
+from tests.support.editor import Editor, editor
 from tests.support.monitor import robot_and_editor
+from visualhfsm._html_file import STATIC, html_file
 
-OPENED: Final = 60_000  # ms
-WORDS: Final = """() => {
+WORDS: Final = """(known) => {
     // The names of the document, code, keys, and what a user reads of other programs.
     const others = ".cm-content, .cm-gutters, code, kbd, pre, .mono, [data-name], .state .name, .transition .label, " +
-      ".lines, .component, .brand, .stop-button, hfsm-tree .text, hfsm-tabs .text, select.pick, .files .folder, option";
+      ".lines, .component, .brand, .stop-button, hfsm-tree .text, hfsm-tabs .text, select.pick, .folder, option, .joints th, .when, .why-not li";
     const attributes = ["aria-label", "title", "placeholder", "aria-valuetext", "aria-description"];
     const found = [];
     const note = (element, text) => {
       let rest = text.replace(/\\s+/g, " ").trim();
       for (let former = ""; former !== rest; ) [former, rest] = [rest, rest.replace(/⟦[^⟦⟧]*⟧/g, "·")];
-      if (/\\p{L}{2}/u.test(rest)) found.push(`${element.localName}.${element.getAttribute("class")}: ${rest}`);
+      const words = rest.match(/\\p{L}{2,}/gu) ?? [];
+      if (words.some((word) => !known.includes(word))) found.push(`${element.localName}.${element.getAttribute("class")}: ${rest}`);
     };
     for (const element of document.body.querySelectorAll("*")) {
       if (element.closest("script, style") || !element.checkVisibility()) continue;
@@ -109,11 +113,145 @@ def running_views(shown: EditorPage) -> Iterator[str]:
     shown.press("Shift+F5")
     page.locator(".live-status.ended").wait_for()
     yield "ended"
-    page.locator("[data-action=run]").first.focus()
-    shown.press("Alt+t")
+
+
+KNOWN: Final = [
+    # Names of the document, of the robot and its parts, keys and units.
+    *("walk", "xml", "wait", "look", "found", "go", "late", "many", "back", "home", "ball", "count", "speed"),
+    *("float", "red", "spot", "pan", "tilt", "Nao", "STOP", "Camera", "CameraBottom"),
+    *("Ctrl", "Alt", "ms", "min", "Hz"),
+    # How the server says that a run has ended.
+    *("stopped", "detenido"),
+]
+"""What may be read in every language."""
 
 
 @pytest.fixture
 def running(tmp_path: Path) -> Iterator[Editor]:
     with robot_and_editor(tmp_path / "walk.xml") as (_, running):
         yield running
+
+
+TRIALS: Final = {
+    "name": "walk",
+    "share": {"successes": 1, "trials": 2, "lowest": 0.1, "highest": 0.9},
+    "planned": 2,
+    **dict.fromkeys(("histograms", "dependences", "maps", "ways", "worst"), ()),
+}
+"""A series of two trials, as the page of one shows it."""
+
+
+def made_up(route: Route) -> None:
+    """Answer with a language in which each text is its English one in brackets."""
+    texts = json.loads((STATIC / "languages" / "es.json").read_text("utf-8"))
+    route.fulfill(
+        json={
+            text: dict.fromkeys(known, bracketed(text)) if isinstance(known, dict) else bracketed(text)
+            for text, known in texts.items()
+        }
+    )
+
+
+def bracketed(text: str) -> str:
+    """Put all of a text into brackets, except its placeholders."""
+    return re.sub(r"{\w+}|((?!{\w+}).)+", lambda part: part[0] if part[0][0] == "{" else f"⟦{part[0]}⟧", text)
+
+
+def test_no_word_of_english_is_left_in_a_view(browser: Browser, running: Editor) -> None:
+    with editor_page(browser, running, language="es") as shown:
+        shown.page.route("**/languages/es.json", made_up)
+        shown.page.reload()
+        left: dict[str, list[str]] = {}
+        for walk in (views, running_views):
+            for view in walk(shown):
+                if words := shown.page.evaluate(WORDS, KNOWN):
+                    left[view] = words
+        assert left == {}
+
+
+def test_no_word_of_english_is_left_before_a_document_is_open_and_in_an_error(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with editor(tmp_path) as running, editor_page(browser, running, language="es") as shown:
+        shown.page.route("**/languages/es.json", made_up)
+        shown.page.reload()
+        shown.page.locator(".cards").wait_for()
+        assert shown.page.evaluate(WORDS, KNOWN) == []
+        shown.page.evaluate("void Promise.reject(new Error('42'))")
+        shown.page.locator(".notice.error").wait_for()
+        assert shown.page.evaluate(WORDS, [*KNOWN, "Error"]) == []
+        shown.mishaps.clear()
+
+
+def test_the_page_speaks_the_language_of_the_browser(browser: Browser, running: Editor) -> None:
+    with editor_page(browser, running, language="es-MX") as shown:
+        expect(shown.page.locator("html")).to_have_attribute("lang", "es")
+        expect(shown.page.get_by_role("button", name="Sin problemas")).to_be_visible()
+        expect(shown.page.get_by_text("2 estados, 3 transiciones")).to_be_visible()
+        shown.press("Alt+i")
+        expect(shown.page.get_by_role("heading", name="Parámetros 1")).to_be_visible()
+        assert shown.violations("header", "hfsm-data-panel", ".live-bar") == []
+
+
+def test_a_browser_of_another_language_gets_english_and_loads_no_texts(
+    browser: Browser, running: Editor
+) -> None:
+    with editor_page(browser, running, language="de-DE") as shown:
+        expect(shown.page.locator("html")).to_have_attribute("lang", "en")
+        expect(shown.button("No problems")).to_be_visible()
+        loaded: list[str] = shown.page.evaluate(
+            "performance.getEntriesByType('resource').map(each => each.name)"
+        )
+        assert any(name.endswith("/texts.js") for name in loaded)
+        assert not [name for name in loaded if "/languages/" in name]
+
+
+def test_the_language_is_changed_and_what_was_typed_is_kept(browser: Browser, running: Editor) -> None:
+    with editor_page(browser, running, cached=False) as shown:
+        shown.state("wait").click()
+        shown.edit_code()
+        shown.press("Control+End")
+        shown.type("\n# typed")
+        shown.choose_in("View", "Language")
+        shown.page.get_by_role("radio", name="Español").click()
+
+        expect(shown.page.locator("html")).to_have_attribute("lang", "es")
+        expect(shown.page.get_by_role("menuitem", name="Archivo")).to_be_visible()
+        shown.page.get_by_role("button", name="Estado wait,").click()
+        shown.edit_code()
+        expect(shown.page.locator("hfsm-code-panel .cm-content")).to_contain_text("# typed")
+
+        shown.choose_in("Ver", "Idioma")
+        expect(shown.page.get_by_role("radio", name="Español")).to_be_checked()
+        shown.page.get_by_role("radio", name="English").click()
+        expect(shown.button("No problems")).to_be_visible()
+
+
+def test_the_language_does_not_change_while_typed_text_waits_for_the_server(
+    browser: Browser, running: Editor
+) -> None:
+    with editor_page(browser, running, cached=False) as shown:
+        shown.state("wait").click()
+        shown.edit_code()
+        shown.connections.cut()
+        shown.press("Control+End")
+        shown.type("\n# typed")
+        shown.choose_in("View", "Language")
+        shown.page.get_by_role("radio", name="Español").click()
+        expect(shown.page.locator(".notice.error")).to_contain_text(
+            "The language changes once the editor is connected"
+        )
+        expect(shown.page.locator("html")).to_have_attribute("lang", "en")
+        expect(shown.page.locator("hfsm-code-panel .cm-content")).to_contain_text("# typed")
+        shown.connections.restore()
+
+
+def test_the_page_of_a_run_speaks_the_language_of_its_reader(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "run.html"
+    path.write_text(html_file("run", "trials-page.js", (), json.dumps(TRIALS).encode()), "utf-8")
+    for language, words in (("es", "1 de 2 ensayos lo consiguen"), ("en", "1 of 2 trials succeed")):
+        with new_context(browser, language) as context:
+            page = context.new_page()
+            page.goto(path.as_uri())
+            expect(page.get_by_text(words)).to_be_visible()
+            expect(page.locator("html")).to_have_attribute("lang", language)

@@ -71,6 +71,8 @@ export function textsOf(source, file) {
   const visit = (node) => {
     if (node.type === "ImportDeclaration" && node.source.value.endsWith("/texts.js"))
       for (const each of node.specifiers) known.add(each.local.name);
+    if (node.type === "ImportExpression" && node.source.value?.endsWith?.("/texts.js"))
+      for (const name of Object.keys(FUNCTIONS)) known.add(name);
     if (node.type === "CallExpression" && known.has(node.callee.name) && FUNCTIONS[node.callee.name])
       messages.push(messageOf(node, file, comments));
     if (node.type === "TaggedTemplateExpression" && TEMPLATES.has(node.tag.name))

@@ -402,7 +402,7 @@ def editor_page(
     `language` other than English remembers nothing.
     """
     origin = f"http://{editor.host}"
-    with window(browser, origin, width, height, cached, language) as page:
+    with window(browser, origin, width, height, cached=cached, language=language) as page:
         with recorded(page):
             shown = EditorPage(page, editor)
             yield shown
@@ -426,7 +426,7 @@ def new_context(browser: Browser, language: str | None = None) -> BrowserContext
 
 @contextlib.contextmanager
 def window(
-    browser: Browser, origin: str, width: int, height: int, cached: bool, language: str | None = None
+    browser: Browser, origin: str, width: int, height: int, *, cached: bool, language: str | None = None
 ) -> Iterator[Page]:
     """Provide a window that remembers nothing or, if `cached`, nothing but unchanging files."""
     cached = (

@@ -13,7 +13,7 @@ import io
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from gettext import GNUTranslations
 from pathlib import Path
@@ -25,9 +25,13 @@ from babel.messages.extract import extract
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import PoFileError, read_po, write_po
 
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+
 ROOT: Final = Path(__file__).resolve().parents[2]
 LANGUAGES: Final = ROOT / "visualhfsm" / "_languages"
 STATIC: Final = ROOT / "visualhfsm" / "_web" / "static"
+SHELF: Final = ROOT / "shelf"
 
 _WIDTH: Final = 110
 _LIMIT: Final = 60  # s for Node.js
@@ -96,7 +100,7 @@ class _Bare(Catalog):
 
 
 def page_texts() -> Catalog:
-    """Return the texts of the page.
+    """Return the texts of the page, and of the ready states that it shows.
 
     Raises TextsError when Node.js is not installed, or a text is no constant.
     """
@@ -114,9 +118,23 @@ def page_texts() -> Catalog:
         names = (each["id"], each["plural"]) if "plural" in each else each["id"]
         comments = [each["comment"]] if "comment" in each else []
         catalog.add(names, locations=[(each["file"], 1)], flags=[], auto_comments=comments)
+    for place, text in _shelf_texts():
+        catalog.add(text, locations=[(place, 1)], flags=[])
     for message in catalog:
         message.flags.discard("python-format")
     return catalog
+
+
+def _shelf_texts() -> Iterator[tuple[str, str]]:
+    """Yield what the page shows of the ready states that come along, each text with the file that has it."""
+    for path in sorted(SHELF.glob("*.xml")):
+        document = read_document(path, Diagnostics())
+        if document is None or document.shelf is None:
+            raise TextsError(f"{path} cannot be read: visualhfsm check {path}")
+        place = path.relative_to(ROOT).as_posix()
+        shown = [document.description, document.shelf.title, document.shelf.category, document.shelf.words]
+        shown += [each.description for automaton in document.automata[:1] for each in automaton.inputs]
+        yield from ((place, text) for each in shown if (text := " ".join(each.text.split())))
 
 
 def page_json(catalog: Catalog) -> bytes:

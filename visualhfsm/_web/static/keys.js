@@ -47,6 +47,7 @@ const NAMES = {
   ArrowDown: "↓",
   Backspace: t("Backspace"),
   Delete: t("Del"),
+  End: t("End"),
   Enter: t("Enter"),
   Escape: t("Esc"),
   PageUp: t("PgUp"),

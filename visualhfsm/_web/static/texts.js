@@ -42,6 +42,9 @@ const filled = (text, values) => (values ? text.replace(/{(\w+)}/g, (_, name) =>
  */
 export const t = (text, values) => filled(catalog[text] ?? text, values);
 
+/** A text of a document that comes along, if the catalog has it. @param {string} text */
+export const translated = (text) => catalog[text] ?? text;
+
 /**
  * A text with a number, `{count}`.
  *

@@ -153,7 +153,7 @@ export async function startTour(context) {
         <p>${text}</p>
         <div class="steps">
           <span class="count">${t("{number} of {count}", {number: index + 1, count: STEPS.length})}</span>
-          ${last ? "" : html`<button type="button" class="button" @click=${end}>${t("End")}</button>`}
+          ${last ? "" : html`<button type="button" class="button" @click=${end}>${t("End the tour")}</button>`}
           ${index ? html`<button type="button" class="button" @click=${() => go(-1)}>${t("Back")}</button>` : ""}
           <button type="button" class="button primary" @click=${() => go(1)}>${last ? t("Done") : next}</button>
         </div>`,

@@ -5,8 +5,7 @@ import {html, nothing} from "lit";
 import {icon} from "../icons.js";
 import {spoken} from "../keys.js";
 import {findActions, perform} from "../registry.js";
-import {canDraw, drawReady, findReady} from "../shelf/ready-states.js";
-import {store} from "../store.js";
+import {canDraw, drawReady, findReady, readyStates} from "../shelf/ready-states.js";
 import {t} from "../texts.js";
 import {showDialog} from "./dialog.js";
 
@@ -70,7 +69,7 @@ export async function showPalette(context) {
         </div>`;
     },
   });
-  const ready = store.shelf.find((each) => idOf(each) === id);
+  const ready = readyStates().find((each) => idOf(each) === id);
   if (ready) await drawReady(context.canvas, ready);
   else if (id) await perform(id, context);
 }

@@ -14,8 +14,9 @@ import {notifyError} from "../notices.js";
 import {triggerFrom} from "../outline.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
-import {t} from "../texts.js";
+import {language, t, translated} from "../texts.js";
 
+const SENTENCE = /(?<=[.!?]) /; // ends before its space
 const BESIDE = 190; // pixels from a state to one that is drawn after it
 
 /** What people call that which a robot needs for a servant. @type {Record<string, string>} */
@@ -52,6 +53,30 @@ export function lacking({needs}) {
   return missing.length ? t("this robot has no {parts}", {parts: missing.join(t(" and no "))}) : "";
 }
 
+/** What the server has, and the same in the language of the page. @type {{of: ReadyState[], all: ReadyState[]}} */
+let known = {of: [], all: []};
+
+/** All ready states, in the language of the page. */
+export function readyStates() {
+  if (known.of !== store.shelf) known = {of: store.shelf, all: store.shelf.map(inLanguage)};
+  return known.all;
+}
+
+/** A ready state in the language of the page; it is found by its English words, too. @param {ReadyState} ready */
+function inLanguage(ready) {
+  if (language === "en") return ready;
+  const text = translated(ready.text);
+  return {
+    ...ready,
+    text,
+    title: translated(ready.title),
+    category: translated(ready.category),
+    summary: text.split(SENTENCE, 1)[0],
+    words: `${translated(ready.words)} ${ready.words} ${ready.title}`,
+    inputs: ready.inputs.map((each) => ({...each, description: translated(each.description)})),
+  };
+}
+
 /** The ready states that contain all words of a text, the best first. @param {string} text */
 export function findReady(text) {
   const sought = text.trim().toLowerCase();
@@ -61,7 +86,7 @@ export function findReady(text) {
     const name = title.toLowerCase();
     return [name.startsWith(sought), name.includes(sought), others.toLowerCase().includes(sought), true].indexOf(true);
   };
-  const found = store.shelf.filter(({title, category, summary, words: others}) => {
+  const found = readyStates().filter(({title, category, summary, words: others}) => {
     const all = `${title} ${category} ${summary} ${others}`.toLowerCase();
     return words.every((word) => all.includes(word));
   });

@@ -16,7 +16,7 @@ import {browserStorage} from "../storage.js";
 import {store} from "../store.js";
 import {rich, t} from "../texts.js";
 import {Carrying} from "./carrying.js";
-import {drawReady, findReady, lacking, lookAtRobot} from "./ready-states.js";
+import {drawReady, findReady, lacking, lookAtRobot, readyStates} from "./ready-states.js";
 
 const CLOSED = "visualhfsm.shelf";
 const TALL = 620; // px of height from which it is open by default
@@ -202,7 +202,7 @@ export class Shelf extends PageElement {
   /** The description stands beside what it describes. */
   updated() {
     const card = /** @type {HTMLElement | null} */ (this.querySelector(".shelf-about:not([hidden])"));
-    const described = store.shelf.find(({id}) => id === this.described);
+    const described = readyStates().find(({id}) => id === this.described);
     const option = described && document.getElementById(optionOf(described));
     if (!card || !option) return;
     const {top} = option.getBoundingClientRect();
