@@ -136,6 +136,7 @@ function sign(drawn, viewBox) {
     functions: "",
     inputs: [],
     outputs: [],
+    annotations: [],
     imported: null,
     ...drawn,
   };

@@ -493,10 +493,11 @@ const LISTS = {
   },
   outputs: {
     list: "outputs",
-    title: "Outputs",
-    noun: "output",
-    explain: "Variables that the code sets and the state above may take.",
-    fields: parameterFields(INPUT_TYPES, "until the code sets it"),
+    title: t("Outputs"),
+    noun: t("output"),
+    add: t("Add an output"),
+    explain: t("Variables that the code sets and the state above may take."),
+    fields: parameterFields(INPUT_TYPES, t("until the code sets it")),
   },
 };
 

@@ -239,8 +239,8 @@ function about(ready) {
   const lacks = lacking(ready);
   return html`<p><strong>${ready.title}</strong> ${ready.text || t("has no description.")}</p>
     ${lacks ? html`<p class="trouble">${lacks[0].toUpperCase() + lacks.slice(1)}.</p>` : nothing}
-    ${values(ready.inputs)} ${ready.outputs.length ? html`<p>It hands up:</p>` : nothing} ${values(ready.outputs)}
-    ${ready.own ? html`<p class="faint">${ready.path}</p>` : nothing}`;
+    ${values(ready.inputs)} ${ready.outputs.length ? html`<p>${t("It hands up:")}</p>` : nothing}
+    ${values(ready.outputs)} ${ready.own ? html`<p class="faint">${ready.path}</p>` : nothing}`;
 }
 
 /** @param {ReadyValue[]} declared */
