@@ -15,18 +15,6 @@ from tests.support.monitor import comes_true, monitor_page, robot_and_editor, ru
 SIZES = [(1440, 900), (1100, 800), (1024, 768), (768, 1024), (683, 700), (390, 844)]
 SHEET = 720
 """Pixels of a window's width up to which the panel is below the drawing."""
-SMALL_TARGETS = """() => {
-  const selector = "button, a[href], input, select, summary, [role=tab], [role=treeitem], [role=slider]";
-  const box = (each) => {
-    const label = each.matches("[type=checkbox], [type=radio]") && each.closest("label");
-    return (label || each).getBoundingClientRect();
-  };
-  return [...document.querySelectorAll(selector)]
-    .filter((each) => each.checkVisibility({visibilityProperty: true, opacityProperty: true}))
-    .map((each) => [each.outerHTML.slice(0, 120), box(each)])
-    .filter(([, {width, height}]) => width && height && (width < 23.9 || height < 23.9))
-    .map(([name, {width, height}]) => `${name} ${width} x ${height}`);
-}"""
 COVERED = """() => {
   const stop = document.querySelector(".stop-button");
   const {left, top, width, height} = stop.getBoundingClientRect();
@@ -81,19 +69,6 @@ def test_the_drawing_has_most_of_the_window_beside_a_panel(live: EditorPage, wid
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     if (width, height) in {SIZES[0], SIZES[-1]}:
         assert live.violations() == []
-
-
-def test_everything_that_is_pressed_has_24_pixels(live: EditorPage) -> None:
-    page = live.page
-    assert page.evaluate(SMALL_TARGETS) == []
-    for tab in ("variables", "plots", "cameras", "view", "cycles", "errors"):
-        page.evaluate("tab => document.querySelector('hfsm-app').showLive(tab)", tab)
-        expect(page.locator(f"#live-tab-{tab}")).to_have_attribute("aria-selected", "true")
-        expect(page.locator("#live-panel > *")).to_be_visible()
-        assert page.evaluate(SMALL_TARGETS) == [], tab
-    live.state("go").click()
-    live.edit_code()
-    assert page.evaluate(SMALL_TARGETS) == []
 
 
 def test_eleven_documents_keep_their_names_and_a_menu_has_them_all(shown: EditorPage) -> None:

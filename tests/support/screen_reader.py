@@ -1,4 +1,4 @@
-"""What a screen reader tells of the editor's page: what has the focus, by role and name, and what is spoken."""
+"""What a screen reader says of the editor's page: what has the focus, by role and name, and what is spoken."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Reader:
         self.page.keyboard.type(text)
 
     def focused(self) -> str:
-        """Return role, name and states of what has the focus, as the browser tells assistive technology."""
+        """Return role, name and states of what has the focus, as the browser gives them to assistive technology."""
         node = self._focused_node()
         found = [node["role"]["value"], node.get("name", {}).get("value", "")]
         properties = {each["name"]: each["value"].get("value") for each in node.get("properties", [])}

@@ -50,7 +50,7 @@ def write_index(
         for each, marks in rows
     )
     points = say(language, "points of", of=figure(language, exercise.points))
-    head = f'<tr><th></th><th colspan="2">{points}</th><th>{say(language, "happened")}</th></tr>'
+    head = f'<tr><td></td><th colspan="2">{points}</th><th>{say(language, "happened")}</th></tr>'
     write_html(path, _page(language, title, f"<h1>{html.escape(title)}</h1>\n<table>{head}\n{body}</table>"))
 
 

@@ -390,28 +390,29 @@ export class HfsmApp extends PageElement {
 
   /** @param {string[][]} list @param {string} shown @param {(tag: string) => void} show */
   #panelTabs(list, shown, show) {
-    return html`<div class="panel-tabs">
-      <div role="tablist" aria-label=${t("Panels")}>
-        ${list.map(
-          ([tag, name]) =>
-            html` <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>
-              ${name}
-            </button>`,
-        )}
-      </div>
-      <button
-        type="button"
-        class="action bare"
-        aria-label=${t("Close the panel")}
-        title=${t("Close the panel")}
-        @click=${() => {
-          show("");
-          this.canvas.focusSelected();
-        }}
-      >
-        ${icon("close")}
-      </button>
-    </div>`;
+    return html`<h2 class="for-readers">${list.find(([tag]) => tag === shown)?.[1]}</h2>
+      <div class="panel-tabs">
+        <div role="tablist" aria-label=${t("Panels")}>
+          ${list.map(
+            ([tag, name]) =>
+              html` <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>
+                ${name}
+              </button>`,
+          )}
+        </div>
+        <button
+          type="button"
+          class="action bare"
+          aria-label=${t("Close the panel")}
+          title=${t("Close the panel")}
+          @click=${() => {
+            show("");
+            this.canvas.focusSelected();
+          }}
+        >
+          ${icon("close")}
+        </button>
+      </div>`;
   }
 
   /** Load what the first picture does not need. */

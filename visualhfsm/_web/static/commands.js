@@ -93,7 +93,7 @@ export async function deleteSelected() {
   if (await applyHere("deleteItems", selected())) say(n("Deleted", "{count} deleted", count));
 }
 
-/** Say what is seen on the canvas to those who do not see it. @param {string} text */
+/** Say what is seen on the canvas for users of screen readers. @param {string} text */
 const say = (text) => void page.dispatchEvent(new CustomEvent("say", {detail: text}));
 
 /** Move the selection. @param {number} dx @param {number} dy */
@@ -171,7 +171,7 @@ async function takeStep(op, tab, isHere) {
   const document = store.documents.get(tab);
   if (!done?.place || !document || page.tab !== tab) return;
   const {name, place} = done;
-  const told = op === "undo" ? t("Undone: {name}.", {name}) : t("Redone: {name}.", {name});
+  const said = op === "undo" ? t("Undone: {name}.", {name}) : t("Redone: {name}.", {name});
   const isText = Boolean(place.part && place.part !== "name");
   if (isHere) {
     if (isHere(place)) return;
@@ -181,9 +181,9 @@ async function takeStep(op, tab, isHere) {
     const changed = [...document.automata].filter(([id, automaton]) => former.automata.get(id) !== automaton);
     const isShown = !changed.length || changed.some(([id]) => id === page.automaton?.id);
     if (!isShown) page.open(changed[0][0]);
-    else if (!isText) return say(told);
+    else if (!isText) return say(said);
   }
-  notify(told);
+  notify(said);
 }
 
 /** The beginning of the text of a document, which may have been sent by mail. */

@@ -1,5 +1,5 @@
 /**
- * Say to those who do not see the page what a run does: how it is at once, where its root is now and then.
+ * Say what a run does, for users of screen readers: how it is at once, and every few seconds where its root is.
  *
  * The bar says more, such as how long something hangs, which would be read once a second. Errors are notices.
  */

@@ -94,7 +94,8 @@ const theme = EditorView.theme({
   ".cm-selectionMatch, .cm-searchMatch": {backgroundColor: "var(--code-match)"},
   "&.cm-focused .cm-matchingBracket": {backgroundColor: "var(--code-match)"},
   ".cm-placeholder": {color: "var(--code-faint)", fontStyle: "italic"},
-  ".cm-foldGutter .cm-gutterElement": {cursor: "pointer"},
+  ".cm-foldGutter .cm-gutterElement": {cursor: "default", minWidth: "24px", textAlign: "center"},
+  ".cm-foldGutter .cm-gutterElement > span": {cursor: "pointer"},
   ".cm-tooltip": {
     backgroundColor: "var(--code-popup)",
     color: "var(--code-text)",
