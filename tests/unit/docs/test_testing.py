@@ -36,5 +36,5 @@ def test_what_the_tables_name_is_there(behavior: MakeBehavior) -> None:
 
 def test_every_option_is_explained(pytester: pytest.Pytester) -> None:
     options = set(re.findall(r"--hfsm[\w-]+", str(pytester.runpytest("--help").stdout)))
-    assert len(options) == 3
+    assert len(options) == 4
     assert [option for option in options if option not in PAGE] == []
