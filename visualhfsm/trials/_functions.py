@@ -50,6 +50,11 @@ def load_function(reference: str, folder: Path) -> Callable[..., Any]:
     return function  # type: ignore[no-any-return]
 
 
+def forget_functions() -> None:
+    """Load the files again when they are used again."""
+    _load.cache_clear()
+
+
 @lru_cache(maxsize=32)
 def _load(path: Path, changed: int) -> ModuleType:  # noqa: ARG001 - loaded again when it was edited
     try:

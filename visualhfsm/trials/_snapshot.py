@@ -25,7 +25,8 @@ _SUFFIXES: Final = frozenset(
 _MOST_BYTES: Final = 20 << 20
 """Of all files together, before they are packed."""
 _MOST_FILES: Final = 2000
-_PACKAGE: Final = "interfaces"
+INTERFACES: Final = "interfaces"
+"""The package of the project's own interfaces, and the folder with them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +47,9 @@ def take_snapshot(document: Path, content: bytes | None = None) -> Snapshot:
     folder = document.parent.resolve()
     name = folder.name or "documents"
     parts = {name: folder}
-    beside = folder.parent / _PACKAGE
-    if beside.is_dir() and name != _PACKAGE and str(beside) not in interfaces.__path__:
-        parts[_PACKAGE] = beside
+    beside = folder.parent / INTERFACES
+    if beside.is_dir() and name != INTERFACES and str(beside) not in interfaces.__path__:
+        parts[INTERFACES] = beside
     document = document.resolve()
     archive = _pack(parts, _documents(document), {} if content is None else {document: content})
     return Snapshot(f"{name}/{document.name}", archive, hashlib.sha256(archive).hexdigest())

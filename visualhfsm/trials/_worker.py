@@ -12,6 +12,7 @@ import os
 import pickle
 import resource
 import shutil
+import sys
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,9 +25,10 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._line_process import answer_lines
 from zenoh_ice.application.tether import die_with
 
+from ._functions import forget_functions
 from ._outcomes import Outcome
 from ._plan import Plan
-from ._snapshot import Snapshot, unpack
+from ._snapshot import INTERFACES, Snapshot, unpack
 from ._trial import draw_values, quiet, run_trial
 
 _MOST_MEMORY: Final = 1 << 40
@@ -81,6 +83,7 @@ class _Worker:
         """Return the answer to a task."""
         task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
         answer = msgspec.json.encode(self._run(task))
+        self._forget_modules()
         gc.collect()  # a trial leaves cycles behind, and the next one is to have all memory
         if self._digest and not self._warm:
             self._warm = True
@@ -117,6 +120,15 @@ class _Worker:
             )
         )
 
+    def _forget_modules(self) -> None:
+        """Forget the modules beside the document: their variables must not last from trial to trial."""
+        forget_functions()
+        beside = f"{self._here}/"
+        for name, module in [*sys.modules.items()]:
+            file = getattr(module, "__file__", None) or ""
+            if file.startswith(beside) and name.partition(".")[0] != INTERFACES:
+                del sys.modules[name]
+
     def _plain(self, text: str) -> str:
         """Return a text without the path of the snapshot, which differs from process to process."""
         return text.replace(f"{self._here}/", "")
@@ -125,4 +137,4 @@ class _Worker:
 if __name__ == "__main__":
     die_with(os.getppid())  # a trial that hangs would not notice that nobody waits for it
     with tempfile.TemporaryDirectory(prefix="visualhfsm-trials-") as folder:
-        answer_lines(_Worker(Path(folder)).answer, _MOST_MEMORY)
+        answer_lines(_Worker(Path(folder).resolve()).answer, _MOST_MEMORY)

@@ -114,6 +114,22 @@ def test_a_killed_process_costs_its_trial_only_which_is_run_again(path: Path, tm
     assert sorted(read_outcomes(tmp_path / "killed"), key=lambda each: each.number) == whole
 
 
+def test_variables_of_modules_do_not_last_from_trial_to_trial(path: Path) -> None:
+    counting = "number = 0\n\n\ndef following(*_):\n    global number\n    number += 1\n    return number\n"
+    (path.parent / "counting.py").write_text(counting)
+    judge = "def counted(run):\n    return run.variables(1)['counted']\n"
+    (path.parent / "judge.py").write_text(f"{counting}\n\n{judge}")
+    only = sub(1, 0, state(1, "only", "counted = following()", initial=True), variables="counted = 0")
+    path.write_text(document(only, libraries=("from counting import following",)), encoding="utf-8")
+    counts = Plan(
+        document=str(path), robot="none", runs=3, limit=0.3,
+        numbers={"judged": "judge.py:following", "counted": "judge.py:counted"}, success=Success(function="judge.py:following"),
+    )  # fmt: skip
+    first, *others = run_trials(counts, workers=1).rows
+    assert first.numbers["judged"] == 2
+    assert [each.numbers for each in others] == [first.numbers, first.numbers]
+
+
 def hanging(code: str) -> str:
     return document(sub(1, 0, state(1, "only", code, initial=True)), libraries=("time", "os"))
 
