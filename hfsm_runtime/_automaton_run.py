@@ -193,8 +193,11 @@ class Run:
 
         An automaton that lost its state has not entered any state.
         """
-        left, self.automaton = self.current, automaton
-        self.outputs = {each.name: self.outputs.get(each.name, each.default) for each in automaton.outputs}
+        left, former, self.automaton = self.current, self.automaton, automaton
+        types = {each.name: each.type for each in former.outputs}
+        kept = {each.name for each in automaton.outputs if types.get(each.name) is each.type}
+        values = {name: value for name, value in self.outputs.items() if name in kept}
+        self.outputs = automaton.first_outputs() | values
         found = _counterpart(left, automaton)
         self.first = _counterpart(self.first, automaton) if self.first else None
         forced = self.forced

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final, Protocol
 
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
@@ -99,7 +99,7 @@ def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
         tree.decide(run, now)  # nobody has to wait for the code, but who takes its outputs
         _call(tree, run, run.current.code, supervisor)
     if run.hands_up:
-        outputs = _call(tree, run, lambda: outputs_of(run), supervisor)
+        outputs = _call(tree, run, lambda: outputs_of(run.automaton, _latest_code(run)), supervisor)
         if isinstance(outputs, dict):
             tree.hand_up(run, outputs)
     if runs_on and run.current.final:
@@ -250,12 +250,11 @@ def _take_results(tree: Tree, run: Run, supervisor: Supervisor) -> None:
         _call(tree, run, lambda: results(outputs), supervisor)
 
 
-def outputs_of(run: Run) -> dict[str, object]:
+def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> dict[str, object]:
     """Return the present outputs of an automaton; raises ValueTypeError for one of another type.
 
-    The error has the place at which the value was most probably assigned.
+    The error has the place at which the value was most probably assigned: the first of the `code` that does.
     """
-    automaton = run.automaton
     assert automaton.get_outputs is not None
     values = automaton.get_outputs()
     outputs: dict[str, object] = {}
@@ -264,7 +263,7 @@ def outputs_of(run: Run) -> dict[str, object]:
         try:
             outputs[declared.name] = convert(values[declared.name], declared.type, what)
         except ValueTypeError as error:
-            place = place_of_assignment(_latest_code(run), declared.name)
+            place = place_of_assignment(code, declared.name)
             if place:
                 setattr(error, PLACE, place)
             raise

@@ -7,8 +7,9 @@ import linecache
 import logging
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from functools import partial
 from types import ModuleType
 from typing import Any, Final
 
@@ -17,12 +18,12 @@ import msgspec
 from interfaces.jderobot import CommandRefusedException
 
 from .._advice import explain
-from .._automaton import Automaton, Event
+from .._automaton import Automaton, Event, State
 from .._automaton_run import make_event
-from .._cycle import hand_over
+from .._cycle import hand_over, outputs_of
 from .._marks import Mark
 from .._recording.run import restore_random
-from .._variables import short_repr, values_of
+from .._variables import functions_of, short_repr, values_of
 from ..component import Component, equip, make_automata, proxies_of, ros_of
 from ..debugger.reload import components_in
 from ..errors import ComponentError, VariablesError
@@ -113,7 +114,7 @@ class FarComponent:
         self._above = {
             child.id: each.id for each in root.tree() for state in each.states for child in state.children
         }
-        self._code = dict(_pieces(root))
+        self._code = dict(_pieces(root, {}))
         self._shows = message.shows
 
     def _sleep(self, seconds: float) -> None:
@@ -190,7 +191,10 @@ def _load(message: Begin) -> type[Component]:
     return found
 
 
-def _pieces(root: Automaton) -> list[tuple[tuple[int, str, int], Code]]:
+def _pieces(
+    root: Automaton, outputs: dict[int, dict[str, object]]
+) -> list[tuple[tuple[int, str, int], Code]]:
+    """Return the code by automaton, part and id; `outputs` are those that automata have published."""
     found: list[tuple[tuple[int, str, int], Code | None]] = []
     for automaton in root.tree():
         for state in automaton.states:
@@ -201,10 +205,34 @@ def _pieces(root: Automaton) -> list[tuple[tuple[int, str, int], Code]]:
                 found.append(
                     ((automaton.id, "arguments", state.id), lambda s=state, a=arguments: hand_over(s, a()))
                 )
+            if state.results is not None:
+                found.append(((automaton.id, "results", state.id), partial(_take, state, outputs)))
+        if automaton.set_outputs is not None:
+            found.append(((automaton.id, "set_outputs", 0), partial(_reset, automaton)))
+            found.append(((automaton.id, "get_outputs", 0), partial(_publish, automaton, outputs)))
         for transition in automaton.transitions:
             found.append(((automaton.id, "guard", transition.id), transition.guard))
             found.append(((automaton.id, "fired", transition.id), transition.code))
     return [(key, code) for key, code in found if code is not None]
+
+
+def _reset(automaton: Automaton) -> None:
+    assert automaton.set_outputs is not None
+    automaton.set_outputs(automaton.first_outputs())
+
+
+def _publish(automaton: Automaton, outputs: dict[int, dict[str, object]]) -> None:
+    outputs[automaton.id] = outputs_of(automaton, functions_of(automaton))
+
+
+def _take(state: State, outputs: Mapping[int, Mapping[str, object]], event: Event) -> None:
+    """Let a state take the outputs of its automata; the event has those that have only started."""
+    assert state.results is not None
+    taken = {
+        child.id: child.first_outputs() if child.id in event.data else outputs[child.id]
+        for child in state.children
+    }
+    state.results(taken if len(taken) > 1 else taken[state.children[0].id])
 
 
 def _sendable(text: str) -> str:

@@ -79,9 +79,9 @@ class RunCode(Message):
     now: int
     automaton: int
     part: str
-    """entry, code, exit, arguments, guard or fired."""
+    """entry, code, exit, arguments, results, guard, fired, set_outputs or get_outputs."""
     id: int
-    """That of the state, or of the transition."""
+    """That of the state, or of the transition; 0 for outputs."""
     event: str = ""
     data: bytes = b""
     """The data of the event as JSON."""

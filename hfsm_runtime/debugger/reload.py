@@ -151,6 +151,11 @@ class Replacement:
                 lost = _carry_variables(old.automaton, new.automaton, known)
                 if lost:
                     self.not_kept.append(f"variables of {_label(new)} are gone: {', '.join(lost)}")
+                for name, kind in _retyped(old.automaton, new.automaton).items():
+                    text = (
+                        f"the output {name} of {_label(new)} is {kind.__name__} now and has its default again"
+                    )
+                    self.not_kept.append(text)
         _share_attributes(self._former, self.component)
         began = {run for run in tree.runs if run.entered is not None}
         replaced = tree.replace(self.runs, now)
@@ -176,9 +181,11 @@ def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list
 
     One that still has its first value gets the new version's: a number changed in the document takes effect.
     """
-    cells = cells_of(new)
+    cells, retyped = cells_of(new), _retyped(old, new)
     lost = []
     for name, cell in cells_of(old).items():
+        if name in retyped:
+            continue
         try:
             value = cell.cell_contents
         except ValueError:  # nothing has been assigned
@@ -196,6 +203,12 @@ def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list
         if not _is_code(begins_with) and not (name in first and _same(value, first[name])):
             cells[name].cell_contents = value
     return sorted(lost)
+
+
+def _retyped(old: Automaton, new: Automaton) -> dict[str, type]:
+    """Return the new types of outputs that had another type before, by name."""
+    former = {each.name: each.type for each in old.outputs}
+    return {each.name: each.type for each in new.outputs if former.get(each.name, each.type) is not each.type}
 
 
 def _share_attributes(old: Component, new: Component) -> None:

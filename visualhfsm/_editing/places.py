@@ -46,10 +46,12 @@ _NAMED: Final = {
     "inputs": Message("inputs"),
     "interfaces": Message("interfaces"),
     "libraries": Message("libraries"),
+    "outputs": Message("outputs"),
     "parameters": Message("parameters"),
     "period": Message("period"),
     "priority": Message("priority"),
     "properties": Message("properties"),
+    "result": Message("result"),
     "trigger": Message("trigger"),
     "variables": Message("variables"),
 }

@@ -22,7 +22,7 @@ from codegen.hfsm import read_document, resolve
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker.model import nanoseconds
-from hfsm_runtime import Automaton, Component, Event, Parameter, Proxy, State, Transition
+from hfsm_runtime import Automaton, Component, Event, Output, Parameter, Proxy, State, Transition
 from visualhfsm.simulation import DocumentInvalid
 from zenoh_ice import ObjectPrx
 
@@ -126,7 +126,26 @@ class _Automata:
             period=(period or 0) / 1e9,
             states=tuple(self._state(automaton, each, each is initial, depth) for each in automaton.states),
             transitions=tuple(self._transition(automaton, each) for each in automaton.transitions),
+            **self._outputs(automaton),
         )
+
+    def _outputs(self, automaton: model.Automaton) -> dict[str, Any]:
+        """Return the arguments of an automaton for its outputs, whose values stay at the other end.
+
+        Here an output is whether that end has published it since the automaton started.
+        """
+        if not automaton.outputs:
+            return {}
+        names = [each.name for each in automaton.outputs]
+        where = f"the outputs of automaton {automaton.id}"
+        reset = self._code("set_outputs", automaton, 0, where)
+        publish = self._code("get_outputs", automaton, 0, where)
+
+        return {
+            "outputs": tuple(Output(name=name, default=False) for name in names),
+            "set_outputs": lambda _: reset(),
+            "get_outputs": partial(_published, publish, names),
+        }
 
     def _state(self, automaton: model.Automaton, state: model.State, initial: bool, depth: int) -> State:
         if len(state.name) > _LONGEST_NAME:
@@ -140,7 +159,9 @@ class _Automata:
             return {}  # the other end has handed them over
 
         run = self._code("arguments", automaton, state.id, f"state {state.name}")
+        take = self._code("results", automaton, state.id, f"state {state.name}", takes_event=True)
         owned = (self._document.automaton(child) for child in state.children)
+        children = tuple(self._automaton(child, state.name, depth + 1) for child in owned if child)
         return State(
             state.name,
             id=state.id,
@@ -149,9 +170,10 @@ class _Automata:
             entry=code("entry", state.entry),
             code=code("code", state.code),
             exit=code("exit", state.exit),
-            children=tuple(self._automaton(child, state.name, depth + 1) for child in owned if child),
+            children=children,
             restart=state.history.text.strip() == "restart",
             arguments=arguments if state.arguments else None,
+            results=partial(_taken, take, children) if state.results else None,
         )
 
     def _transition(self, automaton: model.Automaton, transition: model.Transition) -> Transition:
@@ -220,6 +242,23 @@ class _Piece:
     @property
     def __closure__(self) -> tuple[CellType, ...]:
         return tuple(self._shown.values())
+
+
+# These are no closures: what a closure encloses would be shown as variables.
+
+
+def _published(publish: Callable[[], object], names: Sequence[str]) -> dict[str, object]:
+    """Let the other end publish outputs, and note that it has."""
+    publish()
+    return dict.fromkeys(names, True)
+
+
+def _taken(
+    take: Callable[[Event], object], children: Sequence[Automaton], outputs: Mapping[Any, Any]
+) -> None:
+    """Let the other end take outputs, whose values it has."""
+    by_child = outputs if len(children) > 1 else {children[0].id: outputs}
+    take(Event("started", [child for child, values in by_child.items() if not all(values.values())]))
 
 
 def _never() -> bool:

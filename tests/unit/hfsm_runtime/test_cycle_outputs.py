@@ -150,7 +150,12 @@ def test_the_outputs_of_several_automata_come_by_their_ids() -> None:
 
 def test_a_grandchild_is_handed_on_cycle_by_cycle() -> None:
     child, above = Child(), Above()
-    inner = State(id=1, name="m", children=(Child(id=3).counting(),), results=child.values.update)
+    inner = State(
+        id=1,
+        name="m",
+        children=(Child(id=3).counting(),),
+        results=lambda outputs: child.values.update(n=outputs["n"]),  # type: ignore[index]
+    )
     ran(automaton(1, "root", [above.state(child.of(inner))]), 0.4)
     assert above.seen == [{"n": n} for n in (0, 0, 1, 2, 3)]
 

@@ -32,3 +32,39 @@ def test_a_contained_error_is_in_the_words_of_the_document_too(tmp_path: Path) -
     with Containment(unsafe=True) as containment:
         contained = run_trial(plan, 0, simulate=containment.simulate)
     assert "NameError: `count` is a variable of fails, and play has its own" in contained.reason
+
+
+OUTPUTS = document(
+    sub(
+        1, 0,
+        state(1, "search", initial=True, child=2).replace(
+            "</state>", '<history>restart</history><result name="found">seen</result></state>'
+        ),
+        state(2, "rest"),
+        state(3, "done"),
+        transition(1, 1, 3, "seen == 3 and rounds == 2"),
+        transition(2, 1, 2, "300", type="time"),
+        transition(3, 2, 1, "100", type="time", code="rounds += 1"),
+        variables="seen = rounds = 0",
+    ),
+    sub(
+        2, 1, state(1, "look", "found += 1 if total > 3 else 0\ntotal += 1", initial=True),
+        "<output><name>found</name><type>int</type><default>0</default></output>",
+        variables="total = 0",
+    ),
+)  # fmt: skip
+
+
+def test_outputs_stay_at_the_far_end_and_are_handed_up_there(tmp_path: Path) -> None:
+    path = tmp_path / "outputs.xml"
+    path.write_text(OUTPUTS, encoding="utf-8")
+    plan = Plan(document=str(path), robot="none", limit=3.0, success=Success(state="done"))
+    with Containment(unsafe=True) as containment:
+        contained = run_trial(plan, 0, simulate=containment.simulate)
+    assert contained == run_trial(plan, 0)
+    assert contained.reason == ""
+    path.write_text(OUTPUTS.replace("found += 1 if", "found = 'x' if"), encoding="utf-8")
+    with Containment(unsafe=True) as containment:
+        failed = run_trial(plan, 0, simulate=containment.simulate)
+    assert "the output 'found' of automaton 2 ('search') is int, not str: 'x'" in failed.reason
+    assert "in the outputs of automaton 2, line 14" in failed.reason
