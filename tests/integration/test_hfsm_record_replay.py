@@ -20,7 +20,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hfsm_runtime import Automaton, Component, Proxy, State, Transition
+from hfsm_runtime import Automaton, Component, Output, Proxy, State, Transition
 from hfsm_runtime._recording.run import RecordedRuntime, recording
 from hfsm_runtime._replay.comparison import Comparison
 from hfsm_runtime._replay.run import Replay
@@ -254,6 +254,56 @@ def test_exceptions_come_back_as_what_they_were(tmp_path: Path, world: World) ->
 
     record_watcher(Fails, world, tmp_path / "run.mcap")
     identical(tmp_path / "run.mcap", Fails)
+
+
+class Hands(Component, document="hands.xml"):
+    """An automaton that takes what the one below sees, which sleeps meanwhile."""
+
+    head = Proxy("Head", PoseHeadPrx)
+
+    def automaton(self) -> Automaton:
+        pan, seen, changes = 0.0, 0.0, 0
+
+        def look() -> None:
+            nonlocal pan
+            pan = self.head.getPose().pan
+            self.sleep(0.03 + 0.1 * pan)  # sometimes longer than a period
+            pan += 1.0
+
+        def set_outputs(values: Any) -> None:
+            nonlocal pan
+            pan = values["pan"]
+
+        def take(values: Any) -> None:
+            nonlocal seen
+            seen = values["pan"]
+
+        def count() -> None:
+            nonlocal changes
+            changes += 1
+
+        below = Automaton(
+            id=2, name="eye", period=0.05, states=(State(id=1, name="look", initial=True, code=look),),
+            outputs=(Output(name="pan", type=float, default=0.0),),
+            set_outputs=set_outputs, get_outputs=lambda: {"pan": pan},
+        )  # fmt: skip
+        states = (
+            State(id=1, name="a", initial=True, children=(below,), results=take, restart=True),
+            State(id=2, name="b", code=count),
+        )
+        ways = (
+            Transition("", 1, 2, id=1, guard=lambda: seen > 1.5),
+            Transition("", 2, 1, id=2, seconds=0.1, guard=lambda: changes >= 0),
+        )
+        return Automaton(id=1, name="hands", period=0.05, states=states, transitions=ways)
+
+
+def test_outputs_are_handed_up_in_the_same_cycles(tmp_path: Path, world: World) -> None:
+    path = tmp_path / "run.mcap"
+    with running(Hands, world, path) as (runtime, clock):
+        clock.sleep(4.0)
+        eventually(lambda: runtime.tree.root.cycles > 30)
+    assert identical(path, Hands).cycles > 30
 
 
 def test_clocks_sleeps_and_random_numbers_are_those_of_the_run(tmp_path: Path, world: World) -> None:
