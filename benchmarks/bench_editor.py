@@ -88,10 +88,10 @@ def grid(states: int, transitions: int) -> str:
 
 
 @contextmanager
-def server(root: Path, *files: str) -> Iterator[str]:
-    """Start the editor as a separate process and yield its address."""
+def server(root: Path, *files: str, checkout: Path = ROOT) -> Iterator[str]:
+    """Start the editor of a checkout as a separate process and yield its address."""
     command = [sys.executable, "-m", "visualhfsm", "edit", *files, "--no-browser"]
-    environment = {**os.environ, "XDG_STATE_HOME": str(root / "state"), "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "XDG_STATE_HOME": str(root / "state"), "PYTHONPATH": str(checkout)}
     process = subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, text=True, env=environment)
     assert process.stdout is not None
     try:

@@ -1,4 +1,4 @@
-"""A large automaton on the canvas, also while another window changes it."""
+"""A large automaton on the canvas: only what is seen is on the page, and all else works as in a small one."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.browser import EditorPage
+from tests.support.browser import Box, EditorPage, saved
 
 COLUMNS = 40
 STATES = 1200
+MIDDLE = STATES // 2 + COLUMNS // 2
 
 
 @pytest.fixture
@@ -29,11 +30,120 @@ def path(root: Path) -> Path:
     return path
 
 
+def place_of(shown: EditorPage, number: int) -> tuple[float, float]:
+    """Return where a state is in the window, whether it is on the page or not."""
+    shown.page.wait_for_function("document.querySelector('hfsm-canvas').drawing.places.size")
+    x, y = shown.page.evaluate(
+        """([x, y]) => {
+          const canvas = document.querySelector("hfsm-canvas");
+          const [place, {left, top}] = [canvas.viewport.toWindow({x, y}), canvas.getBoundingClientRect()];
+          return [left + place.x, top + place.y];
+        }""",
+        [number % COLUMNS * 240, number // COLUMNS * 200],
+    )
+    return x, y
+
+
+def expect_selected(shown: EditorPage, what: str) -> None:
+    """Wait until the line of status says what is selected."""
+    expect(shown.page.locator("hfsm-status .about")).to_have_text(what)
+
+
+def test_only_what_is_seen_is_on_the_page(shown: EditorPage) -> None:
+    elements = shown.page.locator("hfsm-canvas [data-key]")
+    place_of(shown, 1)
+    assert elements.count() < STATES / 10
+    shown.press("+", "+", "+", "+", "+", "+", "+", "+", "+")
+    shown.state(f"state {MIDDLE}").wait_for()
+    expect(shown.state("state 2")).to_have_count(0)
+    shown.page.wait_for_function(
+        "most => document.querySelectorAll('hfsm-canvas [data-key]').length < most", arg=STATES // 4
+    )
+    shown.press("f")
+    expect(shown.state(f"state {MIDDLE}")).to_have_count(0)
+    assert elements.count() < STATES / 10
+
+
+def test_a_state_among_all_others_is_selected_by_a_click_and_opened_by_two(shown: EditorPage) -> None:
+    x, y = place_of(shown, 500)
+    shown.page.mouse.click(x, y)
+    expect_selected(shown, "State state 500")
+    expect(shown.state("state 500")).to_be_focused()
+    x, y = place_of(shown, 640)
+    shown.page.mouse.dblclick(x, y)
+    expect(shown.page.locator("hfsm-code-panel")).to_contain_text("state 640")
+
+
+def test_a_state_among_all_others_is_dragged(shown: EditorPage, path: Path) -> None:
+    x, y = place_of(shown, 500)
+    shown.drag((x, y), (x + 60, y + 30))
+    expect(shown.page.locator(".last-step")).to_have_text("Move “state 500”")
+    moved = {state.id: (state.x, state.y) for state in saved(shown, path).automata[0].states}
+    assert moved[500][0] > 500 % COLUMNS * 240 + 300
+    assert moved[501] == (501 % COLUMNS * 240, 501 // COLUMNS * 200)
+
+
+def test_a_drag_of_all_is_seen_and_can_be_cancelled(shown: EditorPage, path: Path) -> None:
+    x, y = place_of(shown, 500)
+    shown.press("Control+a")
+    expect_selected(shown, f"{STATES} states, 1 transition")
+    crowd = shown.page.locator(".circles > .crowd")
+    before = Box.of(crowd)
+    shown.page.mouse.move(x, y)
+    shown.page.mouse.down()
+    shown.page.mouse.move(x + 20, y + 30)
+    shown.page.mouse.move(x + 40, y + 60)
+    assert Box.of(crowd).x == pytest.approx(before.x + 40, abs=2)
+    shown.press("Escape")
+    shown.page.mouse.up()
+    assert Box.of(crowd).x == pytest.approx(before.x, abs=2)
+    shown.drag((x, y), (x + 40, y + 60))
+    expect(shown.page.locator(".last-step")).to_have_text(f"Move {STATES} states and 1 transition")
+    assert Box.of(crowd).x == pytest.approx(before.x + 40, abs=2)
+
+
+def test_keys_lead_to_states_that_are_not_on_the_page(shown: EditorPage) -> None:
+    place_of(shown, 1)
+    shown.press("Tab")
+    shown.page.locator("hfsm-canvas .surface").focus()
+    shown.press("v", "+", "+", "+", "+", "+", "+", "+", "+", "+")
+    expect(shown.state("state 1")).to_be_focused()
+    shown.press(",")
+    expect(shown.state(f"state {STATES}")).to_be_focused()
+    expect(shown.state(f"state {STATES}")).to_be_in_viewport()
+    shown.press("Alt+ArrowUp")
+    expect(shown.state(f"state {STATES - COLUMNS}")).to_be_focused()
+    shown.press(".", ".")
+    expect(shown.state(f"state {STATES - COLUMNS + 2}")).to_be_focused()
+
+
+def test_a_state_that_is_found_is_shown(shown: EditorPage) -> None:
+    place_of(shown, 1)
+    shown.press("+", "+", "+", "+", "+", "+", "+", "+", "+", "Control+f")
+    shown.page.get_by_role("searchbox", name="Search").fill("state 1111")
+    shown.page.locator("hfsm-search").get_by_text("state 1111").first.click()
+    expect(shown.state("state 1111")).to_be_in_viewport()
+    expect(shown.state("state 1111").locator(".name")).to_have_text("state 1111")
+
+
+def test_a_picture_has_all_of_it(shown: EditorPage) -> None:
+    place_of(shown, 1)
+    text: str = shown.page.evaluate(
+        """async () => {
+          const all = [...document.querySelectorAll("link[rel=modulepreload]")].map(({href}) => href);
+          const canvas = all.find((each) => each.endsWith("/canvas/canvas.js"));
+          const {svgText} = await import(canvas.replace("canvas.js", "export.js"));
+          return svgText(document.querySelector("hfsm-canvas").drawing.automaton);
+        }"""
+    )
+    assert text.count("<circle") >= STATES
+    assert all(f">{number}</tspan>" in text or f"state {number}<" in text for number in range(1, STATES + 1))
+
+
 def test_a_box_may_be_drawn_while_another_window_adds_a_state_names_are_near_and_the_map_leads_far(
     shown: EditorPage,
 ) -> None:
-    expect(shown.page.locator("hfsm-canvas .state")).to_have_count(STATES)
-    shown.state("state 1").wait_for()
+    place_of(shown, 1)
     canvas = shown.page.locator("hfsm-canvas").bounding_box()
     assert canvas is not None
     mouse = shown.page.mouse
@@ -45,11 +155,10 @@ def test_a_box_may_be_drawn_while_another_window_adds_a_state_names_are_near_and
     expect(shown.page.locator(".last-step")).to_have_text("Add a state")
     mouse.move(canvas["x"] + canvas["width"] - 4, canvas["y"] + canvas["height"] - 4)
     mouse.up()
-    expect(shown.page.locator("hfsm-canvas .state.selected")).to_have_count(STATES)
-    expect(shown.page.locator("hfsm-canvas .state")).to_have_count(STATES + 1)
+    expect_selected(shown, f"{STATES} states, 1 transition")
     shown.press("Escape")
-    expect(shown.page.locator("hfsm-canvas .name")).to_have_count(0)
     shown.state("state 1").focus()
+    expect_selected(shown, "State state 1")
     shown.press("Shift+f")
     expect(shown.state("state 1").locator(".name")).to_have_text("state 1")
     expect(shown.transition("go").locator(".handle")).to_be_visible()

@@ -239,7 +239,7 @@ export class HfsmCanvas extends HTMLElement {
   /** Mark the state to which a transition is about to lead. @param {number} [id] */
   markTarget(id) {
     this.target?.classList.remove("target");
-    this.target = id === undefined ? undefined : this.drawing.states.get(`s${id}`)?.group;
+    this.target = id === undefined ? undefined : this.drawing.hold("target", `s${id}`);
     this.target?.classList.add("target");
   }
 
@@ -337,12 +337,13 @@ export class HfsmCanvas extends HTMLElement {
 
   #resting = 0;
 
-  /** Show the hint that everything is outside, once the view rests. */
+  /** Once the view rests, show the hint if everything is outside. */
   #lookOutside() {
     clearTimeout(this.#resting);
     this.#resting = setTimeout(() => {
       const places = [...this.drawing.places.values()];
       const {seen} = this.viewport;
+      this.drawing.rest();
       this.outside.hidden = !this.#size.width || !places.length || places.some((place) => isNear(place, seen));
     }, REST);
   }

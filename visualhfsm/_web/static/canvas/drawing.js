@@ -1,24 +1,28 @@
 /**
- * The drawing of one automaton: keeps the elements of the page in step with the document.
+ * The drawing of one automaton, in step with the document.
  *
- * An element exists as long as its state or transition, and only differences are drawn, so that a command in a document
- * of hundreds of states is drawn at once. In a large automaton, names and handles are created when they come into view.
+ * A view exists as long as its state or transition, and only differences are drawn, so that a command in a document of
+ * hundreds of states is drawn at once. Which views are on the page is up to the stage.
  */
 
 import {outgoing} from "../outline.js";
 import {required} from "../required.js";
-import {bounds, contains, handles, pointsOf, RADIUS} from "./geometry.js";
-import {placeLabels} from "./labels.js";
+import {bounds, contains, handles, pointsOf, RADIUS, wider} from "./geometry.js";
+import {placeLabels, roomOf} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
+import {touches} from "./plane.js";
+import {Stage} from "./stage.js";
 import {StateView} from "./state-view.js";
-import {make} from "./svg.js";
 import {TransitionView} from "./transition-view.js";
-import {FAR, TINY, VERY_FAR} from "./viewport.js";
+import {FAR, VERY_FAR} from "./viewport.js";
 
-const LARGE = 1000; // states and transitions; in larger automata only visible details are created
+const LARGE = 1000; // states and transitions; of larger automata only what is seen is on the page
+const AROUND = 400; // pixels around an arc within which states may be in the way of its name
+const MARKED = 200; // views with marks that are drawn one by one in any case
 
 /**
  * @import {Automaton, Problem, State, Transition} from "../protocol.js"
+ * @import {View} from "./crowd.js"
  * @import {Box, Point} from "./geometry.js"
  * @import {Live} from "./live-marks.js"
  * @typedef {{imported: (state: State) => boolean, problem: (kind: "state" | "transition", id: number) => Problem |
@@ -26,29 +30,49 @@ const LARGE = 1000; // states and transitions; in larger automata only visible d
  */
 
 export class Drawing {
-  constructor() {
-    this.arcs = make("g", {class: "arcs"});
-    this.names = make("g", {class: "names", "aria-hidden": "true"});
-    this.circles = make("g", {class: "circles"});
-    /** All layers, from the lowest to the highest. */
-    this.layers = [this.arcs, this.names, this.circles];
-    /** @type {Map<string, StateView>} */
-    this.states = new Map();
-    /** @type {Map<string, TransitionView>} */
-    this.transitions = new Map();
-    /** The present place of every element, also while it is dragged. @type {Map<string, Point>} */
-    this.places = new Map();
-    /** @type {Automaton | undefined} */
-    this.automaton = undefined;
+  /** @type {Map<string, StateView>} */
+  states = new Map();
+  /** @type {Map<string, TransitionView>} */
+  transitions = new Map();
+  /** The present place of every element, also while it is dragged. @type {Map<string, Point>} */
+  places = new Map();
+  /** @type {Automaton | undefined} */
+  automaton = undefined;
+
+  /** @param {{whole?: boolean}} [options] whether all of it is on the page, however large it is */
+  constructor({whole = false} = {}) {
+    this.whole = whole;
   }
 
-  /** Views without names and handles, which have not come into view yet. @type {Set<StateView | TransitionView>} */
-  #bare = new Set();
-  #isLarge = false;
+  #stage = new Stage((views) => this.#drawn(views));
+  #count = 0; // of all views that there were
 
-  /** The view of a key such as `s1` or `t2`. @param {string} key @returns {StateView | TransitionView | undefined} */
+  /** All layers, from the lowest to the highest. */
+  get layers() {
+    return this.#stage.layers;
+  }
+
+  /** The view of a key such as `s1` or `t2`. @param {string} key @returns {View | undefined} */
   view(key) {
     return key.startsWith("s") ? this.states.get(key) : this.transitions.get(key);
+  }
+
+  /**
+   * Keep elements on the page, in place of those that were held for the same reason; returns the first of them.
+   *
+   * @param {string} reason
+   * @param {...string} keys
+   * @returns {SVGElement | undefined}
+   */
+  hold(reason, ...keys) {
+    const views = keys.flatMap((key) => this.view(key) ?? []);
+    this.#stage.hold(reason, views);
+    return views[0]?.group;
+  }
+
+  /** The key of what is at a point, where it is not on the page by itself. @param {Point} point */
+  keyAt(point) {
+    return this.#stage.at(point)?.key;
   }
 
   /**
@@ -63,22 +87,30 @@ export class Drawing {
     const {states = [], transitions = []} = automaton ?? {};
     if (other) {
       this.#clear();
-      this.#isLarge = states.length + transitions.length > LARGE;
-      this.#detailed = !this.#isLarge;
+      this.#detailed = true;
     }
+    this.#stage.cull(!this.whole && states.length + transitions.length > LARGE, this.#views());
     this.places.clear();
     let changed = other;
+    /** @param {View} view @param {boolean} rewritten @param {boolean} moved */
+    const put = (view, rewritten, moved) => {
+      if (moved) this.#stage.put(view);
+      else if (rewritten) this.#stage.change(view);
+      return rewritten || moved;
+    };
     /** @type {Map<number, Point>} */
     const points = new Map();
     /** @type {Map<number, string>} */
     const names = new Map();
-    for (const {view, item: state, key} of this.#sync(this.states, this.circles, states, "s", newState)) {
-      view.update(state, {
+    for (const {view, item: state, key} of this.#sync(this.states, states, "s", newState)) {
+      const rewritten = view.update(state, {
         problem: more.problem("state", state.id),
         imported: more.imported(state),
         mark: more.marks?.get(key),
       });
-      changed = view.place(state) || changed;
+      const moved = view.place(state);
+      put(view, rewritten, moved);
+      changed ||= moved;
       this.places.set(key, state);
       if (!points.has(state.id)) {
         points.set(state.id, state);
@@ -87,123 +119,151 @@ export class Drawing {
     }
     const ranks = ranksOf(transitions);
     const grips = handles(transitions, points);
-    for (const each of this.#sync(this.transitions, this.arcs, transitions, "t", newTransition)) {
-      const {view, item: transition, key} = each;
-      const from = names.get(transition.origin) ?? "nothing";
-      const to = names.get(transition.destination) ?? "nothing";
+    for (const {view, item: transition, key} of this.#sync(this.transitions, transitions, "t", newTransition)) {
       const rewritten = view.update(transition, {
-        from,
-        to,
+        from: names.get(transition.origin) ?? "nothing",
+        to: names.get(transition.destination) ?? "nothing",
         rank: ranks.get(transition) ?? 0,
         problem: more.problem("transition", transition.id),
         mark: more.marks?.get(key),
       });
       const handle = required(grips.get(transition), "handle");
       this.places.set(key, handle);
-      const replaced = view.place(
+      const moved = view.place(
         points.get(transition.origin),
         points.get(transition.destination),
         handle,
         transition.origin === transition.destination,
       );
-      changed = rewritten || replaced || changed;
+      changed = put(view, rewritten, moved) || changed;
     }
-    if (!this.#isLarge) for (const view of this.#bare) this.#finish(view);
-    if (changed || this.#moved) {
-      this.#stale = true;
-      if (this.#detailed) this.#placeDetails();
-    }
+    this.#stage.settle(this.#views());
+    if (changed || this.#moved) this.#stale = true;
     this.#moved = false;
+    this.#stage.draw();
+    this.#placeDetails();
   }
 
   #moved = false;
 
   /**
-   * Show elements elsewhere while they are dragged.
+   * Show elements elsewhere while they are dragged, or without `carried` at their places again.
    *
-   * @param {Map<string, Point>} moved
+   * @param {Map<string, Point>} moved all that are elsewhere
    * @param {{dx: number, dy: number, keys: Set<string>}} [carried] transitions that move with both their
    *   states unchanged, from their places at the beginning of the drag
    */
   preview(moved, carried) {
     this.#moved = true;
+    const {dx, dy, keys} = carried ?? {dx: 0, dy: 0, keys: new Set()};
+    const views = [...moved.keys()].flatMap((key) => this.view(key) ?? []);
+    if (carried && this.#stage.isLarge && !this.#stage.isLifted) {
+      const whole = new Set([...keys].map((key) => this.transitions.get(key)));
+      const isCarried = (/** @type {View} */ view) => view instanceof StateView || whole.has(view);
+      this.#stage.lift(
+        views.filter(isCarried),
+        views.filter((view) => !isCarried(view)),
+      );
+    }
     for (const [key, point] of moved) {
       this.places.set(key, point);
       this.states.get(key)?.place(point);
     }
-    for (const [key, view] of this.transitions) {
-      if (carried?.keys.has(key)) {
-        view.carry(carried.dx, carried.dy);
-        continue;
-      }
-      const {origin, destination} = view.transition;
-      if (!moved.has(key) && !moved.has(`s${origin}`) && !moved.has(`s${destination}`)) continue;
-      const before = view.offset;
-      if (
-        !view.place(
-          this.places.get(`s${origin}`),
-          this.places.get(`s${destination}`),
-          required(this.places.get(key), "handle"),
-          origin === destination,
-        )
-      )
-        continue;
-      if (before) view.placeName({x: view.arc.middle.x + before.x, y: view.arc.middle.y + before.y});
+    for (const key of moved.keys()) {
+      const view = this.transitions.get(key);
+      if (!view) continue;
+      if (keys.has(key)) view.carry(dx, dy);
+      else this.#bend(key, view);
     }
+    if (carried) this.#stage.shift(dx, dy, views);
+    else this.#stage.settle(views);
   }
 
+  /** Draw a transition between the present places of its states, with its name. @param {string} key @param {TransitionView} view */
+  #bend(key, view) {
+    const {origin, destination} = view.transition;
+    const before = view.offset;
+    const handle = required(this.places.get(key), "handle");
+    const [from, to] = [this.places.get(`s${origin}`), this.places.get(`s${destination}`)];
+    if (!view.place(from, to, handle, origin === destination)) return;
+    if (before) view.placeName({x: view.arc.middle.x + before.x, y: view.arc.middle.y + before.y});
+  }
+
+  /** Whether all names and badges are to be placed again. */
   #stale = false;
-  #detailed = true; // whether labels and badges are visible; they are placed only then
+  /** Views that were drawn since names and badges were placed. @type {View[]} */
+  #fresh = [];
+  #detailed = true; // whether names and badges are visible; they are placed only then
 
   /**
-   * Create the elements for a part of the drawing.
+   * Draw a part of the drawing.
    *
    * @param {Box} seen
    * @param {number} scale
    */
   look(seen, scale) {
     this.#detailed = scale >= VERY_FAR;
-    if (this.#bare.size && scale >= TINY) this.#approach(seen);
-    if (this.#detailed && this.#stale) this.#placeDetails();
+    this.#stage.look(seen, scale);
+    this.#placeDetails();
   }
 
-  /**
-   * Finish the visible elements, and then those nearby, so that small moves need no work.
-   *
-   * @param {Box} seen
-   */
-  #approach(seen) {
-    /** @param {Box} box */
-    const within = (box) =>
-      [...this.#bare].filter((view) => (this.#detailed || view instanceof StateView) && view.isIn(box));
-    /** @param {number} part of its width and height */
-    const around = (part) => wider(seen, (seen.right - seen.left) * part, (seen.bottom - seen.top) * part);
-    if (within(around(0.1)).length) within(around(0.5)).forEach((view) => this.#finish(view));
+  /** The view rests. */
+  rest() {
+    this.#stage.rest();
   }
 
-  /** @param {StateView | TransitionView} view */
-  #finish(view) {
-    if (!this.#bare.delete(view)) return;
-    view.finish();
-    if (view.label) this.names.append(view.label);
-    this.#stale = true;
+  /** Views have come onto the page. @param {View[]} views */
+  #drawn(views) {
+    for (const view of views) if (view.live) markView(view);
+    this.#fresh.push(...views);
+    this.#placeDetails();
   }
 
   #placeDetails() {
+    if (!this.#detailed) return;
+    const fresh = this.#stale ? undefined : this.#fresh.filter(({group}) => group);
     this.#stale = false;
-    this.#placeNames();
-    this.#placeBadges();
+    this.#fresh = [];
+    if (fresh?.length === 0) return;
+    this.#placeNames(fresh);
+    this.#placeBadges(fresh);
   }
 
-  /** Place all names so that none covers another. */
-  #placeNames() {
-    const views = [...this.transitions.values()].filter((view) => view.complete);
+  /**
+   * Place names so that none covers another: all that are drawn, or some beside the others.
+   *
+   * @param {View[]} [fresh]
+   */
+  #placeNames(fresh = [...this.#stage.drawn]) {
+    const views = fresh.filter((view) => view instanceof TransitionView).sort(inOrder);
+    if (!views.length) return;
+    const {circles, others} = this.#around(views);
     const found = placeLabels(
       views.map((view) => view.asLabel()),
-      this.#circles(),
+      circles,
       views.map((view) => view.arc),
+      others.map(({arc, nameAt, text}) => ({handle: arc.middle, middle: nameAt, size: text})),
+      roomOf(this.#circles()),
     );
     for (const view of views) view.placeName(found.get(view)?.middle, found.get(view)?.size);
+  }
+
+  /** What may be in the way of names. @param {TransitionView[]} views */
+  #around(views) {
+    if (!this.#stage.isLarge) return {circles: this.#circles(), others: []};
+    const placed = new Set(views);
+    const box = required(
+      bounds(
+        [],
+        views.map(({arc}) => arc),
+      ),
+      "arc",
+    );
+    const near = [...this.#stage.within(wider(box, AROUND))];
+    return {
+      circles: near.flatMap((view) => (view instanceof StateView ? view.middle : [])),
+      others: near.flatMap((view) => (view instanceof TransitionView && !placed.has(view) ? view : [])),
+    };
   }
 
   /** The positions of the states. */
@@ -211,61 +271,53 @@ export class Drawing {
     return [...this.states.keys()].flatMap((key) => this.places.get(key) ?? []);
   }
 
-  /** Place badges where no arc begins or ends. */
-  #placeBadges() {
-    /** @type {Map<number, number[]>} */
-    const angles = new Map();
+  /** Place badges where no arc begins or ends. @param {View[]} views by default all that are drawn */
+  #placeBadges(views = [...this.#stage.drawn]) {
+    /** @type {Map<number, {view: StateView, angles: number[]}>} */
+    const states = new Map();
+    for (const view of views) if (view instanceof StateView) states.set(view.state.id, {view, angles: []});
+    if (!states.size) return;
     for (const {arc, transition} of this.transitions.values()) {
       for (const {id, point} of [
         {id: transition.origin, point: arc.start},
         {id: transition.destination, point: arc.end},
       ]) {
-        const place = this.places.get(`s${id}`);
-        if (!place || !point) continue;
-        const angle = Math.atan2(point.y - place.y, point.x - place.x);
-        const known = angles.get(id);
-        if (known) known.push(angle);
-        else angles.set(id, [angle]);
+        const state = states.get(id);
+        if (!state || !point) continue;
+        const {x, y} = state.view.middle;
+        state.angles.push(Math.atan2(point.y - y, point.x - x));
       }
     }
-    for (const view of this.states.values()) view.placeBadges(angles.get(view.state.id) ?? []);
+    for (const {view, angles} of states.values()) view.placeBadges(angles);
   }
 
   /** Mark what is selected. @param {Set<number>} states @param {Set<number>} transitions */
   select(states, transitions) {
-    for (const view of this.states.values()) mark(view, states.has(view.state.id));
-    for (const view of this.transitions.values()) mark(view, transitions.has(view.transition.id));
+    for (const view of this.states.values()) if (view.select(states.has(view.state.id))) this.#stage.change(view);
+    for (const view of this.transitions.values())
+      if (view.select(transitions.has(view.transition.id))) this.#stage.change(view);
+    this.#stage.draw();
   }
 
-  /** @type {Map<string, Live> | undefined} */
-  #live;
+  /** @type {Map<string, Live>} */
+  #live = new Map();
 
   /**
    * Show what a running component does.
    *
-   * @param {Map<string, Live> | undefined} live by key; undefined for nothing
+   * @param {Map<string, Live>} [live] by key
    */
-  showLive(live) {
-    if (!live && !this.#live) return;
-    this.#mark(this.states, markState, live);
-    this.#mark(this.transitions, markTransition, live);
-    this.#live = live;
-    if (this.#stale && this.#detailed) this.#placeDetails();
-  }
-
-  /**
-   * @template {StateView | TransitionView} View
-   * @param {Map<string, View>} views
-   * @param {(view: View, live?: Live) => void} show
-   * @param {Map<string, Live> | undefined} live
-   */
-  #mark(views, show, live) {
-    for (const [key, view] of views) {
-      const now = live?.get(key);
-      if (!now && !this.#live?.has(key)) continue;
-      if (now) this.#finish(view);
-      show(view, now);
+  showLive(live = new Map()) {
+    for (const key of new Set([...live.keys(), ...this.#live.keys()])) {
+      const view = this.view(key);
+      if (!view) continue;
+      view.live = live.get(key);
+      if (view.group) markView(view);
+      this.#stage.change(view);
     }
+    this.#live = live;
+    this.hold("live", ...(live.size <= MARKED ? live.keys() : []));
+    this.#stage.draw();
   }
 
   /** The box around everything that is visible at a scale. */
@@ -279,10 +331,10 @@ export class Drawing {
     const far = RADIUS + 8;
     return (
       this.#circles().every(({x, y}) => !contains(wider(box, far), {left: x, right: x, top: y, bottom: y})) &&
-      this.#labels(scale).every((label) => !overlap(label, box)) &&
+      this.#labels(scale).every((label) => !touches(label, box)) &&
       [...this.transitions.values()].every(
         ({arc}) =>
-          !overlap(arc.box, box) ||
+          !touches(arc.box, box) ||
           pointsOf(arc, RADIUS / 2).every(({x, y}) => !contains(box, {left: x, right: x, top: y, bottom: y})),
       )
     );
@@ -301,11 +353,15 @@ export class Drawing {
     });
   }
 
+  #views() {
+    return [...this.states.values(), ...this.transitions.values()];
+  }
+
   #clear() {
-    for (const layer of this.layers) layer.replaceChildren();
+    this.#stage.clear();
     this.states.clear();
     this.transitions.clear();
-    this.#bare.clear();
+    this.#fresh = [];
   }
 
   /**
@@ -314,18 +370,16 @@ export class Drawing {
    * @template {State | Transition} Item
    * @template {StateView | TransitionView} View
    * @param {Map<string, View>} views
-   * @param {SVGElement} parent
    * @param {Item[]} items
    * @param {"s" | "t"} prefix of the keys
    * @param {(item: Item) => View} made
    * @returns {{view: View, item: Item, key: string}[]}
    */
-  #sync(views, parent, items, prefix, made) {
+  #sync(views, items, prefix, made) {
     /** @type {{view: View, item: Item, key: string}[]} */
     const found = [];
     /** @type {Set<string>} */
     const wanted = new Set();
-    const fresh = document.createDocumentFragment();
     for (const item of items) {
       let key = `${prefix}${item.id}`;
       while (wanted.has(key)) key += "'"; // two with the same number, in an invalid document
@@ -333,19 +387,15 @@ export class Drawing {
       let view = views.get(key);
       if (!view) {
         view = made(item);
+        Object.assign(view, {key, order: this.#count++});
         views.set(key, view);
-        fresh.append(view.group);
-        this.#bare.add(view);
       }
       found.push({view, item, key});
     }
-    parent.append(fresh);
     if (views.size === wanted.size) return found;
     for (const [key, view] of views) {
       if (wanted.has(key)) continue;
-      view.group.remove();
-      view.label?.remove();
-      this.#bare.delete(view);
+      this.#stage.remove(view);
       views.delete(key);
     }
     return found;
@@ -357,31 +407,13 @@ const newState = (state) => new StateView(state);
 /** @param {Transition} transition */
 const newTransition = (transition) => new TransitionView(transition);
 
-/**
- * A box that is larger on each side.
- *
- * @param {Box} box
- * @param {number} x
- * @returns {Box}
- */
-const wider = ({left, right, top, bottom}, x, y = x) => ({
-  left: left - x,
-  right: right + x,
-  top: top - y,
-  bottom: bottom + y,
-});
+/** @param {View} one @param {View} other */
+const inOrder = (one, other) => one.order - other.order;
 
-/** @param {Box} one @param {Box} other */
-const overlap = (one, other) =>
-  one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom;
-
-/** @param {StateView | TransitionView} view @param {boolean} selected */
-function mark(view, selected) {
-  if (view.selected === selected) return;
-  view.selected = selected;
-  view.group.classList.toggle("selected", selected);
-  view.group.setAttribute("aria-pressed", String(selected));
-  view.label?.classList.toggle("selected", selected);
+/** Show what a drawn view does. @param {View} view */
+function markView(view) {
+  if (view instanceof StateView) markState(view, view.live);
+  else markTransition(view, view.live);
 }
 
 /**

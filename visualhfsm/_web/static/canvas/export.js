@@ -37,7 +37,7 @@ const PRESENTED = [
  * @returns {SVGSVGElement}
  */
 export function picture(automaton, colors = "light") {
-  const drawing = new Drawing();
+  const drawing = new Drawing({whole: true});
   const live = make("svg", {class: "for-readers"}, ...drawing.layers);
   const {theme} = document.documentElement.dataset;
   document.documentElement.dataset.theme = colors;

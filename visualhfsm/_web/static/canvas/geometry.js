@@ -42,6 +42,20 @@ export const contains = (outer, box) =>
   box.bottom <= outer.bottom;
 
 /**
+ * A box that is larger on each side.
+ *
+ * @param {Box} box
+ * @param {number} x
+ * @returns {Box}
+ */
+export const wider = ({left, right, top, bottom}, x, y = x) => ({
+  left: left - x,
+  right: right + x,
+  top: top - y,
+  bottom: bottom + y,
+});
+
+/**
  * The point on a circle around `center` in the direction of `target`.
  *
  * @param {Point} center

@@ -151,6 +151,8 @@ export class Move {
     this.dy = 0;
     /** Keys of the transitions that move with both their states. @type {Set<string>} */
     this.carried = new Set();
+    /** What moves, and which part of the way. @type {{key: string, part: number}[]} */
+    this.moving = [];
     this.before = new Map(canvas.drawing.places);
   }
 
@@ -166,24 +168,22 @@ export class Move {
 
   #begin() {
     this.began = true;
+    for (const id of page.states) this.moving.push({key: `s${id}`, part: 1});
     for (const {id, origin, destination} of page.shownAutomaton.transitions) {
-      if (page.states.has(origin) && page.states.has(destination)) this.carried.add(`t${id}`);
+      const key = `t${id}`;
+      const ends = Number(page.states.has(origin)) + Number(page.states.has(destination));
+      if (ends === 2) this.carried.add(key);
+      if (page.transitions.has(id)) this.moving.push({key, part: 1});
+      else if (ends) this.moving.push({key, part: ends / 2});
     }
   }
 
   #places() {
     /** @type {Map<string, Point>} */
     const moved = new Map();
-    /** @param {string} key @param {number} part */
-    const shift = (key, part) => {
+    for (const {key, part} of this.moving) {
       const place = this.before.get(key);
       if (place) moved.set(key, {x: place.x + this.dx * part, y: place.y + this.dy * part});
-    };
-    for (const id of page.states) shift(`s${id}`, 1);
-    for (const {id, origin, destination} of page.shownAutomaton.transitions) {
-      const ends = Number(page.states.has(origin)) + Number(page.states.has(destination));
-      if (page.transitions.has(id)) shift(`t${id}`, 1);
-      else if (ends) shift(`t${id}`, ends / 2);
     }
     return moved;
   }

@@ -17,6 +17,8 @@
 
 /** @typedef {{width: number, height: number}} Size */
 
+/** A handle, with its label if that stays where it is. @typedef {{handle: Point, middle?: Point, size: Size}} Placed */
+
 import {boxOf, contains, pointsOf, RADIUS} from "./geometry.js";
 
 const CELL = 96;
@@ -103,15 +105,19 @@ class Points {
  * @param {Label<K, S>[]} labels
  * @param {Point[]} states
  * @param {Arc[]} arcs
+ * @param {Placed[]} placed
  * @returns {Map<K, {middle: Point, size: S}>}
  */
-export function placeLabels(labels, states, arcs = []) {
+export function placeLabels(labels, states, arcs = [], placed = [], room = roomOf(states)) {
   const taken = new Boxes();
   const crossed = new Points();
   for (const place of states) for (const [width, height] of CIRCLE) taken.add(around(place, width, height));
   for (const {handle} of labels) taken.add(around(handle, HANDLE * 2, HANDLE * 2));
+  for (const {handle, middle, size} of placed) {
+    taken.add(around(handle, HANDLE * 2, HANDLE * 2));
+    if (middle) taken.add(around(middle, size.width, size.height));
+  }
   if (arcs.length <= MANY) for (const each of arcs) for (const point of pointsOf(each, STEP)) crossed.add(point);
-  const room = roomOf(states);
   /** @type {Map<K, {middle: Point, size: S}>} */
   const found = new Map();
   for (const {key, handle, normal, sizes} of labels) {
@@ -144,7 +150,7 @@ export function placeLabels(labels, states, arcs = []) {
  * @param {Point[]} states
  * @returns {Box}
  */
-function roomOf(states) {
+export function roomOf(states) {
   const {left, right, top, bottom} = boxOf(states);
   const far = RADIUS + BESIDE;
   const missing = Math.max(0, (bottom - top + 2 * far) * LANDSCAPE - (right - left + 2 * far)) / 2;

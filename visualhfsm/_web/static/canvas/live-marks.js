@@ -1,5 +1,6 @@
 /** Marks on states and transitions for the state of a running component. */
 
+import {required} from "../required.js";
 import {RADIUS} from "./geometry.js";
 import {n, t} from "../texts.js";
 import {make, set} from "./svg.js";
@@ -26,26 +27,43 @@ const BREAKPOINTS = {
   hit: t("paused at this breakpoint"),
 };
 
+/** Which classes a state has for what it does. @param {Live} live @returns {Record<string, boolean>} */
+export const stateClasses = ({status, trail = 0, finished = false, hanging = false, late = false, ...tested}) => ({
+  active: status === "active",
+  ghost: status === "ghost",
+  finished,
+  hanging,
+  late,
+  trail: trail > 0 && !status,
+  tested: Boolean(tested.passed),
+  "test-failed": Boolean(tested.failed || tested.ended),
+  "most-failed": Boolean(tested.most),
+});
+
+/** Which classes a transition has for what it does. @param {Live} live @returns {Record<string, boolean>} */
+export const transitionClasses = ({timer = 0, fired = 0, guard, passed}) => ({
+  waiting: timer > 0,
+  fired: fired > 0,
+  "guard-true": guard === true,
+  "guard-false": guard === false,
+  tested: Boolean(passed),
+});
+
+/** @param {SVGElement} group @param {Record<string, boolean>} classes */
+function toggle({classList}, classes) {
+  for (const [name, wanted] of Object.entries(classes)) classList.toggle(name, wanted);
+}
+
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
 export function markState(view, live = {}) {
-  const {status, trail = 0, finished = false, hanging = false, late = false, breakpoint, note, passed, failed} = live;
-  const {ended, most} = live;
-  const {group} = view;
-  const {classList} = group;
-  classList.toggle("active", status === "active");
+  const {status, trail = 0, finished = false, breakpoint, note, passed, failed, ended, most} = live;
+  const group = required(view.group, "drawn state");
+  toggle(group, stateClasses(live));
   if (status === "active") group.setAttribute("aria-current", "true");
   else group.removeAttribute("aria-current");
-  classList.toggle("ghost", status === "ghost");
-  classList.toggle("finished", finished);
-  classList.toggle("hanging", hanging);
-  classList.toggle("late", late);
-  classList.toggle("trail", trail > 0 && !status);
-  set(view.glow, "opacity", trail && !status ? trail.toFixed(2) : undefined);
+  if (view.glow) set(view.glow, "opacity", trail && !status ? trail.toFixed(2) : undefined);
   markWith(group, "finished-sign", finished, () => make("path", {class: "finished-sign", d: FINISHED}));
   markBreakpoint(group, breakpoint, -DIAGONAL, -DIAGONAL, 7);
-  classList.toggle("tested", Boolean(passed));
-  classList.toggle("test-failed", Boolean(failed || ended));
-  classList.toggle("most-failed", Boolean(most));
   say(group, [
     view.words,
     status && STATUS[status],
@@ -58,16 +76,12 @@ export function markState(view, live = {}) {
 }
 
 /** @param {import("./transition-view.js").TransitionView} view @param {Live} [live] */
-export function markTransition(view, {timer = 0, remaining, fired = 0, guard, breakpoint, passed, failed} = {}) {
-  const {group} = view;
-  const {classList} = group;
+export function markTransition(view, live = {}) {
+  const {timer = 0, remaining, fired = 0, guard, breakpoint, passed, failed} = live;
+  const group = required(view.group, "drawn transition");
+  toggle(group, transitionClasses(live));
   if (view.timer) set(view.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
-  set(view.glow, "opacity", fired ? fired.toFixed(2) : undefined);
-  classList.toggle("waiting", timer > 0);
-  classList.toggle("fired", fired > 0);
-  classList.toggle("guard-true", guard === true);
-  classList.toggle("guard-false", guard === false);
-  classList.toggle("tested", Boolean(passed));
+  if (view.glow) set(view.glow, "opacity", fired ? fired.toFixed(2) : undefined);
   if (view.handle) markBreakpoint(view.handle, breakpoint, -9, -9, 5.5);
   say(group, [
     view.words,

@@ -38,23 +38,23 @@ export class Order {
     const {drawing} = canvas;
     const key = canvas.selectedKeys().find((each) => drawing.view(each)) ?? this.#current;
     const view = drawing.view(key || "s") ?? drawing.states.values().next().value;
+    const group = view && drawing.hold("focus", view.key);
     const former = this.#focusable;
-    if (former !== view?.group) {
+    if (former !== group) {
       former?.setAttribute("tabindex", "-1");
-      view?.group.setAttribute("tabindex", "0");
+      group?.setAttribute("tabindex", "0");
     }
-    this.#focusable = view?.group;
+    this.#focusable = group;
     if (!view) return;
-    this.#current = view.group.dataset.key ?? "";
-    if (former && !former.isConnected && document.activeElement === document.body)
-      view.group.focus({preventScroll: true});
+    this.#current = view.key;
+    if (former && !former.isConnected && document.activeElement === document.body) group?.focus({preventScroll: true});
   }
 
   /** Focus the selection, or else the element that Tab reaches. */
   focusSelected() {
     const {canvas} = this;
     const key = canvas.selectedKeys()[0] ?? this.#current;
-    (canvas.drawing.view(key || "s")?.group ?? canvas.surface).focus({preventScroll: true});
+    (canvas.drawing.hold("focused", key || "s") ?? canvas.surface).focus({preventScroll: true});
   }
 
   /** Select the nearest element in a direction. @param {[number, number]} direction */
@@ -87,7 +87,7 @@ export class Order {
     this.select(key);
     const place = this.canvas.drawing.places.get(key);
     if (place) this.canvas.viewport.reveal(place);
-    this.canvas.drawing.view(key)?.group.focus({preventScroll: true});
+    this.canvas.drawing.hold("focused", key)?.focus({preventScroll: true});
   }
 
   /** @param {FocusEvent} event */

@@ -22,9 +22,6 @@ const LONG = 500; // ms that a finger rests before the menu opens
 const BORDER = 28; // pixels from the edge within which a drag scrolls the drawing
 const FASTEST = 20; // pixels in one frame
 
-/** The state or transition at an element. @param {EventTarget | null} target @returns {SVGElement | null} */
-const groupAt = (target) => (target instanceof Element ? target.closest("[data-key]") : null);
-
 const WHEEL_KEY = "visualhfsm.wheel";
 
 /** Whether the wheel always zooms, in this browser. */
@@ -72,6 +69,7 @@ export class Pointer {
     // When the finger is lifted, the menu must keep the focus.
     surface.addEventListener("touchend", (event) => this.#opened && event.cancelable && event.preventDefault());
     surface.addEventListener("pointerover", (event) => this.#showTip(event));
+    surface.addEventListener("pointermove", (event) => this.#gesture || this.#groupAt(event));
     surface.addEventListener("dblclick", (event) => this.#doubleClick(event));
     surface.addEventListener("contextmenu", (event) => this.#menu(event));
     surface.addEventListener("wheel", (event) => this.#wheel(event), {passive: false});
@@ -111,6 +109,22 @@ export class Pointer {
     action?.();
   }
 
+  /**
+   * The state or transition at an event; one that was only drawn with others is then drawn by itself.
+   *
+   * @param {MouseEvent} event
+   * @param {EventTarget | null} target
+   * @returns {SVGElement | null | undefined}
+   */
+  #groupAt(event, target = event.target) {
+    const {canvas} = this;
+    if (!(target instanceof Element)) return null;
+    const group = /** @type {SVGElement | null} */ (target.closest("[data-key]"));
+    if (group || target !== canvas.surface) return group;
+    const key = canvas.drawing.keyAt(canvas.point(event));
+    return key === undefined ? undefined : canvas.drawing.hold("pointer", key);
+  }
+
   /** @param {KeyboardEvent} event */
   #key(event) {
     const {canvas} = this;
@@ -133,7 +147,8 @@ export class Pointer {
     if (this.#gesture) return;
     const {canvas} = this;
     canvas.rename.commit();
-    this.#pressed = event.target;
+    const group = this.#groupAt(event);
+    this.#pressed = event.target === canvas.surface ? (group ?? event.target) : event.target;
     const pans = event.button === 1 || (event.button === 0 && this.#spaceHeld);
     if (event.button !== 0 && !pans) return;
     if (canvas.tool && !pans) {
@@ -141,7 +156,6 @@ export class Pointer {
       canvas.tool.click(canvas.point(event));
       return;
     }
-    const group = groupAt(event.target);
     if (pans) {
       event.preventDefault();
       this.#gesture = new Pan(canvas, event);
@@ -153,6 +167,7 @@ export class Pointer {
     }
     this.#owners = new Set([event.pointerId]);
     this.#resting = event;
+    if (group) canvas.drawing.hold("pointer", group.dataset.key ?? "");
     // The group itself, or a double click would go to the whole drawing.
     if (this.#gesture) (group ?? canvas.surface).setPointerCapture(event.pointerId);
   }
@@ -272,7 +287,7 @@ export class Pointer {
   #doubleClick(event) {
     const {canvas} = this;
     const target = this.#pressed; // the event's target is the element that captured the pointer
-    const key = groupAt(target)?.dataset.key;
+    const key = this.#groupAt(event, target)?.dataset.key;
     if (!(target instanceof Element) || !key) {
       const {x, y} = canvas.point(event);
       if (!canvas.readOnly && page.automaton) canvas.add("state", "addState", {x: Math.round(x), y: Math.round(y)});
@@ -290,7 +305,7 @@ export class Pointer {
   #menu(event, target = event.target) {
     event.preventDefault();
     const {canvas} = this;
-    const key = groupAt(target)?.dataset.key;
+    const key = this.#groupAt(event, target)?.dataset.key;
     if (key && !canvas.selectedKeys().includes(key)) canvas.order.select(key);
     else if (!key) page.select({});
     const detail = {x: event.clientX, y: event.clientY, point: canvas.point(event)};
@@ -336,7 +351,7 @@ export class Pointer {
    */
   #showTip(event) {
     const {tip, drawing} = this.canvas;
-    const group = groupAt(event.target);
+    const group = this.#groupAt(event);
     if (tip.parentNode === group) return;
     tip.remove();
     if (!group) return;

@@ -2,7 +2,8 @@
  * One state in the drawing.
  *
  * @import {Problem, State} from "../protocol.js"
- * @import {Point} from "./geometry.js"
+ * @import {Box, Point} from "./geometry.js"
+ * @import {Live} from "./live-marks.js"
  * @typedef {{problem?: Problem, imported: boolean, mark?: string}} More
  */
 
@@ -10,17 +11,16 @@ import {FAILED, sameProblem, SEVERITIES} from "../problems.js";
 import {n, t} from "../texts.js";
 import {BADGES, CODES, MARKS} from "./glyphs.js";
 import {RADIUS} from "./geometry.js";
-import {make, template, templates} from "./svg.js";
+import {stateClasses} from "./live-marks.js";
+import {make, template} from "./svg.js";
 import {fitCircle, lineHeight} from "./text.js";
 
 const blank = template(`
   <g class="state" role="button" tabindex="-1">
     <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/>
+    <circle class="ring" r="${RADIUS - 5}"/><text class="name" aria-hidden="true"/>
+    <g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>
   </g>`);
-/** Parts that are not visible from far away. */
-const blankDetails = templates(`
-  <circle class="ring" r="${RADIUS - 5}"/><text class="name" aria-hidden="true"/>
-  <g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>`);
 const MOST_BARS = 4;
 const CLEAR = 0.5; // radians between a badge and an arc
 const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
@@ -29,24 +29,33 @@ const CODES_AT = RADIUS - 13;
 /** The angle between two directions. @param {number} a @param {number} b */
 const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.PI);
 
+/** A path of a circle around a point. @param {Point} point @param {number} radius */
+const circle = ({x, y}, radius) =>
+  `M${x - radius},${y}a${radius},${radius} 0 1 0 ${2 * radius},0a${radius},${radius} 0 1 0 ${-2 * radius},0Z`;
+
 export class StateView {
+  /** Its elements on the page, while it is drawn. @type {SVGElement | undefined} */
+  group = undefined;
+  key = "";
+  /** Its place among all views. */
+  order = 0;
   words = "";
   selected = false;
+  /** What it does in a running component. @type {Live | undefined} */
+  live = undefined;
   /** The text beside the pointer. */
   tip = "";
 
   /** @param {State} state */
   constructor(state) {
     this.state = state;
-    this.group = blank();
-    [this.glow, this.#body] = this.group.children;
   }
 
-  glow;
-  #body;
+  /** @type {Element | undefined} */
+  glow = undefined;
   /** @type {SVGElement | undefined} */
   #badges = undefined;
-  /** Parts that are hidden from far away, once they are drawn. @type {{name: Element, codes: Element} | undefined} */
+  /** @type {{name: Element, codes: Element} | undefined} */
   #details = undefined;
   /** @type {Partial<More>} */
   #more = {};
@@ -59,13 +68,13 @@ export class StateView {
   }
 
   /**
-   * Draw a state; does nothing when nothing that is drawn differs.
+   * Show a state as it is now; returns whether it looks different.
    *
    * @param {State} state
    * @param {More} more
    */
   update(state, more) {
-    const {problem, imported, mark = ""} = more;
+    const {problem, imported} = more;
     const former = this.#more;
     if (
       state === this.state &&
@@ -73,12 +82,18 @@ export class StateView {
       more.mark === former.mark &&
       sameProblem(problem, former.problem)
     )
-      return;
+      return false;
     this.state = state;
     this.#more = more;
-    const has = codesOf(state);
-    const {group} = this;
-    group.dataset.key = `s${state.id}`;
+    this.#write();
+    return true;
+  }
+
+  /** The classes of its kind, of its marks and of what it does. */
+  get classes() {
+    const {state, selected, live} = this;
+    const {problem, mark} = this.#more;
+    const doing = live ? Object.entries(stateClasses(live)).map(([name, holds]) => holds && name) : [];
     const kinds = [
       "state",
       state.children.length && "parent",
@@ -87,9 +102,47 @@ export class StateView {
       problem && `has-${problem.severity}`,
       problem?.code === FAILED && "failed",
       mark && `is-${mark}`,
-      this.selected && "selected",
+      selected && "selected",
+      ...doing,
     ];
-    group.setAttribute("class", kinds.filter(Boolean).join(" "));
+    return kinds.filter(Boolean).join(" ");
+  }
+
+  /** What is seen of it from far away: paths by their classes. @returns {[string, string][]} */
+  get outlines() {
+    const {middle, state, selected, live} = this;
+    /** @type {[string, string][]} */
+    const paths = [["body", circle(middle, RADIUS)]];
+    if (selected || live) paths.unshift(["glow", circle(middle, RADIUS + 6)]);
+    if (state.initial) paths.push(["ring", circle(middle, RADIUS - 5)]);
+    return paths;
+  }
+
+  /** Make its elements. */
+  draw() {
+    const group = (this.group = blank());
+    const [glow, , , name, codes] = group.children;
+    this.glow = glow;
+    this.#details = {name, codes};
+    if (!Number.isNaN(this.#x)) this.#move();
+    this.#write();
+    return group;
+  }
+
+  /** Remove its elements. */
+  erase() {
+    this.group?.remove();
+    this.group = this.glow = this.#details = this.#badges = undefined;
+  }
+
+  #write() {
+    const {group, state} = this;
+    if (!group) return;
+    const {problem, imported = false, mark = ""} = this.#more;
+    const has = codesOf(state);
+    group.dataset.key = `s${state.id}`;
+    group.setAttribute("class", this.classes);
+    if (this.selected) group.setAttribute("aria-pressed", "true");
     this.words = describe(state, imported, problem, mark);
     group.setAttribute("aria-label", this.words);
     this.tip = [state.name || t("unnamed state"), ...has.map((part) => CODES[part].word), problem?.message]
@@ -98,27 +151,35 @@ export class StateView {
     this.#drawDetails();
   }
 
-  /** Draw the parts that are not visible from far away, too. */
-  finish() {
-    if (this.#details) return;
-    const details = blankDetails();
-    const [, name, codes] = details.children;
-    this.#details = {name, codes};
-    this.#body.after(details);
-    this.#drawDetails();
+  /** Select it, or not; returns whether it looks different. @param {boolean} selected */
+  select(selected) {
+    if (this.selected === selected) return false;
+    this.selected = selected;
+    this.group?.classList.toggle("selected", selected);
+    this.group?.setAttribute("aria-pressed", String(selected));
+    return true;
   }
 
   /** Move the state; returns whether its position changed. @param {Point} point */
   place({x, y}) {
     if (x === this.#x && y === this.#y) return false;
     [this.#x, this.#y] = [x, y];
-    this.group.setAttribute("transform", `translate(${x},${y})`);
+    this.#move();
     return true;
   }
 
-  /** Whether it stands in a box. @param {import("./geometry.js").Box} box */
-  isIn({left, right, top, bottom}) {
-    return this.#x > left - RADIUS && this.#x < right + RADIUS && this.#y > top - RADIUS && this.#y < bottom + RADIUS;
+  #move() {
+    this.group?.setAttribute("transform", `translate(${this.#x},${this.#y})`);
+  }
+
+  get middle() {
+    return {x: this.#x, y: this.#y};
+  }
+
+  /** The box around it. @returns {Box} */
+  get box() {
+    const {x, y} = this.middle;
+    return {left: x - RADIUS, right: x + RADIUS, top: y - RADIUS, bottom: y + RADIUS};
   }
 
   #drawDetails() {
@@ -172,7 +233,7 @@ export class StateView {
     if (imported) all.push(badge("imported", -0.75, BADGES.imported.path));
     if (!all.length) return;
     this.#badges = make("g", {class: "badges", "aria-hidden": "true"}, ...all);
-    this.group.append(this.#badges);
+    this.group?.append(this.#badges);
     this.placeBadges(this.#angles);
   }
 }

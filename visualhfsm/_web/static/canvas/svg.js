@@ -11,16 +11,6 @@ export function template(text) {
   return () => /** @type {SVGElement} */ (element.cloneNode(true));
 }
 
-/** The same for several elements; the function makes a fragment with copies of all of them. @param {string} text */
-export function templates(text) {
-  const copy = template(`<g>${text}</g>`);
-  return () => {
-    const made = document.createDocumentFragment();
-    made.append(...copy().children);
-    return made;
-  };
-}
-
 /**
  * Make an element with attributes.
  *

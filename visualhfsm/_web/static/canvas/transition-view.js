@@ -3,6 +3,7 @@
  *
  * @import {Problem, Transition} from "../protocol.js"
  * @import {Arc, Box, Point} from "./geometry.js"
+ * @import {Live} from "./live-marks.js"
  * @typedef {{from: string, to: string, rank: number, problem?: Problem, mark?: string}} More `rank` is its place among
  *   the transitions out of its state, 0 when it is the only one
  */
@@ -13,17 +14,16 @@ import {arc} from "./geometry.js";
 import {spokenTime} from "../times.js";
 import {MARKS, TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
 import {beside, HANDLE} from "./labels.js";
+import {transitionClasses} from "./live-marks.js";
 import {set, template} from "./svg.js";
 import {shortened, width} from "./text.js";
 
 const blank = template(`
   <g class="transition" role="button" tabindex="-1">
     <path class="hit"/><path class="glow"/><path class="line"/><path class="head"/>
-  </g>`);
-/** The handle and the name, which are not visible from far away. */
-const blankHandle = template(`
     <g class="handle"><circle class="grip" r="${HANDLE + 4}"/><circle class="knob" r="${HANDLE}"/><path class="glyph"/>
-    <circle class="timer" r="${HANDLE + 2.5}" pathLength="1"/><circle class="mark" cx="7" cy="-7" r="4"/></g>`);
+    <circle class="timer" r="${HANDLE + 2.5}" pathLength="1"/><circle class="mark" cx="7" cy="-7" r="4"/></g>
+  </g>`);
 /** The name is separate: all names are above all arcs, and screen readers read the label of the group. */
 const blankLabel = template(
   `<g class="label"><text class="rank"/><text><tspan class="title"/><tspan class="detail"/></text></g>`,
@@ -47,12 +47,19 @@ const NOWHERE = arc(undefined, undefined, {x: 0, y: 0});
 const NO_TEXT = {name: "", detail: "", width: 0, height: 0, nameWidth: 0};
 
 export class TransitionView {
+  /** Its elements on the page, while it is drawn. @type {SVGElement | undefined} */
+  group = undefined;
+  key = "";
+  /** Its place among all views. */
+  order = 0;
   words = "";
   selected = false;
+  /** What it does in a running component. @type {Live | undefined} */
+  live = undefined;
   /** The text beside the pointer. */
   tip = "";
   arc = NOWHERE;
-  /** The middle of its name. @type {Point | undefined} */
+  /** The middle of its name, once it has a place. @type {Point | undefined} */
   nameAt = undefined;
   /** The same relative to the handle, with which it moves. @type {Point | undefined} */
   offset = undefined;
@@ -64,23 +71,16 @@ export class TransitionView {
   /** @param {Transition} transition */
   constructor(transition) {
     this.transition = transition;
-    this.group = blank();
-    [this.#hit, this.glow, this.#line, this.#head] = this.group.children;
   }
 
-  #hit;
-  glow;
-  #line;
-  #head;
   #signature = "";
   /** @type {Partial<More>} */
   #more = {};
-  /** Its handle and its name, once they are drawn. @type {ReturnType<typeof detailsOf> | undefined} */
+  /** @type {ReturnType<typeof detailsOf> | undefined} */
   #details = undefined;
 
-  /** Whether it has its handle and its label. */
-  get complete() {
-    return this.#details !== undefined;
+  get glow() {
+    return this.#details?.glow;
   }
 
   get handle() {
@@ -96,11 +96,11 @@ export class TransitionView {
   }
 
   /**
-   * Draw the labels of a transition; does nothing when nothing differs.
+   * Show a transition as it is now.
    *
    * @param {Transition} transition
    * @param {More} more
-   * @returns {boolean} whether anything differed
+   * @returns {boolean} whether it looks different
    */
   update(transition, more) {
     const {from, to, rank, problem, mark = ""} = more;
@@ -134,18 +134,66 @@ export class TransitionView {
     ]);
     if (signature === this.#signature) return false;
     this.#signature = signature;
-    const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
-    this.group.dataset.key = `t${id}`;
+    this.#write();
+    return true;
+  }
+
+  /** The classes of its kind, of its marks and of what it does. */
+  get classes() {
+    const {transition, selected, live} = this;
+    const {problem, mark} = this.#more;
+    const doing = live ? Object.entries(transitionClasses(live)).map(([name, holds]) => holds && name) : [];
     const kinds = [
       "transition",
-      `by-${type}`,
-      hasCode && "has-code",
+      `by-${transition.type}`,
+      transition.code.trim() && "has-code",
       problem && `has-${problem.severity}`,
       problem?.code === FAILED && "failed",
       mark && `is-${mark}`,
-      this.selected && "selected",
+      selected && "selected",
+      ...doing,
     ];
-    this.group.setAttribute("class", kinds.filter(Boolean).join(" "));
+    return kinds.filter(Boolean).join(" ");
+  }
+
+  /** What is seen of it from far away: paths by their classes. @returns {[string, string][]} */
+  get outlines() {
+    const {path, head} = this.arc;
+    return [
+      ["line", path],
+      ["head", head],
+    ];
+  }
+
+  /** Make its elements; the label is then to be placed. */
+  draw() {
+    const group = (this.group = blank());
+    this.#details = detailsOf(group, blankLabel());
+    this.#details.label.classList.toggle("selected", this.selected);
+    this.#shift();
+    this.#write();
+    this.#drawArc();
+    return group;
+  }
+
+  /** Remove its elements. */
+  erase() {
+    this.group?.remove();
+    this.label?.remove();
+    this.group = this.#details = this.nameAt = undefined;
+    this.text = NO_TEXT;
+  }
+
+  #write() {
+    const {group} = this;
+    if (!this.#details || !group) return;
+    const {label, glyph, rank: number} = this.#details;
+    const {from = "", to = "", rank = 0, problem, mark = ""} = this.#more;
+    const {id, name, type, trigger, guard, code} = this.transition;
+    const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
+    group.dataset.key = label.dataset.key = `t${id}`;
+    group.setAttribute("class", this.classes);
+    if (this.selected) group.setAttribute("aria-pressed", "true");
     this.words = [
       t("Transition {name} from {from} to {to}", {name: name || t("without a name"), from, to}),
       kind.word,
@@ -155,48 +203,32 @@ export class TransitionView {
     ]
       .filter(Boolean)
       .join(", ");
-    this.group.setAttribute("aria-label", this.words);
+    group.setAttribute("aria-label", this.words);
     this.tip = [
       `${name}: ${kind.word}`,
       trigger.trim(),
       guard.trim() && t("if {guard}", {guard: guard.trim()}),
-      hasCode && t("code runs when it fires"),
+      code.trim() && t("code runs when it fires"),
       problem?.message,
     ]
       .filter(Boolean)
       .join("\n");
-    this.#write();
-    return true;
-  }
-
-  /** Draw its handle and its label, too; the label is then to be placed. */
-  finish() {
-    if (this.#details) return;
-    this.#details = detailsOf(blankHandle(), blankLabel());
-    const {handle, label} = this.#details;
-    this.group.append(handle);
-    label.classList.toggle("selected", this.selected);
-    this.#write();
-  }
-
-  /** Whether a part of its arc may be in a box. @param {Box} box */
-  isIn({left, right, top, bottom}) {
-    const {box} = this.arc;
-    return box.right > left && box.left < right && box.bottom > top && box.top < bottom;
-  }
-
-  #write() {
-    if (!this.#details) return;
-    const {label, glyph, rank} = this.#details;
-    const {id, name, type} = this.transition;
-    const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
-    label.dataset.key = `t${id}`;
     set(glyph, "d", kind.path);
     glyph.classList.toggle("filled", kind.filled);
-    rank.textContent = this.#more.rank ? String(this.#more.rank) : "";
+    number.textContent = rank ? String(rank) : "";
     this.#texts = textsOf(name.trim(), whatFires(this.transition));
     this.#show(this.#texts[this.#texts.length - 1]);
     this.#placeHandle();
+  }
+
+  /** Select it, or not; returns whether it looks different. @param {boolean} selected */
+  select(selected) {
+    if (this.selected === selected) return false;
+    this.selected = selected;
+    this.group?.classList.toggle("selected", selected);
+    this.group?.setAttribute("aria-pressed", String(selected));
+    this.label?.classList.toggle("selected", selected);
+    return true;
   }
 
   /** @param {Text} text */
@@ -205,6 +237,15 @@ export class TransitionView {
     this.text = text;
     this.#details.nameSpan.textContent = text.name;
     this.#details.detailSpan.textContent = text.detail;
+  }
+
+  #drawArc() {
+    if (!this.#details) return;
+    const {hit, glow, line, head} = this.#details;
+    const {arc: drawn} = this;
+    for (const each of [hit, glow, line]) each.setAttribute("d", drawn.path);
+    head.setAttribute("d", drawn.head);
+    this.#placeHandle();
   }
 
   #placeHandle() {
@@ -230,29 +271,42 @@ export class TransitionView {
    */
   place(from, to, handle, isLoop) {
     if (this.#carried) {
-      this.#carried = false;
-      this.group.removeAttribute("transform");
-      this.label?.removeAttribute("transform");
+      this.#carried = undefined;
+      this.#shift();
     }
     const former = this.#placed;
     const stays = samePlace(from, former.from) && samePlace(to, former.to) && samePlace(handle, former.handle);
     if (stays && isLoop === former.isLoop) return false;
     this.#placed = {from, to, handle, isLoop};
-    const made = arc(from, to, handle, isLoop);
-    this.arc = made;
-    for (const each of [this.#hit, this.glow, this.#line]) each.setAttribute("d", made.path);
-    this.#head.setAttribute("d", made.head);
-    this.#placeHandle();
+    this.arc = arc(from, to, handle, isLoop);
+    this.#drawArc();
     return true;
   }
 
-  #carried = false;
+  /** How far from its place it is shown. @type {Point | undefined} */
+  #carried = undefined;
 
   /** Show it elsewhere, otherwise unchanged. @param {number} dx @param {number} dy */
   carry(dx, dy) {
-    this.#carried = true;
-    this.group.setAttribute("transform", `translate(${dx},${dy})`);
-    this.label?.setAttribute("transform", `translate(${dx},${dy})`);
+    this.#carried = {x: dx, y: dy};
+    this.#shift();
+  }
+
+  #shift() {
+    const {x = 0, y = 0} = this.#carried ?? {};
+    for (const each of [this.group, this.label])
+      if (each) set(each, "transform", this.#carried && `translate(${x},${y})`);
+  }
+
+  get middle() {
+    return this.arc.middle;
+  }
+
+  /** The box around its arc. @returns {Box} */
+  get box() {
+    const {left, right, top, bottom} = this.arc.box;
+    const {x, y} = this.#carried ?? {x: 0, y: 0};
+    return {left: left + x, right: right + x, top: top + y, bottom: bottom + y};
   }
 
   /** The name as a label for `placeLabels`. */
@@ -285,12 +339,25 @@ export class TransitionView {
 /** @param {Point} [one] @param {Point} [other] */
 const samePlace = (one, other) => one === other || (one?.x === other?.x && one?.y === other?.y);
 
-/** The parts of a handle and of a label. @param {SVGElement} handle @param {SVGElement} label */
-function detailsOf(handle, label) {
+/** The parts of an arc with its handle, and of a label. @param {SVGElement} group @param {SVGElement} label */
+function detailsOf(group, label) {
+  const [hit, glow, line, head, handle] = group.children;
   const [, , glyph, timer] = handle.children;
   const [rank, text] = label.children;
   const [nameSpan, detailSpan] = text.children;
-  return {handle, glyph, timer, label, rank, nameSpan, detailSpan};
+  return {
+    hit,
+    glow,
+    line,
+    head,
+    handle: /** @type {SVGElement} */ (handle),
+    glyph,
+    timer,
+    label,
+    rank,
+    nameSpan,
+    detailSpan,
+  };
 }
 
 /**

@@ -70,8 +70,8 @@ export function explainUnderPointer(canvas) {
 export function explainSelected(canvas) {
   if (shown?.pinned) return hide();
   const key = canvas.selectedKeys()[0] ?? `s${monitor.now(page.shownAutomaton.id)?.state}`;
-  const view = canvas.drawing.view(key);
-  return view && show(canvas, view.group, true);
+  const group = canvas.drawing.hold("explained", key);
+  return group && show(canvas, group, true);
 }
 
 const isExplained = () => monitor.isLive && page.tab === monitor.tab;
