@@ -14,7 +14,25 @@ const {store} = await import(new URL("store.js", STATIC).href);
 
 const state = (id, fields = {}) => ({id, name: `s${id}`, initial: false, final: false, children: [], ...fields});
 const transition = (id, origin, destination, priority = "") => ({id, name: `t${id}`, origin, destination, priority});
-const automaton = (id, father, states, transitions = []) => ({id, father, imported: null, states, transitions});
+const note = (id, fields = {}) => ({
+  id,
+  kind: "note",
+  x: 0,
+  y: 0,
+  width: 100,
+  height: 50,
+  color: "",
+  text: "",
+  ...fields,
+});
+const automaton = (id, father, states, transitions = [], annotations = []) => ({
+  id,
+  father,
+  imported: null,
+  states,
+  transitions,
+  annotations,
+});
 
 /** @type {Socket} */
 let socket;
@@ -83,10 +101,10 @@ test("the menus have each action once, and none that is unknown", () => {
 });
 
 test("what has no key is in a menu", () => {
-  show(automaton(1, 0, [state(1, {children: [2]}), state(2), state(3)]), automaton(2, 1, []));
+  show(automaton(1, 0, [state(1, {children: [2]}), state(2), state(3)], [], [note(1)]), automaton(2, 1, []));
   const reached = new Set([...MENUS.flatMap(({groups}) => groups.flat()), ...RUN_MENU.flat()]);
-  for (const states of [[1], [1, 2]]) {
-    page.select({states});
+  for (const selection of [{states: [1]}, {states: [1, 2]}, {annotations: [1]}]) {
+    page.select(selection);
     for (const id of selectionActions().flat()) reached.add(id);
   }
   const lost = [...actions.values()].filter(({id, keys}) => !keys && !reached.has(id)).map(({id}) => id);
@@ -141,6 +159,7 @@ test("an action asks for a command about what is selected", () => {
     automaton: 1,
     states: [1, 2],
     transitions: [2],
+    annotations: [],
     dx: 10,
     dy: 0,
   });
@@ -149,6 +168,37 @@ test("an action asks for a command about what is selected", () => {
   perform("toggleFinal", context);
   assert.deepEqual(asked().command, {command: "markFinal", automaton: 1, state: 2, final: true});
   assert.equal(actions.get("toggleFinal").checked(), false);
+});
+
+test("a frame moves with what lies in it, and is deleted alone", () => {
+  const inside = note(2, {x: 20, y: 30});
+  const frame = note(1, {kind: "frame", width: 300, height: 200});
+  const sticksOut = note(3, {x: 250, y: 30});
+  const states = [state(1, {x: 150, y: 100}), state(2, {x: 400, y: 100})];
+  show(automaton(1, 0, states, [], [frame, inside, sticksOut]));
+  page.select({annotations: [1]});
+  perform("moveDown", context);
+  assert.deepEqual(asked().command, {
+    command: "moveItems",
+    automaton: 1,
+    states: [1],
+    transitions: [],
+    annotations: [1, 2],
+    dx: 0,
+    dy: 10,
+  });
+  perform("delete", context);
+  assert.deepEqual([asked().command.states, asked().command.annotations], [[], [1]]);
+});
+
+test("a note takes one of the colors, and the chosen one is checked", () => {
+  show(automaton(1, 0, [], [], [note(1), note(2, {color: "pink"})]));
+  page.select({annotations: [1, 2]});
+  assert.equal(selectionTitle(), "2 notes");
+  perform("colorBlue", context);
+  assert.deepEqual(asked().command, {command: "setAnnotationColor", automaton: 1, annotations: [1, 2], color: "blue"});
+  page.select({annotations: [2]});
+  assert.equal(actions.get("colorPink").checked(), true);
 });
 
 test("a transition is evaluated earlier or later among those of its state, as far as there are others", () => {

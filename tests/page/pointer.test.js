@@ -128,7 +128,7 @@ const socket = Socket.made.at(-1);
 socket.open();
 
 beforeEach(() => {
-  const automaton = {id: 1, father: 0, imported: null, states: STATES, transitions: [ARC]};
+  const automaton = {id: 1, father: 0, imported: null, states: STATES, transitions: [ARC], annotations: []};
   const full = {name: "a", automata: [automaton]};
   socket.push({push: "document", tab: 1, revision: 1, undo: [], redo: [], dirty: false, full});
   page.show(1);

@@ -162,9 +162,7 @@ def _unnamed(node: State | Transition | Annotation) -> Message:
             return Message("state {id}", id=node.id)
         case Transition():
             return Message("transition {id}", id=node.id)
-        case Annotation(kind="frame"):
-            return Message("frame {id}", id=node.id)
-    return Message("note {id}", id=node.id)
+    return Message.verbatim(str(node.id))
 
 
 def free_ids(used: Iterable[int]) -> Iterator[int]:

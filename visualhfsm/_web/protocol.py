@@ -393,9 +393,10 @@ class Control(_Request):
 
 
 class Export(_Request):
-    """Ask for the document as its file would hold it, to download it."""
+    """Ask for the document as its file would hold it, or as one `page` of HTML, to download it."""
 
     tab: TabId
+    page: bool = False
 
 
 class ExportRun(_Request):

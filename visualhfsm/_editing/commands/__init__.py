@@ -13,7 +13,7 @@ from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._errors import EditError
 
-from . import annotations, automata, component, group, items, paste, states, text, transitions, variables
+from . import automata, component, group, items, notes, paste, states, text, transitions, variables
 from .base import Command
 
 __all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command"]
@@ -21,11 +21,11 @@ __all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command"]
 COMMANDS: Final[tuple[type[Command], ...]] = tuple(
     found
     for module in (
-        annotations,
         automata,
         component,
         group,
         items,
+        notes,
         paste,
         states,
         text,

@@ -354,6 +354,7 @@ export const MENUS = [
       ["cut", "copy", "paste", "duplicate", "delete"],
       ["selectAll", "search"],
       ["rename", "editCode", "openChild", "group"],
+      ["newNote", "frame"],
       ["layout", "layoutAll"],
     ],
   },
@@ -379,10 +380,12 @@ export const MENUS = [
 /** The selection in words. */
 export function selectionTitle() {
   if (page.state) return t("State {name}", {name: page.state.name});
+  if (page.annotation) return page.annotation.kind === "frame" ? t("Frame") : t("Note");
   if (page.transition) return t("Transition {name}", {name: page.transition.name});
   const parts = [
     page.states.size && n("{count} state", "{count} states", page.states.size),
     page.transitions.size && n("{count} transition", "{count} transitions", page.transitions.size),
+    page.annotations.size && n("{count} note", "{count} notes", page.annotations.size),
   ];
   return parts.filter(Boolean).join(", ");
 }

@@ -7,6 +7,7 @@
  * @import {Automaton, Command, Commands, Place, Requests, State} from "./protocol.js"
  */
 
+import {withContent} from "./canvas/areas.js";
 import {messageOf, notify, notifyError, clearErrors} from "./notices.js";
 import {page} from "./page.js";
 import {Sequence} from "./sequence.js";
@@ -72,12 +73,19 @@ export const applyHere = (command, ...[fields]) =>
   ask("do", {tab: page.tab, command: /** @type {Command} */ ({command, automaton: page.shownAutomaton.id, ...fields})});
 
 /** The selected ids as the fields of a command. */
-export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});
+export const selected = () => ({
+  states: [...page.states],
+  transitions: [...page.transitions],
+  annotations: [...page.annotations],
+});
+
+/** The same with what lies in selected frames. */
+const selectedWithContent = () => withContent(page.shownAutomaton, selected());
 
 /**
  * Select what a command has added to the shown automaton; returns the first id.
  *
- * @param {"states" | "transitions"} kind
+ * @param {"states" | "transitions" | "annotations"} kind
  * @param {Done | null | undefined} done
  */
 export function selectAdded(done, kind) {
@@ -89,16 +97,16 @@ export function selectAdded(done, kind) {
 
 /** Delete the selection. */
 export async function deleteSelected() {
-  const count = page.states.size + page.transitions.size;
+  const count = page.selectedCount;
   if (await applyHere("deleteItems", selected())) say(n("Deleted", "{count} deleted", count));
 }
 
 /** Say what is seen on the canvas for users of screen readers. @param {string} text */
 const say = (text) => void page.dispatchEvent(new CustomEvent("say", {detail: text}));
 
-/** Move the selection. @param {number} dx @param {number} dy */
+/** Move the selection, with what lies in its frames. @param {number} dx @param {number} dy */
 export function moveSelected(dx, dy) {
-  return applyHere("moveItems", {...selected(), dx, dy});
+  return applyHere("moveItems", {...selectedWithContent(), dx, dy});
 }
 
 /**
@@ -121,7 +129,8 @@ let systemIsBehind = false;
 async function take(op) {
   const wasBehind = systemIsBehind;
   systemIsBehind = true;
-  const done = await askTab(op, {automaton: page.shownAutomaton.id, states: [...page.states]});
+  const {states, annotations} = selectedWithContent();
+  const done = await askTab(op, {automaton: page.shownAutomaton.id, states, annotations});
   systemIsBehind = done ? !(await isWritten(done.text)) : wasBehind;
   return done;
 }
@@ -200,8 +209,9 @@ export async function paste(point, text = "") {
     DOCUMENT.test(text) && !systemIsBehind
       ? await applyHere("pasteStates", {content: text.trim(), ...point})
       : await askTab("paste", {automaton: page.shownAutomaton.id, ...point});
-  const first = selectAdded(done, "states");
-  if (first === undefined) return;
+  const added = done?.added?.find((each) => each.automaton === page.automaton?.id);
+  if (!added) return;
+  page.select({states: added.states, annotations: added.annotations});
   page.dispatchEvent(new Event("reveal"));
   page.dispatchEvent(new Event("focus-canvas"));
 }

@@ -14,7 +14,7 @@ await laterStyles();
 
 const GAP = 4; // pixels between a button and the menu below it
 const GROUND = [
-  ["newState", "newTransition", "paste"],
+  ["newState", "newTransition", "newNote", "frame", "paste"],
   ["selectAll", "layout", "layoutAll", "fit"],
   ["repairNumbers", "extract", "inline", "export", "compare", "up"],
 ];

@@ -89,7 +89,7 @@ class Menubar extends PageElement {
   };
 }
 
-const TOOLS = ["select", "newState", "newTransition"];
+const TOOLS = ["select", "newState", "newTransition", "newNote"];
 
 class Tools extends PageElement {
   connectedCallback() {

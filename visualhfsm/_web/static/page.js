@@ -23,7 +23,9 @@ const SECTIONS = {
 /**
  * @import {Target} from "./events.js"
  * @import {Place} from "./protocol.js"
- * @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot
+ * @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, annotations: Set<number>,
+ *   visited: number[]}} Spot
+ * @typedef {{states?: Iterable<number>, transitions?: Iterable<number>, annotations?: Iterable<number>}} Chosen
  * @typedef {{line?: number, column?: number, selects?: boolean}} At position of the cursor in the text at a place, or
  *   whether its value is selected, so that typing replaces it
  * @typedef {{tab: number, code: readonly import("./protocol.js").PassedCode[]}} Tested
@@ -78,18 +80,35 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     return this.#spot().transitions;
   }
 
+  /** Ids of the selected notes and frames. @returns {Set<number>} */
+  get annotations() {
+    return this.#spot().annotations;
+  }
+
+  /** How many elements are selected. */
+  get selectedCount() {
+    return this.states.size + this.transitions.size + this.annotations.size;
+  }
+
   /** The selected state if nothing else is selected. */
   get state() {
-    if (this.states.size !== 1 || this.transitions.size) return undefined;
+    if (this.states.size !== 1 || this.selectedCount > 1) return undefined;
     const [id] = this.states;
     return this.automaton?.states.find((each) => each.id === id);
   }
 
   /** The selected transition if nothing else is selected. */
   get transition() {
-    if (this.transitions.size !== 1 || this.states.size) return undefined;
+    if (this.transitions.size !== 1 || this.selectedCount > 1) return undefined;
     const [id] = this.transitions;
     return this.automaton?.transitions.find((each) => each.id === id);
+  }
+
+  /** The selected note or frame if nothing else is selected. */
+  get annotation() {
+    if (this.annotations.size !== 1 || this.selectedCount > 1) return undefined;
+    const [id] = this.annotations;
+    return this.automaton?.annotations.find((each) => each.id === id);
   }
 
   /** The automata from the root to the shown one. */
@@ -127,15 +146,14 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
    * Show an automaton, and select in it.
    *
    * @param {number} automaton
-   * @param {{states?: Iterable<number>, transitions?: Iterable<number>}} [selection]
+   * @param {Chosen} [selection]
    */
-  open(automaton, {states = [], transitions = []} = {}) {
+  open(automaton, selection = {}) {
     const spot = this.#spot();
     const differs = this.automaton?.id !== automaton;
     if (differs && this.automaton) spot.visited.push(this.automaton.id);
     spot.automaton = automaton;
-    spot.states = new Set(states);
-    spot.transitions = new Set(transitions);
+    choose(spot, selection);
     this.#emit(differs ? "automaton" : "selection");
   }
 
@@ -148,13 +166,14 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     this.open(father.id, {states: owner ? [owner.id] : []});
   }
 
-  /** @param {{states?: Iterable<number>, transitions?: Iterable<number>}} selection */
-  select({states = [], transitions = []}) {
+  /** @param {Chosen} selection */
+  select(selection) {
     const spot = this.#spot();
-    const same = sameSet(spot.states, states) && sameSet(spot.transitions, transitions);
+    const {states = [], transitions = [], annotations = []} = selection;
+    const same =
+      sameSet(spot.states, states) && sameSet(spot.transitions, transitions) && sameSet(spot.annotations, annotations);
     if (same) return;
-    spot.states = new Set(states);
-    spot.transitions = new Set(transitions);
+    choose(spot, selection);
     this.#emit("selection");
   }
 
@@ -188,7 +207,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     const {kind, automaton, id, part = ""} = place;
     if (automaton) {
       const ids = id === undefined ? [] : [id];
-      this.open(automaton, {states: kind === "state" ? ids : [], transitions: kind === "transition" ? ids : []});
+      this.open(automaton, {[`${kind}s`]: ids});
       this.dispatchEvent(new Event("reveal"));
     }
     if (CODE_PARTS.has(part)) this.edit({...place, ...at});
@@ -204,14 +223,14 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     if (spot.automaton !== automaton.id) {
       const back = spot.visited.findLast((id) => this.shownDocument.automata.has(id));
       spot.automaton = back ?? automaton.id;
-      spot.states.clear();
-      spot.transitions.clear();
+      choose(spot, {});
       this.#emit("automaton");
       return;
     }
     const states = automaton.states.filter((each) => spot.states.has(each.id)).map((each) => each.id);
     const transitions = automaton.transitions.filter((each) => spot.transitions.has(each.id)).map((each) => each.id);
-    this.select({states, transitions});
+    const annotations = automaton.annotations.filter((each) => spot.annotations.has(each.id)).map(({id}) => id);
+    this.select({states, transitions, annotations});
   }
 
   /** Forget a tab: a document that is opened again begins at its root with nothing selected. @param {number} tab */
@@ -222,7 +241,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
   #spot() {
     let spot = this.#spots.get(this.tab);
     if (!spot) {
-      spot = {automaton: 0, states: new Set(), transitions: new Set(), visited: []};
+      spot = {automaton: 0, states: new Set(), transitions: new Set(), annotations: new Set(), visited: []};
       const root = this.document && rootOf(this.document);
       if (root) spot.automaton = root.id;
       if (this.document) this.#spots.set(this.tab, spot);
@@ -235,6 +254,13 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     this.dispatchEvent(new Event(kind));
     this.dispatchEvent(new Event("change"));
   }
+}
+
+/** @param {Spot} spot @param {Chosen} selection */
+function choose(spot, {states = [], transitions = [], annotations = []}) {
+  spot.states = new Set(states);
+  spot.transitions = new Set(transitions);
+  spot.annotations = new Set(annotations);
 }
 
 /** @param {Set<number>} set @param {Iterable<number>} items */

@@ -147,6 +147,27 @@ export interface Commands {
   resetHandles: {automaton: number; transitions: number[]};
   /** Place states, handles and annotations of any number of automata, as after an automatic layout. */
   placeItems: {placements: Placement[]; name?: string};
+  /** Add a note or a frame with its upper left corner at `x`, `y`. */
+  addAnnotation: {
+    automaton: number;
+    kind: "frame" | "note";
+    x: number;
+    y: number;
+    width: number;
+    height: number;
+    color?: "" | "blue" | "gray" | "green" | "pink" | "yellow";
+    text?: string;
+  };
+  /** Set the text of a note, or the title of a frame. */
+  setAnnotationText: {automaton: number; annotation: number; text: string};
+  /** Set the upper left corner and the size of a note or a frame. */
+  resizeAnnotation: {automaton: number; annotation: number; x: number; y: number; width: number; height: number};
+  /** Set the color of notes and frames. */
+  setAnnotationColor: {
+    automaton: number;
+    annotations: number[];
+    color: "" | "blue" | "gray" | "green" | "pink" | "yellow";
+  };
   /** Paste a fragment into an automaton, with new numbers. */
   pasteStates: {automaton: number; content: string; x?: number | null; y?: number | null; name?: string};
   /** Add a state whose automaton is a copy of a whole document, as one of the shelf is. */
@@ -725,8 +746,8 @@ export interface Requests {
   do: {tab: number; command: Command; base?: string | null};
   /** End the simulation, or the connection to the real robot, that was started here. */
   endRobot: {};
-  /** Ask for the document as its file would hold it, to download it. */
-  export: {tab: number};
+  /** Ask for the document as its file would hold it, or as one `page` of HTML, to download it. */
+  export: {tab: number; page?: boolean};
   /** Ask for the run of a followed component, or of an open recording, as one page of HTML, to download it. */
   exportRun: {component: string; tab?: number};
   /** Move an automaton with all below it to a new file, and import it from there. */

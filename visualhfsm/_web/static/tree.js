@@ -287,8 +287,7 @@ const kindOf = (state) =>
 
 /** @param {Row} row */
 function isSelected(row) {
-  if (row.state === undefined)
-    return row.automaton === page.automaton?.id && page.states.size + page.transitions.size === 0;
+  if (row.state === undefined) return row.automaton === page.automaton?.id && page.selectedCount === 0;
   return row.automaton === page.automaton?.id && page.states.has(row.state);
 }
 

@@ -11,16 +11,20 @@ import {outgoing} from "../outline.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
 import {t} from "../texts.js";
+import {annotatedSelection, annotationActions} from "./annotation-actions.js";
 import {wheelSetting} from "./pointer.js";
 import {StateTool, TransitionTool} from "./tools.js";
 
 const hasDocument = () => Boolean(page.document);
 const drawable = () => page.automaton !== undefined && !page.automaton.imported;
 const isRootless = () => hasDocument() && !page.automaton;
-const anySelected = () => page.states.size + page.transitions.size > 0;
+const anySelected = () => page.selectedCount > 0;
+/** Whether something is selected that can be copied. */
+const anyCopied = () => page.states.size + page.annotations.size > 0;
 const anyStates = (count = 1) => page.states.size >= count;
 const oneState = () => Boolean(page.state);
 const oneTransition = () => Boolean(page.transition);
+const oneAnnotation = () => Boolean(page.annotation);
 /**
  * Whether elements of an automaton have the same number, in an invalid document.
  *
@@ -65,6 +69,7 @@ function editCode(field) {
 function enter({canvas}) {
   if (page.state?.children.length) page.open(page.state.children[0]);
   else if (page.state || page.transition) editCode();
+  else if (page.annotation) canvas.beginRename("annotation", page.annotation.id);
   else canvas.focusSelected();
 }
 
@@ -129,16 +134,19 @@ export const canvasActions = [
     hint: t("draw a ready state, such as Say or Walk to"),
     help: t("Draw a ready state from the shelf"),
   },
+  ...annotationActions,
   {
     id: "rename",
     label: t("Rename"),
     icon: "rename",
     keys: ["F2"],
-    enabled: () => drawable() && (oneState() || oneTransition()),
+    enabled: () => drawable() && (oneState() || oneTransition() || oneAnnotation()),
     run: ({canvas}) =>
       page.state
         ? canvas.beginRename("state", page.state.id)
-        : canvas.beginRename("transition", required(page.transition, "selected transition").id),
+        : page.transition
+          ? canvas.beginRename("transition", page.transition.id)
+          : canvas.beginRename("annotation", required(page.annotation, "selected annotation").id),
   },
   {
     id: "edit",
@@ -146,7 +154,7 @@ export const canvasActions = [
     icon: "code",
     keys: ["Enter"],
     scope: "canvas",
-    enabled: () => oneState() || oneTransition(),
+    enabled: () => oneState() || oneTransition() || oneAnnotation(),
     run: enter,
     help: t("Open the sub-automaton, or the code where there is none"),
   },
@@ -239,13 +247,13 @@ export const canvasActions = [
     run: () => commands.inline(thePart()),
     hint: t("copy the imported content into this document"),
   },
-  {id: "copy", label: t("Copy"), icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
+  {id: "copy", label: t("Copy"), icon: "copy", keys: ["Ctrl+C"], enabled: anyCopied, run: commands.copy},
   {
     id: "cut",
     label: t("Cut"),
     icon: "cut",
     keys: ["Ctrl+X"],
-    enabled: () => drawable() && anyStates(),
+    enabled: () => drawable() && anyCopied(),
     run: commands.cut,
   },
   {
@@ -261,7 +269,7 @@ export const canvasActions = [
     label: t("Duplicate"),
     icon: "duplicate",
     keys: ["Ctrl+D"],
-    enabled: () => drawable() && anyStates(),
+    enabled: () => drawable() && anyCopied(),
     run: async () => (await commands.copy()) !== undefined && commands.paste(),
   },
   {
@@ -282,6 +290,7 @@ export const canvasActions = [
       page.select({
         states: page.shownAutomaton.states.map((each) => each.id),
         transitions: page.shownAutomaton.transitions.map((each) => each.id),
+        annotations: page.shownAutomaton.annotations.map((each) => each.id),
       }),
   },
   {
@@ -469,16 +478,25 @@ export function drawnSelection() {
     return [
       ["openChild", "editCode", "rename", "markInitial", "delete"],
       ["editEntry", "editExit", "toggleFinal", "addChild", "toggleHistory", "loop"],
-      ["copy", "cut", "duplicate", "group", ...(canExtract() ? ["extract"] : []), ...(canInline() ? ["inline"] : [])],
+      [
+        "copy",
+        "cut",
+        "duplicate",
+        "group",
+        "frame",
+        ...(canExtract() ? ["extract"] : []),
+        ...(canInline() ? ["inline"] : []),
+      ],
     ];
   if (page.transition)
     return [
       ["editCode", "rename", "delete"],
       ["tryEarlier", "tryLater", "resetHandle"],
     ];
+  if (page.annotations.size && !page.states.size) return annotatedSelection();
   if (page.states.size > 1)
     return [
-      ["copy", "cut", "group", "delete"],
+      ["copy", "cut", "group", "frame", "delete"],
       [
         "alignLeft",
         "alignCenter",

@@ -4,10 +4,12 @@
  * @import {Target} from "../events.js"
  * @import {FieldsOf} from "../messages.js"
  * @import {Automaton, Commands} from "../protocol.js"
+ * @import {Annotating} from "./annotations.js"
  * @import {Comparison} from "./comparison.js"
  * @import {Box, Point} from "./geometry.js"
  * @import {Live} from "./live-marks.js"
  * @import {DrawingTool} from "./tools.js"
+ * @typedef {"state" | "transition" | "annotation"} Kind of what is drawn
  */
 
 import {applyHere, selectAdded} from "../commands.js";
@@ -126,10 +128,11 @@ export class HfsmCanvas extends HTMLElement {
     this.#showEmpty(automaton);
     if (other) this.#arrive(key);
     else this.#look();
-    this.drawing.select(page.states, page.transitions);
+    this.drawing.select(page.states, page.transitions, page.annotations);
     this.drawing.showLive(this.#live);
     this.order.keep();
     this.rename.follow();
+    this.#offerEdges();
     if (other && this.hadFocus) this.focusSelected();
     this.minimap.draw();
     this.#lookOutside();
@@ -194,9 +197,18 @@ export class HfsmCanvas extends HTMLElement {
 
   /** Show the selection, or everything if nothing is selected. */
   fitSelection() {
-    const places = this.selectedKeys().flatMap((key) => this.drawing.places.get(key) ?? []);
-    if (!places.length) return this.fit();
-    const [xs, ys] = [places.map(({x}) => x), places.map(({y}) => y)];
+    const {annotations, places} = this.drawing;
+    const points = this.selectedKeys().flatMap((key) => {
+      const box = annotations.views.get(key)?.box;
+      return box
+        ? [
+            {x: box.left, y: box.top},
+            {x: box.right, y: box.bottom},
+          ]
+        : (places.get(key) ?? []);
+    });
+    if (!points.length) return this.fit();
+    const [xs, ys] = [points.map(({x}) => x), points.map(({y}) => y)];
     const far = RADIUS * 2;
     return this.viewport.fit({
       left: Math.min(...xs) - far,
@@ -212,7 +224,11 @@ export class HfsmCanvas extends HTMLElement {
   }
 
   selectedKeys() {
-    return [...[...page.states].map((id) => `s${id}`), ...[...page.transitions].map((id) => `t${id}`)];
+    return [
+      ...[...page.states].map((id) => `s${id}`),
+      ...[...page.transitions].map((id) => `t${id}`),
+      ...[...page.annotations].map((id) => `a${id}`),
+    ];
   }
 
   /** Use a tool of tools.js, or none. @param {(new (canvas: HfsmCanvas) => DrawingTool) | undefined} Tool */
@@ -243,9 +259,27 @@ export class HfsmCanvas extends HTMLElement {
     this.target?.classList.add("target");
   }
 
-  /** Start to edit a name in place. @param {"state" | "transition"} kind @param {number} id */
-  beginRename(kind, id) {
-    if (!this.readOnly) this.rename.begin(kind, id);
+  /** Start to edit a name, or the text of an annotation, in place. @param {Kind} kind @param {number} id */
+  async beginRename(kind, id) {
+    if (this.readOnly) return;
+    if (kind === "annotation") await (await this.#annotating()).write(id);
+    else this.rename.begin(kind, id);
+  }
+
+  /** What edits notes and frames in place, once it was needed. @type {Promise<Annotating> | undefined} */
+  #loading = undefined;
+  /** @type {Annotating | undefined} */
+  annotating = undefined;
+
+  #annotating() {
+    this.#loading ??= import("./annotations.js").then((module) => (this.annotating = new module.Annotating(this)));
+    return this.#loading;
+  }
+
+  /** Offer to drag the edges of the selected annotation. */
+  #offerEdges() {
+    if (page.annotation && !this.readOnly) this.#annotating().then((annotating) => annotating.follow());
+    else this.annotating?.follow();
   }
 
   /**
@@ -253,7 +287,7 @@ export class HfsmCanvas extends HTMLElement {
    * the name.
    *
    * @template {keyof Commands} Name
-   * @param {"state" | "transition"} kind
+   * @param {Kind} kind
    * @param {Name} command
    * @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
    * @returns {Promise<number | undefined>} its id
@@ -262,7 +296,7 @@ export class HfsmCanvas extends HTMLElement {
     const done = applyHere(command, ...fields);
     return holdKeys(async () => {
       const id = selectAdded(await done, `${kind}s`);
-      if (id !== undefined) this.beginRename(kind, id);
+      if (id !== undefined) await this.beginRename(kind, id);
       return id;
     });
   }
@@ -286,14 +320,16 @@ export class HfsmCanvas extends HTMLElement {
   }
 
   #showSelection() {
-    this.drawing.select(page.states, page.transitions);
+    this.drawing.select(page.states, page.transitions, page.annotations);
     this.order.keep();
     this.minimap.draw();
+    this.#offerEdges();
   }
 
   #leave() {
     this.cancel();
     this.rename.cancel();
+    this.annotating?.commit();
     this.drawing.automaton = undefined; // another document may have an automaton of the same number
     if (this.#fitted === this.#view())
       this.#views.delete(this.#shown); // fitted again: panels may have opened or closed
@@ -315,7 +351,8 @@ export class HfsmCanvas extends HTMLElement {
 
   /** @param {Automaton | undefined} automaton */
   #showEmpty(automaton) {
-    this.empty.hidden = !automaton || automaton.states.length > 0 || Boolean(this.tool);
+    const isEmpty = automaton && !automaton.states.length && !automaton.annotations.length;
+    this.empty.hidden = !isEmpty || Boolean(this.tool);
     if (!automaton || this.empty.hidden) return;
     this.empty.textContent = automaton.imported
       ? t("This automaton comes from {file}. Open that file to change it.", {file: automaton.imported.file})
@@ -331,6 +368,7 @@ export class HfsmCanvas extends HTMLElement {
     this.#look();
     this.minimap.frame();
     this.rename.follow();
+    this.annotating?.follow();
     this.#lookOutside();
     this.dispatchEvent(new Event("view"));
   }

@@ -113,6 +113,7 @@ export class Comparison {
       ...automaton,
       states: [...automaton.states, ...gone(automaton.states, former.states)],
       transitions: [...automaton.transitions, ...gone(automaton.transitions, former.transitions)],
+      annotations: [...automaton.annotations, ...gone(automaton.annotations, former.annotations)],
     };
   }
 
@@ -129,7 +130,7 @@ export class Comparison {
     this.byAutomaton = new Map();
     for (const {kind, place} of this.differences) {
       const {automaton = 0} = place;
-      if (place.id) this.#mark(automaton, `${place.kind === "state" ? "s" : "t"}${place.id}`, kind);
+      if (place.id) this.#mark(automaton, `${place.kind[0]}${place.id}`, kind);
       this.#markAbove(automaton);
     }
     return true;
@@ -200,9 +201,7 @@ export class Comparison {
     if (there) page.jump(kind === "removed" ? {kind: "automaton", automaton: place.automaton} : {...place, part: ""});
     this.#show();
     if (there && place.id)
-      this.canvas.viewport.reveal(
-        this.canvas.drawing.places.get(`${place.kind === "state" ? "s" : "t"}${place.id}`) ?? {x: 0, y: 0},
-      );
+      this.canvas.viewport.reveal(this.canvas.drawing.places.get(`${place.kind[0]}${place.id}`) ?? {x: 0, y: 0});
   }
 }
 

@@ -7,6 +7,7 @@
 
 import {outgoing} from "../outline.js";
 import {required} from "../required.js";
+import {AnnotationLayer} from "./annotation-view.js";
 import {bounds, contains, handles, pointsOf, RADIUS, wider} from "./geometry.js";
 import {placeLabels, roomOf} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
@@ -22,6 +23,7 @@ const MARKED = 200; // views with marks that are drawn one by one in any case
 
 /**
  * @import {Automaton, Problem, State, Transition} from "../protocol.js"
+ * @import {AnnotationView} from "./annotation-view.js"
  * @import {View} from "./crowd.js"
  * @import {Box, Point} from "./geometry.js"
  * @import {Live} from "./live-marks.js"
@@ -30,6 +32,7 @@ const MARKED = 200; // views with marks that are drawn one by one in any case
  */
 
 export class Drawing {
+  annotations = new AnnotationLayer();
   /** @type {Map<string, StateView>} */
   states = new Map();
   /** @type {Map<string, TransitionView>} */
@@ -49,10 +52,15 @@ export class Drawing {
 
   /** All layers, from the lowest to the highest. */
   get layers() {
-    return this.#stage.layers;
+    return [this.annotations.group, ...this.#stage.layers];
   }
 
-  /** The view of a key such as `s1` or `t2`. @param {string} key @returns {View | undefined} */
+  /** What is drawn of a key such as `s1`, `t2` or `a3`. @param {string} key @returns {View | AnnotationView | undefined} */
+  find(key) {
+    return this.annotations.views.get(key) ?? this.view(key);
+  }
+
+  /** The view of a state or a transition. @param {string} key @returns {View | undefined} */
   view(key) {
     return key.startsWith("s") ? this.states.get(key) : this.transitions.get(key);
   }
@@ -67,7 +75,7 @@ export class Drawing {
   hold(reason, ...keys) {
     const views = keys.flatMap((key) => this.view(key) ?? []);
     this.#stage.hold(reason, views);
-    return views[0]?.group;
+    return this.find(keys[0] ?? "")?.group;
   }
 
   /** The key of what is at a point, where it is not on the page by itself. @param {Point} point */
@@ -117,6 +125,8 @@ export class Drawing {
         names.set(state.id, state.name);
       }
     }
+    this.annotations.update(automaton?.annotations ?? [], more.marks);
+    for (const [key, {box}] of this.annotations.views) this.places.set(key, {x: box.left, y: box.top});
     const ranks = ranksOf(transitions);
     const grips = handles(transitions, points);
     for (const {view, item: transition, key} of this.#sync(this.transitions, transitions, "t", newTransition)) {
@@ -168,6 +178,7 @@ export class Drawing {
     for (const [key, point] of moved) {
       this.places.set(key, point);
       this.states.get(key)?.place(point);
+      this.annotations.preview(key, point);
     }
     for (const key of moved.keys()) {
       const view = this.transitions.get(key);
@@ -202,6 +213,7 @@ export class Drawing {
    * @param {number} scale
    */
   look(seen, scale) {
+    this.annotations.look(seen);
     this.#detailed = scale >= VERY_FAR;
     this.#stage.look(seen, scale);
     this.#placeDetails();
@@ -291,8 +303,15 @@ export class Drawing {
     for (const {view, angles} of states.values()) view.placeBadges(angles);
   }
 
-  /** Mark what is selected. @param {Set<number>} states @param {Set<number>} transitions */
-  select(states, transitions) {
+  /**
+   * Mark what is selected.
+   *
+   * @param {Set<number>} states
+   * @param {Set<number>} transitions
+   * @param {Set<number>} annotations
+   */
+  select(states, transitions, annotations) {
+    this.annotations.select(annotations);
     for (const view of this.states.values()) if (view.select(states.has(view.state.id))) this.#stage.change(view);
     for (const view of this.transitions.values())
       if (view.select(transitions.has(view.transition.id))) this.#stage.change(view);
@@ -323,7 +342,8 @@ export class Drawing {
   /** The box around everything that is visible at a scale. */
   bounds(scale = 1) {
     const arcs = [...this.transitions.values()].map(({arc}) => arc);
-    return bounds(this.#circles(), [...arcs, ...this.#labels(scale).map((box) => ({box}))]);
+    const boxes = [...this.#labels(scale), ...this.annotations.boxes()];
+    return bounds(this.#circles(), [...arcs, ...boxes.map((box) => ({box}))]);
   }
 
   /** Whether nothing that is visible at a scale is in a box. @param {Box} box @param {number} scale */
@@ -331,7 +351,7 @@ export class Drawing {
     const far = RADIUS + 8;
     return (
       this.#circles().every(({x, y}) => !contains(wider(box, far), {left: x, right: x, top: y, bottom: y})) &&
-      this.#labels(scale).every((label) => !touches(label, box)) &&
+      [...this.#labels(scale), ...this.annotations.boxes()].every((other) => !touches(other, box)) &&
       [...this.transitions.values()].every(
         ({arc}) =>
           !touches(arc.box, box) ||
@@ -359,6 +379,7 @@ export class Drawing {
 
   #clear() {
     this.#stage.clear();
+    this.annotations.clear();
     this.states.clear();
     this.transitions.clear();
     this.#fresh = [];

@@ -44,6 +44,7 @@ export function picture(automaton, colors = "light") {
   document.body.append(live);
   try {
     drawing.update(automaton, {imported: (state) => isImporting(page.shownDocument, state), problem: () => undefined});
+    drawing.annotations.look({left: -Infinity, top: -Infinity, right: Infinity, bottom: Infinity});
     const box = drawing.bounds() ?? {left: 0, top: 0, right: 200, bottom: 100};
     const [width, height] = [
       Math.ceil(box.right - box.left + 2 * MARGIN),
@@ -106,7 +107,7 @@ function styled(element) {
 
 /** @param {Element} element */
 function isHidden(element) {
-  if (["hit", "rim", "grip"].some((name) => element.classList.contains(name))) return true;
+  if (["hit", "rim", "grip", "bar"].some((name) => element.classList.contains(name))) return true;
   const {display, fill, stroke} = getComputedStyle(element);
   return display === "none" || (["path", "circle"].includes(element.tagName) && fill === "none" && stroke === "none");
 }

@@ -8,11 +8,12 @@
  * @import {State} from "../protocol.js"
  */
 
-import {moveSelected} from "../commands.js";
+import {applyHere, selected} from "../commands.js";
 import {triggerFrom} from "../outline.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
-import {drawnArc, RADIUS} from "./geometry.js";
+import {areaOf, withContent} from "./areas.js";
+import {contains, drawnArc, RADIUS} from "./geometry.js";
 import {make} from "./svg.js";
 
 const CLICK = 3; // pixels; a shorter move is a click
@@ -83,9 +84,7 @@ export class Band {
   constructor(canvas, event) {
     this.canvas = canvas;
     this.start = canvas.point(event);
-    this.before = event.shiftKey
-      ? {states: [...page.states], transitions: [...page.transitions]}
-      : {states: [], transitions: []};
+    this.before = event.shiftKey ? selected() : {states: [], transitions: [], annotations: []};
     if (!event.shiftKey) page.select({});
     this.box = make("rect", {class: "band"});
     canvas.sketch.append(this.box);
@@ -111,8 +110,10 @@ export class Band {
       const place = this.canvas.drawing.places.get(key); // none yet for an element that another window has just added
       return place && place.x >= left && place.x <= right && place.y >= top && place.y <= bottom;
     };
-    const {states, transitions} = page.automaton ?? {states: [], transitions: []};
+    const {states, transitions, annotations} = page.automaton ?? {states: [], transitions: [], annotations: []};
+    const whole = annotations.filter((each) => contains({left, right, top, bottom}, areaOf(each)));
     page.select({
+      annotations: new Set([...this.before.annotations, ...whole.map(({id}) => id)]),
       states: new Set([...this.before.states, ...states.map((each) => each.id).filter((id) => within(`s${id}`))]),
       transitions: new Set([
         ...this.before.transitions,
@@ -131,7 +132,7 @@ export class Band {
   }
 }
 
-/** Move the selected states and handles; the other handles at these states follow. */
+/** Move what is selected, with what lies in selected frames; the other handles at these states follow. */
 export class Move {
   scrolls = true;
 
@@ -168,15 +169,21 @@ export class Move {
 
   #begin() {
     this.began = true;
-    for (const id of page.states) this.moving.push({key: `s${id}`, part: 1});
+    this.chosen = withContent(page.shownAutomaton, selected());
+    const [states, transitions] = [new Set(this.chosen.states), new Set(this.chosen.transitions)];
+    for (const id of states) this.moving.push({key: `s${id}`, part: 1});
+    for (const id of this.chosen.annotations) this.moving.push({key: `a${id}`, part: 1});
     for (const {id, origin, destination} of page.shownAutomaton.transitions) {
       const key = `t${id}`;
-      const ends = Number(page.states.has(origin)) + Number(page.states.has(destination));
+      const ends = Number(states.has(origin)) + Number(states.has(destination));
       if (ends === 2) this.carried.add(key);
-      if (page.transitions.has(id)) this.moving.push({key, part: 1});
+      if (transitions.has(id)) this.moving.push({key, part: 1});
       else if (ends) this.moving.push({key, part: ends / 2});
     }
   }
+
+  /** Ids of what moves, which is decided at its beginning. @type {ReturnType<typeof withContent>} */
+  chosen = {states: [], transitions: [], annotations: []};
 
   #places() {
     /** @type {Map<string, Point>} */
@@ -191,7 +198,7 @@ export class Move {
   async end() {
     if (!this.began) this.click();
     if (!this.dx && !this.dy) return;
-    await moveSelected(this.dx, this.dy);
+    await applyHere("moveItems", {...this.chosen, dx: this.dx, dy: this.dy});
     this.canvas.redraw(); // even after a refusal, to move everything back
   }
 

@@ -97,6 +97,14 @@ export class Minimap {
     );
     this.#x = WIDTH / 2 - ((box.left + box.right) / 2) * this.#scale;
     this.#y = HEIGHT / 2 - ((box.top + box.bottom) / 2) * this.#scale;
+    context.fillStyle = color("--line");
+    for (const {left, top, right, bottom} of drawing.annotations.boxes()) {
+      const [x, y] = this.#at({x: left, y: top});
+      const [endX, endY] = this.#at({x: right, y: bottom});
+      context.globalAlpha = 0.5;
+      context.fillRect(x, y, endX - x, endY - y);
+    }
+    context.globalAlpha = 1;
     context.strokeStyle = color("--arc");
     context.lineWidth = 0.6;
     context.beginPath();

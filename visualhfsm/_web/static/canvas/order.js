@@ -3,6 +3,9 @@
 import {page} from "../page.js";
 import {neighbor} from "./geometry.js";
 
+/** The lists of elements by the first letter of their keys. @type {Record<string, "states" | "transitions" | "annotations">} */
+const LISTS = {s: "states", t: "transitions", a: "annotations"};
+
 export class Order {
   #current = ""; // key of the element that Tab reaches
   /** @type {SVGElement | undefined} */
@@ -22,10 +25,14 @@ export class Order {
   /** Select an element. @param {string} key @param {boolean} add to the selection, or remove from it */
   select(key, add = false) {
     const id = idOf(key);
-    const kind = key.startsWith("s") ? "states" : "transitions";
+    const kind = LISTS[key[0]];
     /** @param {Set<number>} known */
     const begun = (known) => new Set(add ? known : []);
-    const chosen = {states: begun(page.states), transitions: begun(page.transitions)};
+    const chosen = {
+      states: begun(page.states),
+      transitions: begun(page.transitions),
+      annotations: begun(page.annotations),
+    };
     if (add && chosen[kind].has(id)) chosen[kind].delete(id);
     else chosen[kind].add(id);
     this.#current = key;
@@ -36,17 +43,17 @@ export class Order {
   keep() {
     const {canvas} = this;
     const {drawing} = canvas;
-    const key = canvas.selectedKeys().find((each) => drawing.view(each)) ?? this.#current;
-    const view = drawing.view(key || "s") ?? drawing.states.values().next().value;
-    const group = view && drawing.hold("focus", view.key);
+    const known = [...canvas.selectedKeys(), this.#current].find((each) => drawing.find(each));
+    const key = known ?? drawing.states.keys().next().value;
+    const group = key === undefined ? undefined : drawing.hold("focus", key);
     const former = this.#focusable;
     if (former !== group) {
       former?.setAttribute("tabindex", "-1");
       group?.setAttribute("tabindex", "0");
     }
     this.#focusable = group;
-    if (!view) return;
-    this.#current = view.key;
+    if (key === undefined) return;
+    this.#current = key;
     if (former && !former.isConnected && document.activeElement === document.body) group?.focus({preventScroll: true});
   }
 
@@ -65,15 +72,20 @@ export class Order {
     if (next) this.#focus(next.key);
   }
 
-  /** Select the next element in reading order: each state, then the transitions out of it. @param {number} step */
+  /**
+   * Select the next element in reading order: each state, then the transitions out of it, at last notes and frames.
+   *
+   * @param {number} step
+   */
   goOn(step) {
-    const {states = [], transitions = []} = page.automaton ?? {};
+    const {states = [], transitions = [], annotations = []} = page.automaton ?? {};
     /** @type {Map<number, string[]>} */
     const leaving = new Map(states.map(({id}) => [id, []]));
     /** @type {string[]} */
     const lost = []; // transitions that leave no state
     for (const {id, origin} of transitions) (leaving.get(origin) ?? lost).push(`t${id}`);
     const keys = [...states.flatMap(({id}) => [`s${id}`, ...(leaving.get(id) ?? [])]), ...lost];
+    keys.push(...annotations.map(({id}) => `a${id}`));
     const next = keys.length ? keys.at((keys.indexOf(this.#here) + step) % keys.length) : undefined;
     if (next) this.#focus(next);
   }

@@ -133,7 +133,8 @@ export class Pointer {
       !canvas.tool ||
       event.ctrlKey ||
       event.metaKey ||
-      event.target === canvas.rename.input ||
+      event.target instanceof HTMLInputElement ||
+      event.target instanceof HTMLTextAreaElement ||
       !canvas.tool.key(event)
     )
       return;
@@ -147,6 +148,7 @@ export class Pointer {
     if (this.#gesture) return;
     const {canvas} = this;
     canvas.rename.commit();
+    canvas.annotating?.commit();
     const group = this.#groupAt(event);
     this.#pressed = event.target === canvas.surface ? (group ?? event.target) : event.target;
     const pans = event.button === 1 || (event.button === 0 && this.#spaceHeld);
@@ -261,6 +263,8 @@ export class Pointer {
       canvas.order.select(key);
       return new Link(canvas, idOf(key));
     }
+    const {edge} = /** @type {SVGElement} */ (event.target).dataset;
+    if (edge) return canvas.annotating?.grab(event, edge);
     const selected = canvas.selectedKeys().includes(key);
     if (!selected || event.shiftKey) canvas.order.select(key, event.shiftKey);
     return canvas.readOnly
@@ -293,8 +297,12 @@ export class Pointer {
       if (!canvas.readOnly && page.automaton) canvas.add("state", "addState", {x: Math.round(x), y: Math.round(y)});
       return;
     }
-    const kind = key.startsWith("s") ? "state" : "transition";
     const id = idOf(key);
+    if (key.startsWith("a")) {
+      canvas.beginRename("annotation", id);
+      return;
+    }
+    const kind = key.startsWith("s") ? "state" : "transition";
     const state = kind === "state" ? page.shownAutomaton.states.find((each) => each.id === id) : undefined;
     if (target.closest(".title")) canvas.beginRename(kind, id);
     else if (state?.children.length) page.open(state.children[0]);
@@ -355,7 +363,7 @@ export class Pointer {
     if (tip.parentNode === group) return;
     tip.remove();
     if (!group) return;
-    tip.textContent = drawing.view(group.dataset.key ?? "")?.tip ?? "";
+    tip.textContent = drawing.find(group.dataset.key ?? "")?.tip ?? "";
     group.append(tip);
   }
 }

@@ -148,3 +148,43 @@ function chord(index, count, size, radius) {
 
 /** Distance between two lines. @param {number} size */
 export const lineHeight = (size) => size * LINE;
+
+/**
+ * A text in lines no wider than some pixels, broken at spaces, or within a word that is wider. Its own line ends and the
+ * spaces before a line are kept.
+ *
+ * @param {string} text
+ * @param {number} size
+ * @param {number} room
+ */
+export function wrapped(text, size, room) {
+  /** @type {string[]} */
+  const lines = [];
+  for (const paragraph of text.replaceAll("\r\n", "\n").split("\n")) {
+    let line = "\u00a0".repeat(paragraph.length - paragraph.trimStart().length);
+    let hasWord = false;
+    for (const word of paragraph.split(/\s+/).filter(Boolean)) {
+      let longer = hasWord ? `${line} ${word}` : line + word;
+      if (hasWord && width(longer, size) > room) {
+        lines.push(line);
+        longer = word;
+      }
+      while (longer.length > 1 && width(longer, size) > room) {
+        const taken = fitting(longer, size, room);
+        lines.push(longer.slice(0, taken));
+        longer = longer.slice(taken);
+      }
+      line = longer;
+      hasWord = true;
+    }
+    lines.push(line);
+  }
+  return lines;
+}
+
+/** How many characters of a text fit, at least one. @param {string} text @param {number} size @param {number} room */
+function fitting(text, size, room) {
+  let taken = text.length - 1;
+  while (taken > 1 && width(text.slice(0, taken), size) > room) taken--;
+  return taken;
+}

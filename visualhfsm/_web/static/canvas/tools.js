@@ -14,9 +14,9 @@ import {distance, neighbor, RADIUS} from "./geometry.js";
 import {Link} from "./gestures.js";
 import {make} from "./svg.js";
 
-const STEP = 20;
+export const STEP = 20; // pixels of an arrow key
 /** @type {Record<string, [number, number]>} */
-const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+export const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 
 /** Place a new state. */
 export class StateTool {

@@ -13,6 +13,7 @@ import {page} from "../page.js";
 import {t} from "../texts.js";
 import "./code-field.js";
 import "./text-field.js";
+import {annotationEditor} from "./annotation-editor.js";
 import {isSetByArguments, stateEditor} from "./state-editor.js";
 import {transitionEditor} from "./transition-editor.js";
 
@@ -57,18 +58,20 @@ class CodePanel extends PageElement {
   }
 
   render() {
-    const {document, automaton, state, transition} = page;
+    const {document, automaton, state, transition, annotation} = page;
     if (!document || !automaton) return this.#hint();
     const readonly = Boolean(automaton.imported);
     const about = {tab: page.tab, document, automaton, readonly};
     const editor = state
       ? stateEditor({...about, state, part: this.shownPart, choose: (part) => this.#choose(part)})
-      : transition && transitionEditor({...about, transition});
+      : transition
+        ? transitionEditor({...about, transition})
+        : annotation && annotationEditor({...about, annotation});
     return editor ? html`<div class="code-panel" @keydown=${this.#press}>${editor}</div>` : this.#hint();
   }
 
   #hint() {
-    const count = page.states.size + page.transitions.size;
+    const count = page.selectedCount;
     return html`<div class="code-panel">
       <p class="empty">
         ${

@@ -1,7 +1,7 @@
 /**
  * Places in a document: of a problem, a search result or a field of a panel.
  *
- * @import {Automaton, Place, Problem} from "../protocol.js"
+ * @import {Annotation, Automaton, Place, Problem} from "../protocol.js"
  * @import {OpenDocument} from "../store.js"
  */
 
@@ -38,6 +38,7 @@ const WORDS = {
   libraries: t("library"),
   interfaces: t("interface"),
   ros: t("topic"),
+  text: t("text"),
 };
 
 /** A part of an element in words. @param {string} part */
@@ -85,6 +86,8 @@ export function commandFor(place, text) {
       if (part === "name") return {command: "renameTransition", automaton, transition: id, name: text};
       if (part === "priority") return {command: "setPriority", automaton, transition: id, priority: text};
       return {command: "setTransitionCode", automaton, transition: id, part, text};
+    case "annotation":
+      return {command: "setAnnotationText", automaton, annotation: id, text};
     case "automaton":
       if (part === "period") return {command: "setPeriod", automaton, period: text};
       if (LISTS.has(part)) return {command: "changeEntry", list: part, automaton, index, fields: {[name]: text}};
@@ -115,6 +118,7 @@ export function wordsFor(document, place) {
     );
   if (kind === "state") found.push(nameOf(shown?.states, id) ?? t("state {id}", {id}));
   if (kind === "transition") found.push(nameOf(shown?.transitions, id) ?? t("transition {id}", {id}));
+  if (kind === "annotation") found.push(firstLine(shown?.annotations.find((each) => each.id === id)));
   if (kind === "document") found.push(t("component"));
   const lists = /** @type {Record<string, {name: string}[] | undefined>} */ (
     kind === "automaton" ? {inputs: shown?.inputs, outputs: shown?.outputs} : document.fields
@@ -138,6 +142,9 @@ function wordFor(document, automaton) {
   const title = titleOf(document, automaton, document.fields.name);
   return children.length > 1 ? `${title} (${children.indexOf(automaton.id) + 1})` : title;
 }
+
+/** The first line of a note or frame. @param {Annotation | undefined} annotation */
+const firstLine = (annotation) => annotation?.text.trim().split("\n")[0] || t("note");
 
 /** @param {{id: number, name: string}[] | undefined} items @param {number | undefined} id */
 const nameOf = (items, id) => items?.find((each) => each.id === id)?.name || undefined;

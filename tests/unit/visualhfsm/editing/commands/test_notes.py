@@ -9,13 +9,13 @@ import pytest
 from codegen.hfsm.document import Annotation, Document, Import, Text
 from tests.support.editing import automaton, state, tree
 from visualhfsm._editing.commands import decode_command
-from visualhfsm._editing.commands.annotations import (
+from visualhfsm._editing.commands.items import DeleteItems, MoveItems, PlaceItems, Placement
+from visualhfsm._editing.commands.notes import (
     AddAnnotation,
     ResizeAnnotation,
     SetAnnotationColor,
     SetAnnotationText,
 )
-from visualhfsm._editing.commands.items import DeleteItems, MoveItems, PlaceItems, Placement
 from visualhfsm._editing.commands.paste import PasteStates
 from visualhfsm._editing.places import Place, search
 from visualhfsm._editing.serialization import copy_states

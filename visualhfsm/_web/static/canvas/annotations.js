@@ -1,0 +1,287 @@
+/**
+ * Make notes and frames, write on them, and drag their edges.
+ *
+ * @import {HfsmCanvas} from "./canvas.js"
+ * @import {AnnotationView} from "./annotation-view.js"
+ * @import {Box, Point} from "./geometry.js"
+ */
+
+import {applyHere} from "../commands.js";
+import {page} from "../page.js";
+import {t} from "../texts.js";
+import {areaOf, isFrame, SMALLEST} from "./areas.js";
+import {make} from "./svg.js";
+import {ARROWS, STEP} from "./tools.js";
+
+const TOUCH = 24; // pixels of the window around an edge that is dragged
+const GRIP = 8; // pixels of the window of its sign
+const FONT = 13;
+const FRAME = {width: 360, height: 260};
+const NOTE = {width: 200, height: 96};
+const AROUND = {side: 34, top: 54, bottom: 34}; // pixels between a frame and the states in it
+
+/** Where each edge is: from the left and from the top, as parts of the size. @type {Record<string, [number, number]>} */
+const EDGES = {nw: [0, 0], n: [0.5, 0], ne: [1, 0], e: [1, 0.5], se: [1, 1], s: [0.5, 1], sw: [0, 1], w: [0, 0.5]};
+
+/** Edits the selected annotation on the canvas. */
+export class Annotating {
+  /** The annotation that is written, and its text before. @type {{id: number, text: string} | undefined} */
+  #written;
+  #field = document.createElement("textarea");
+  #edges = make("g", {class: "edges"});
+  /** Where the edges are while one is dragged. @type {Box | undefined} */
+  #dragged;
+
+  /** @param {HfsmCanvas} canvas */
+  constructor(canvas) {
+    this.canvas = canvas;
+    const field = this.#field;
+    Object.assign(field, {className: "note-field", hidden: true, spellcheck: true, maxLength: 100_000});
+    field.addEventListener("keydown", (event) => this.#key(event));
+    field.addEventListener("blur", () => this.commit());
+    canvas.append(field);
+    canvas.svg.append(this.#edges);
+  }
+
+  /** The view of an annotation, unless it was deleted. @param {number} [id] @returns {AnnotationView | undefined} */
+  #view(id) {
+    return this.canvas.drawing.annotations.views.get(`a${id}`);
+  }
+
+  /** Write on an annotation. @param {number} id */
+  async write(id) {
+    this.commit();
+    const view = this.#view(id);
+    if (!view) return;
+    const field = this.#field;
+    const {text} = view.annotation;
+    this.#written = {id, text};
+    field.value = text;
+    field.setAttribute("aria-label", isFrame(view.annotation) ? t("Title of the frame") : t("Text of the note"));
+    field.className = `note-field ${view.group.getAttribute("class")}`;
+    field.hidden = false;
+    view.group.classList.add("written");
+    const {left, top} = view.box;
+    this.canvas.viewport.reveal({x: left, y: top});
+    this.follow();
+    field.focus({preventScroll: true});
+    field.select();
+  }
+
+  /** Keep what was written. */
+  commit() {
+    const written = this.#written;
+    if (!written) return;
+    this.#written = undefined;
+    this.#view(written.id)?.group.classList.remove("written");
+    this.#field.hidden = true;
+    const text = this.#field.value;
+    if (text !== written.text) applyHere("setAnnotationText", {annotation: written.id, text});
+  }
+
+  /** Keep field and edges at the annotation while the drawing moves. */
+  follow() {
+    this.#followField();
+    this.#followEdges();
+  }
+
+  #followField() {
+    if (!this.#written) return;
+    const view = this.#view(this.#written.id);
+    if (!view) {
+      this.#written = undefined; // it was deleted, as in another window
+      this.#field.hidden = true;
+      return;
+    }
+    view.group.classList.add("written"); // after a change of another window
+    const {left, top, right, bottom} = view.box;
+    const {viewport} = this.canvas;
+    const start = viewport.toWindow({x: left, y: top});
+    const {scale} = viewport;
+    const {style} = this.#field;
+    style.left = `${start.x}px`;
+    style.top = `${start.y}px`;
+    style.width = `${Math.max(120, (right - left) * scale)}px`;
+    style.height = `${Math.max(34, (isFrame(view.annotation) ? 32 : bottom - top) * scale)}px`;
+    style.fontSize = `${Math.max(12, FONT * scale)}px`;
+  }
+
+  #followEdges() {
+    const annotation = this.canvas.readOnly ? undefined : page.annotation;
+    const view = this.#view(annotation?.id);
+    if (!annotation || !view) {
+      this.#edges.replaceChildren();
+      return;
+    }
+    const {left, top, right, bottom} = this.#dragged ?? view.box;
+    const {scale} = this.canvas.viewport;
+    if (!this.#edges.childElementCount)
+      for (const edge of Object.keys(EDGES))
+        this.#edges.append(
+          make("g", {class: "edge", "data-edge": edge}, make("rect", {class: "touch"}), make("rect", {class: "sign"})),
+        );
+    for (const each of /** @type {Iterable<SVGElement>} */ (this.#edges.children)) {
+      const {edge = ""} = each.dataset;
+      const [x, y] = EDGES[edge];
+      each.setAttribute("transform", `translate(${left + (right - left) * x},${top + (bottom - top) * y})`);
+      each.style.cursor = `${edge}-resize`;
+      for (const [index, size] of [TOUCH, GRIP].entries()) {
+        const part = /** @type {SVGElement} */ (each.children[index]);
+        part.dataset.key = `a${annotation.id}`;
+        part.dataset.edge = edge;
+        for (const name of ["x", "y"]) part.setAttribute(name, String(-size / 2 / scale));
+        for (const name of ["width", "height"]) part.setAttribute(name, String(size / scale));
+        part.setAttribute("stroke-width", String(1.5 / scale));
+      }
+    }
+  }
+
+  /** Drag an edge of the selected annotation. @param {PointerEvent} event @param {string} edge */
+  grab(event, edge) {
+    const {annotation} = page;
+    const view = this.#view(annotation?.id);
+    if (!annotation || !view) return undefined;
+    const start = this.canvas.point(event);
+    const former = areaOf(annotation);
+    let box = former;
+    /** @param {Box | undefined} shown */
+    const show = (shown) => {
+      this.#dragged = shown;
+      this.#view(annotation.id)?.resize(shown ?? former);
+      this.#followEdges();
+    };
+    return {
+      scrolls: true,
+      move: (/** @type {PointerEvent} */ now) => {
+        const point = this.canvas.point(now);
+        show((box = resized(former, edge, Math.round(point.x - start.x), Math.round(point.y - start.y))));
+      },
+      end: async () => {
+        if (box !== former) await resize(annotation.id, box);
+        this.#dragged = undefined;
+        this.canvas.redraw(); // even after a refusal, to move everything back
+        this.#view(annotation.id)?.resize(areaOf(page.annotation ?? annotation));
+        this.#followEdges();
+      },
+      cancel: () => show(undefined),
+    };
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const {key, ctrlKey, metaKey} = event;
+    const view = this.#view(this.#written?.id);
+    const ends = key === "Escape" || (key === "Enter" && (ctrlKey || metaKey || (view && isFrame(view.annotation))));
+    event.stopPropagation();
+    if (!ends) return;
+    event.preventDefault();
+    this.commit();
+    this.canvas.focusSelected();
+  }
+}
+
+/**
+ * A box whose edge was dragged by some pixels.
+ *
+ * @param {Box} box
+ * @param {string} edge
+ * @param {number} dx
+ * @param {number} dy
+ * @returns {Box}
+ */
+export const resized = ({left, top, right, bottom}, edge, dx, dy) => ({
+  left: edge.includes("w") ? Math.min(left + dx, right - SMALLEST) : left,
+  right: edge.includes("e") ? Math.max(right + dx, left + SMALLEST) : right,
+  top: edge.includes("n") ? Math.min(top + dy, bottom - SMALLEST) : top,
+  bottom: edge.includes("s") ? Math.max(bottom + dy, top + SMALLEST) : bottom,
+});
+
+/** @param {number} annotation @param {Box} box */
+const resize = (annotation, {left, top, right, bottom}) =>
+  applyHere("resizeAnnotation", {annotation, x: left, y: top, width: right - left, height: bottom - top});
+
+/** Make the selected annotation wider and higher by some pixels. @param {number} dx @param {number} dy */
+export async function grow(dx, dy) {
+  const {annotation} = page;
+  if (annotation) await resize(annotation.id, resized(areaOf(annotation), "se", dx, dy));
+}
+
+/** Draw a frame around the selection, and write its title. @param {HfsmCanvas} canvas */
+export function frameSelection(canvas) {
+  const {drawing} = canvas;
+  const {states, annotations} = page;
+  const points = [...states].flatMap((id) => drawing.places.get(`s${id}`) ?? []);
+  const boxes = [
+    ...points.map(({x, y}) => ({left: x - 40, right: x + 40, top: y - 40, bottom: y + 40})),
+    ...[...annotations].flatMap((id) => drawing.annotations.views.get(`a${id}`)?.box ?? []),
+  ];
+  const left = Math.min(...boxes.map((box) => box.left)) - AROUND.side;
+  const top = Math.min(...boxes.map((box) => box.top)) - AROUND.top;
+  const right = Math.max(...boxes.map((box) => box.right)) + AROUND.side;
+  const bottom = Math.max(...boxes.map((box) => box.bottom)) + AROUND.bottom;
+  const size = {width: Math.round(right - left), height: Math.round(bottom - top)};
+  return canvas.add("annotation", "addAnnotation", {kind: "frame", x: Math.round(left), y: Math.round(top), ...size});
+}
+
+/** Place a note: with a click, or with arrows and Enter. */
+export class NoteTool {
+  kind = /** @type {"note" | "frame"} */ ("note");
+  size = NOTE;
+  hint = t("New note: click, or move it with the arrows and press Enter. Esc cancels.");
+
+  /** @param {HfsmCanvas} canvas */
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.paper = make("rect", {class: "placed-annotation", rx: 5});
+    canvas.sketch.append(this.paper);
+    const {x, y} = canvas.viewport.middle;
+    this.point = {x, y};
+    queueMicrotask(() => this.#to(this.point)); // with the size of the tool's own kind
+  }
+
+  /** @param {PointerEvent} event */
+  move(event) {
+    this.#to(this.canvas.point(event));
+  }
+
+  /** @param {Point} point */
+  click(point) {
+    this.#to(point);
+    const {canvas, kind, size} = this;
+    const {x, y} = this.#corner();
+    canvas.useTool(undefined);
+    canvas.add("annotation", "addAnnotation", {kind, x, y, ...size});
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const arrow = ARROWS[event.key];
+    if (arrow) this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
+    else if (event.key === "Enter") this.click(this.point);
+    else return false;
+    this.canvas.viewport.reveal(this.point);
+    return true;
+  }
+
+  cancel() {
+    this.paper.remove();
+  }
+
+  #corner() {
+    return {x: Math.round(this.point.x - this.size.width / 2), y: Math.round(this.point.y - this.size.height / 2)};
+  }
+
+  /** @param {Point} point */
+  #to(point) {
+    this.point = point;
+    for (const [name, value] of Object.entries({...this.#corner(), ...this.size}))
+      this.paper.setAttribute(name, String(value));
+  }
+}
+
+/** Place a frame in the same way; states are drawn or moved into it. */
+export class FrameTool extends NoteTool {
+  kind = /** @type {"note" | "frame"} */ ("frame");
+  size = FRAME;
+  hint = t("New frame: click, or move it with the arrows and press Enter. Esc cancels.");
+}
