@@ -85,12 +85,7 @@ SUFFIXES: Final = frozenset(
 HIDDEN: Final = frozenset({"node_modules", "__pycache__"})
 VENDORED: Final = frozenset(
     REPOSITORY / each
-    for each in (
-        "tests/support/vendor",
-        "visualhfsm/_languages",
-        "visualhfsm/_web/static/languages",
-        "visualhfsm/_web/static/vendor",
-    )
+    for each in ("tests/support/vendor", "visualhfsm/_web/static/languages", "visualhfsm/_web/static/vendor")
 )
 """Libraries of others, and catalogs, which repeat what the code says."""
 
