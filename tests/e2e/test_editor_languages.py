@@ -57,7 +57,10 @@ def views(shown: EditorPage) -> Iterator[str]:
     shown.press("Escape", "Shift+Enter")
     page.locator(".side:focus-within").wait_for()
     yield "code of a state"
-    shown.press("Escape")
+    shown.press("Control+f")
+    page.locator(".cm-search").wait_for()
+    yield "search in a piece of code"
+    shown.press("Escape", "Escape")
     for index, name in enumerate(("time", "condition", "event")):
         page.locator(".transition .handle").nth(index).click()
         yield f"code of a transition: {name}"

@@ -42,6 +42,7 @@ import {t} from "../texts.js";
 import {assistance, recheck} from "./assistance.js";
 import {isTooLong} from "./draft.js";
 import {failedLines} from "./failed-lines.js";
+import {PHRASES} from "./phrases.js";
 import {retest, testedLines} from "./tested-lines.js";
 
 const fromDocument = Annotation.define();
@@ -171,6 +172,7 @@ const shared = [
   dropCursor(),
   EditorState.allowMultipleSelections.of(true),
   EditorState.tabSize.of(4),
+  EditorState.phrases.of(PHRASES),
   indentUnit.of("    "),
   indentOnInput(),
   bracketMatching(),
