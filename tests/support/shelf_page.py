@@ -38,6 +38,9 @@ def _state(ready: ReadyState) -> Iterator[str]:
     if ready.inputs:
         rows = [f"| `{each.name}` | `{each.default}` | {each.description} |" for each in ready.inputs]
         yield "\n".join(["| input | default | |", "|---|---|---|", *rows])
+    if ready.outputs:
+        rows = [f"| `{each.name}` | `{each.default}` | {each.description} |" for each in ready.outputs]
+        yield "\n".join(["| output | until then | |", "|---|---|---|", *rows])
 
 
 if __name__ == "__main__":

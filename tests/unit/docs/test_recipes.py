@@ -23,7 +23,8 @@ RECIPES = [
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_the_recipe_works(recipe: str, pytester: pytest.Pytester) -> None:
     page = (DOCS / f"{recipe}.md").read_text("utf-8")
-    shutil.copy(DOCS.parent / "behaviors" / "follow_ball.xml", pytester.path)
+    for imported in ("behaviors/follow_ball.xml", "shelf/look_for_a_ball.xml"):
+        shutil.copy(DOCS.parent / imported, pytester.path)
     tests = ""
     for block in blocks_of(page):
         if block.name is not None:

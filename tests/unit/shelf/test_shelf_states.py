@@ -10,12 +10,13 @@ from typing import Any, Final, Literal
 
 import pytest
 
-from interfaces.nao import HeardState, TouchReading
+from interfaces.nao import ActionState, ActionStatus, HeardState, TouchReading
 from naoserver.fake import FakeRobot
 from tests.support.places import ROOT
 from visualhfsm import Project
 from visualhfsm._editing.commands.states import AddState, SetArgument
 from visualhfsm._editing.commands.transitions import AddTransition, SetTransitionType
+from visualhfsm._editing.commands.variables import TakeOutput
 from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 SHELF: Final = ROOT / "shelf"
@@ -36,6 +37,8 @@ class Example:
     holds: Say = lambda _: True
     stop: str = ""
     limit: float = 15.0
+    outputs: dict[str, object] = field(default_factory=lambda: {"done": True, "reason": ""})
+    """What the state above knows in the end."""
     fake: dict[str, Any] = field(default_factory=dict)
     """Answers of what the fake robot lacks."""
 
@@ -84,7 +87,11 @@ EXAMPLES: Final = {
         stop="Head.stop",
     ),
     "look_for_a_ball": Example(
-        {"color": '"green"'}, place_ball, holds=lambda b: abs(b.robot.head[0] - 0.6) < 0.15, stop="Head.stop"
+        {"color": '"green"'},
+        place_ball,
+        holds=lambda b: abs(b.robot.head[0] - 0.6) < 0.15,
+        stop="Head.stop",
+        outputs={"found": True, "left": pytest.approx(0.6 / DEGREE, abs=5.0)},
     ),
     "walk_to": Example(
         {"forward": "0.2", "turn": "20.0"}, holds=lambda b: was_sent(b, 0.2, 20.0), stop="Walk.stop"
@@ -103,9 +110,11 @@ EXAMPLES: Final = {
         holds=lambda b: b.calls("Motions.play")[-1].pace == 1.5,
         stop="Motions.stop",
     ),
-    "lights": Example({"color": '"blue"', "where": '"Eye"'}, holds=is_lit),
-    "wait_for_a_word": Example({"word": '"stop"'}, say_words, fake=SILENCE),
-    "wait_for_touch": Example({"sensor": '"Head"'}, press),
+    "lights": Example({"color": '"blue"', "where": '"Eye"'}, holds=is_lit, outputs={}),
+    "wait_for_a_word": Example(
+        {"word": '"stop"'}, say_words, fake=SILENCE, outputs={"sentence": "Please STOP now"}
+    ),
+    "wait_for_touch": Example({"sensor": '"Head"'}, press, outputs={"touched": "HeadFront"}),
 }
 BODIES: Final = [
     *(("T1", name) for name in ("say", "look_at", "turn", "wave_a_hand")),
@@ -122,12 +131,24 @@ def project(tmp_path: Path) -> Iterator[Project]:
         yield made
 
 
-def draw(project: Project, name: str, arguments: dict[str, str], *, leave_after: int | None = None) -> Path:
-    """Return the file of a document: a state of the shelf, and what follows when it ends, or after a time in ms."""
+def draw(
+    project: Project,
+    name: str,
+    arguments: dict[str, str],
+    *,
+    leave_after: int | None = None,
+    takes: bool = True,
+) -> Path:
+    """Return the file of a document: a state of the shelf, and what follows when it ends, or after a time in ms.
+
+    The document `takes` its outputs into variables with their names.
+    """
     document = project.new()
     document.add_ready_state(f"ours/{name}.xml", 1, 120.0, 160.0)
     for key, value in arguments.items():
         document.apply(SetArgument(automaton=1, state=1, name=key, value=value))
+    for declared in document.automata[1].outputs if takes else ():
+        document.apply(TakeOutput(automaton=1, state=1, name=declared.name))
     if leave_after is None:
         document.apply(AddState(automaton=1, x=400.0, y=160.0, name="next", origin=1, trigger="finished"))
     else:
@@ -143,7 +164,7 @@ def test_every_state_of_the_shelf_has_an_example() -> None:
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_state_and_what_is_drawn_of_it_have_no_problems(project: Project, name: str) -> None:
-    drawn = draw(project, name, {})
+    drawn = draw(project, name, {}, takes=False)
     for file in (SHELF / f"{name}.xml", drawn):
         with Project(file.parent, journals=project.journals) as there:
             findings = there.open(file.name).check()
@@ -169,6 +190,26 @@ def test_a_state_does_it_and_ends(
     b.run_until("next", limit=example.limit)
     assert not b.errors
     assert example.holds(b)
+    known = b.variables("drawn")
+    assert {name: known.get(name) for name in example.outputs} == example.outputs
+
+
+@pytest.mark.parametrize(
+    ("name", "state"),
+    [
+        *((name, "Walk.getWalkState") for name in ("walk_to", "turn")),
+        *((name, "Postures.getPostureState") for name in ("sit", "stand")),
+        *((name, "Motions.getMotionState") for name in ("kick", "wave_a_hand", "play_a_motion")),
+    ],
+)
+def test_a_state_that_fails_says_why(project: Project, behavior: MakeBehavior, name: str, state: str) -> None:
+    identity, operation = state.split(".")
+    b = behavior(draw(project, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
+    failed = ActionState(status=ActionStatus.Failed, message="the battery is empty")
+    b.stub(identity, **{operation: failed})
+    b.run_until("next", limit=5.0)
+    known = b.variables("drawn")
+    assert (known["done"], known["reason"]) == (False, "the battery is empty")
 
 
 @pytest.mark.parametrize("name", [name for name, example in EXAMPLES.items() if example.stop])
