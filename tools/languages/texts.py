@@ -133,7 +133,8 @@ def _shelf_texts() -> Iterator[tuple[str, str]]:
             raise TextsError(f"{path} cannot be read: visualhfsm check {path}")
         place = path.relative_to(ROOT).as_posix()
         shown = [document.description, document.shelf.title, document.shelf.category, document.shelf.words]
-        shown += [each.description for automaton in document.automata[:1] for each in automaton.inputs]
+        for root in document.automata[:1]:
+            shown += [each.description for each in (*root.inputs, *root.outputs)]
         yield from ((place, text) for each in shown if (text := " ".join(each.text.split())))
 
 

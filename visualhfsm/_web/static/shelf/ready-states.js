@@ -74,6 +74,7 @@ function inLanguage(ready) {
     summary: text.split(SENTENCE, 1)[0],
     words: `${translated(ready.words)} ${ready.words} ${ready.title}`,
     inputs: ready.inputs.map((each) => ({...each, description: translated(each.description)})),
+    outputs: ready.outputs.map((each) => ({...each, description: translated(each.description)})),
   };
 }
 
