@@ -113,7 +113,8 @@ _RUNTIME: Final = (
     Message("`{name}` has no value yet; give it one in the variables of {automaton}", name=_A, automaton=_A),
     Message("`{name}` has no value yet", name=_A),
     Message(
-        "`{name}` is a variable of {owner}, and {automaton} has its own; write `self.{name}` in both",
+        "`{name}` is a variable of {owner}, and {automaton} has its own; make it an output of {automaton}, "
+        "or write `self.{name}` in both",
         name=_A,
         owner=_A,
         automaton=_A,
@@ -127,6 +128,15 @@ _RUNTIME: Final = (
     ),
     Message(
         "`{name}` is a variable of {owner}, and {automaton} has its own", name=_A, owner=_A, automaton=_A
+    ),
+    Message(
+        "the output '{name}' of automaton {id} ('{automaton}') is {type}, not {given}: {value}",
+        name=_A,
+        id=_N,
+        automaton=_A,
+        type=_A,
+        given=_A,
+        value=_A,
     ),
     Message("{call} ends the component; a final state would end it without an error", call=_A),
 )

@@ -53,7 +53,9 @@ def _unset(name: str, component: Component | None, automata: Sequence[Automaton]
     declared = [*_variables_above(component, own)]
     for index, automaton in enumerate(above):
         if name in cells_of(automaton) or (index < len(declared) and name in declared[index]):
-            advice = "write" if is_assigned else f"pass it to {own.name} as an input, or write"
+            advice = f"pass it to {own.name} as an input, or write"
+            if is_assigned:
+                advice = f"make it an output of {own.name}, or write"
             return (
                 f"NameError: `{name}` is a variable of {automaton.name}, and {own.name} has its own; "
                 f"{advice} `self.{name}` in both"

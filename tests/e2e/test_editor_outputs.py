@@ -149,3 +149,21 @@ def test_an_output_of_nobody_is_a_problem_at_its_result(shown: EditorPage, path:
     output(shown, "steps").select_option(label="nothing: it is not taken")
     expect(shown.page.locator(".entry")).to_have_count(0)
     assert saved(shown, path).automata[0].states[0].results == ()
+
+
+def test_a_variable_of_the_automaton_above_is_handed_up_by_a_click(shown: EditorPage, path: Path) -> None:
+    shown.state("search").locator(".body").dblclick()
+    shown.state("look").wait_for()
+    code = edit(shown, "look")
+    shown.press("Control+a")
+    shown.insert("turns = 1")
+    marked = code.locator(".cm-lintRange").first
+    marked.wait_for()
+    marked.hover()
+    shown.page.get_by_role("button", name="Hand turns up as an output").click()
+    expect(code.locator(".cm-lintRange")).to_have_count(0)
+    root, below = saved(shown, path).automata
+    assert [(each.name, each.type.text, each.default.text) for each in below.outputs] == [
+        ("turns", "int", "0")
+    ]
+    assert [(each.name, each.variable.text) for each in root.states[0].results] == [("turns", "turns")]

@@ -30,8 +30,8 @@ def nested(code: str, variables: str = "hits = 0") -> tuple[str, str]:
 @pytest.mark.parametrize(
     ("code", "advice"),
     [
-        ("hits += 1", "write `self.hits` in both"),
-        ("if hits > 2:\n    hits = 0", "write `self.hits` in both"),
+        ("hits += 1", "make it an output of watch, or write `self.hits` in both"),
+        ("if hits > 2:\n    hits = 0", "make it an output of watch, or write `self.hits` in both"),
         ("print(hits)", "pass it to watch as an input, or write `self.hits` in both"),
     ],
 )

@@ -112,7 +112,10 @@ class Help {
    */
   async lint(view, problems) {
     const {doc} = view.state;
-    if (this.#linted?.doc !== doc) this.#linted = {doc, found: await this.ask("lint", view.state)};
+    const revision = store.documents.get(this.tab)?.revision;
+    // What is declared elsewhere decides, too: a fix may leave this text as it is.
+    if (this.#linted?.doc !== doc || this.#linted.revision !== revision)
+      this.#linted = {doc, revision, found: await this.ask("lint", view.state)};
     const {found} = this.#linted;
     const {items, current} = problems();
     // Without problems of the present text, those of an earlier one are better than none.
@@ -125,7 +128,11 @@ class Help {
     return [...marks.values()].map((each) => asMark(doc, each, automaton)).sort((one, other) => one.from - other.from);
   }
 
-  /** The last problems found, with their text. @type {{doc: Text, found: Problem[] | null} | undefined} */
+  /**
+   * The last problems found, with their text and the document's revision.
+   *
+   * @type {{doc: Text, revision: number | undefined, found: Problem[] | null} | undefined}
+   */
   #linted = undefined;
 
   /** @param {EditorView} view @param {number} position */
