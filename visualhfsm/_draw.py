@@ -1,4 +1,4 @@
-"""The command `visualhfsm draw`: a picture of one automaton of a document, as the editor draws it."""
+"""The command `visualhfsm draw`: a picture of one automaton of a document, or a page with all of them."""
 
 from __future__ import annotations
 
@@ -22,8 +22,11 @@ visualhfsm draw follow_ball.xml
 
 visualhfsm draw dance_and_follow.xml docs/dance.svg --automaton dance
 
+visualhfsm draw dance_and_follow.xml drawing.html
+
 visualhfsm draw follow_ball.xml - > picture.svg"""
 
+_PAGES: Final = frozenset((".html", ".htm"))
 _STANDARD_OUTPUT: Final = Path("-")
 
 
@@ -32,7 +35,9 @@ def draw(
     picture: Annotated[
         Path | None,
         typer.Argument(
-            metavar="SVG", help="The file to write, or - for stdout.", show_default="DOCUMENT.svg"
+            metavar="FILE",
+            help="The file to write: a picture, a page where its name ends in .html, or - for stdout.",
+            show_default="DOCUMENT.svg",
         ),
     ] = None,
     *,
@@ -48,28 +53,37 @@ def draw(
         list[Path] | None,
         typer.Option("-I", "--include", metavar="DIR", help="Also search DIR for imported documents."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite SVG.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
 ) -> None:
-    """Draw one automaton of a document as an SVG picture, as the editor's page exports it.
+    """Draw one automaton of a document as an SVG picture, or all of them as a page of HTML.
 
-    It needs neither a browser nor a robot. Parts of imported documents are drawn, too.
+    Both are as the editor exports them. A page is one file, to look at and to send: it shows every automaton
+    with its code, needs no network, and changes nothing. Parts of imported documents are drawn, too.
     """
     # Imported here: other commands need not wait for the reader of documents.
     from codegen.hfsm import read_document, resolve
+    from visualhfsm._drawing_page import drawing_page
     from visualhfsm._svg import svg
 
     require_extensions([source], DOCUMENTS)
     target = picture or source.with_suffix(".svg")
+    is_page = target.suffix.lower() in _PAGES
+    if is_page and automaton:
+        why = "a page shows all automata: name a file that ends in .svg for one of them"
+        raise typer.BadParameter(why, param_hint="--automaton")
     to_file = target != _STANDARD_OUTPUT
     if to_file and target.exists() and not force:
-        raise typer.BadParameter(f"{target} exists: --force overwrites it", param_hint="SVG")
+        raise typer.BadParameter(f"{target} exists: --force overwrites it", param_hint="FILE")
     diagnostics = Diagnostics()
     document = read_document(source, diagnostics)
     if document is not None:
         document = resolve(document, source, diagnostics, require_directories(include))
     report(diagnostics, ErrorFormat.TEXT)
     assert document is not None  # otherwise there are errors
-    drawn = svg(document, _find(document, automaton).id, component=source.stem)
+    if is_page:
+        drawn = drawing_page(source.stem, document)
+    else:
+        drawn = svg(document, _find(document, automaton).id, component=source.stem)
     if to_file:
         _write(target, drawn)
     else:

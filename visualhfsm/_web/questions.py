@@ -14,6 +14,7 @@ import msgspec
 
 from codegen.hfsm.document import Document
 from codegen.messages import Message
+from visualhfsm._drawing_page import drawing_page
 from visualhfsm._editing.diff import Difference, changed_lines, diff_documents
 from visualhfsm._editing.places import search as search_document
 from visualhfsm._editing.serialization import parse_file
@@ -73,8 +74,14 @@ async def diff(workspace: Workspace, _: Window, request: p.Diff) -> dict[str, An
 
 
 async def export(workspace: Workspace, _: Window, request: p.Export) -> dict[str, str]:
-    """Return a document as its file would hold it."""
+    """Return a document as its file would hold it, or as a page."""
     tab = workspace.tabs.get(request.tab)
+    if request.page:
+        shown = tab.shown
+        content = await imported_by(workspace, tab)
+        name = shown.title
+        page = await workspace.threads.do(lambda: drawing_page(name, shown.document, content))
+        return {"name": f"{name}.html", "text": page}
     text = await tab.edit(OpenDocument.text)
     return {"name": f"{tab.shown.title}.xml", "text": text}
 

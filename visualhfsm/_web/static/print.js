@@ -1,11 +1,12 @@
 /**
  * The whole component as pages, which the browser prints or saves as PDF.
  *
- * @import {Automaton, State, Transition} from "./protocol.js"
+ * @import {Annotation, Automaton, State, Transition} from "./protocol.js"
  */
 
 import {html, nothing, render} from "lit";
 
+import {isFrame} from "./canvas/areas.js";
 import {TRIGGERS} from "./canvas/glyphs.js";
 import {picture} from "./canvas/export.js";
 import {outgoing, ownerOf} from "./outline.js";
@@ -63,13 +64,21 @@ function automatonPage(automaton) {
       }
       ${owner ? t("Part of the state {name}.", {name: owner.name}) : ""}
     </p>
-    ${automaton.states.length ? html`<figure>${picture(automaton)}</figure>` : nothing}
-    ${table(t("Inputs"), ["name", "type", "default", "description"], automaton.inputs)}
-    ${table(t("Outputs"), ["name", "type", "default", "description"], automaton.outputs)}
-    ${code(t("Variables"), automaton.variables)}${code(t("Functions"), automaton.functions)}
+    ${automaton.states.length ? html`<figure>${picture(automaton)}</figure>` : nothing} ${automatonPart(automaton)}
     ${automaton.states.map((state) => statePart(automaton, state))}
   </section>`;
 }
+
+/** The data and the functions of an automaton. @param {Automaton} automaton */
+export const automatonPart = ({inputs, outputs, variables, functions}) =>
+  html`${table(t("Inputs"), ["name", "type", "default", "description"], inputs)}
+  ${table(t("Outputs"), ["name", "type", "default", "description"], outputs)}
+  ${code(t("Variables"), variables)}${code(t("Functions"), functions)}`;
+
+/** All of the text of a note, or the title of a frame. @param {Annotation} annotation */
+export const notePart = (annotation) =>
+  html`<h3>${isFrame(annotation) ? t("Frame") : t("Note")}</h3>
+    <p class="note-text">${annotation.text}</p>`;
 
 /** A state with its code and the transitions out of it. @param {Automaton} automaton @param {State} state */
 export const statePart = (automaton, state) =>

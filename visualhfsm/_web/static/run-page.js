@@ -23,14 +23,13 @@ import "./monitor/plots.js";
 import "./monitor/robot-view.js";
 import "./monitor/timeline.js";
 import "./monitor/variables.js";
-import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
 import {monitor} from "./monitor/monitor.js";
 import {showOn} from "./monitor/overlay.js";
 import {numbersOf} from "./monitor/values.js";
 import {messageOf} from "./notices.js";
 import {page} from "./page.js";
-import {statePart, transitionPart} from "./print.js";
+import "./selected-code.js";
 import {store} from "./store.js";
 import {decimal, language, t} from "./texts.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
@@ -40,23 +39,6 @@ const TAB = 1;
 const BODY = "recorded"; // the name of its robot
 const OLDEST = 2; // s for which a picture counts as that of a later moment, or twice the usual time between two
 const MOST_POINTS = 600; // points of a line in a plot
-
-/** The code of the selected element; a double click leads there. */
-class RunCode extends PageElement {
-  connectedCallback() {
-    super.connectedCallback();
-    this.listen(page, "edit", () => this.scrollIntoView({block: "nearest"}));
-  }
-
-  render() {
-    const {automaton, state, transition} = page;
-    if (automaton && state) return statePart(automaton, state);
-    if (automaton && transition) return transitionPart(automaton, transition);
-    return html`<p class="empty">${t("Select a state or a transition to read its code.")}</p>`;
-  }
-}
-
-customElements.define("hfsm-run-code", RunCode);
 
 /** The content of the page. @returns {Promise<{content: Content, moments: string[]}>} */
 async function unpacked() {
@@ -202,7 +184,7 @@ function layout({name, began, complete, document, timeline, figures}, canvas) {
           : nothing
       }
       <hfsm-live-errors></hfsm-live-errors>
-      ${document ? html`<hfsm-run-code></hfsm-run-code>` : nothing}
+      ${document ? html`<hfsm-selected-code></hfsm-selected-code>` : nothing}
     </aside>
     <footer><hfsm-monitor-timeline></hfsm-monitor-timeline></footer>
   </div>`;

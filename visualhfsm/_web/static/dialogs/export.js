@@ -15,6 +15,7 @@ const CHOICES = [
   ["svg", t("Picture of this automaton (SVG)"), t("Sharp at any size, for papers and the web."), true],
   ["png", t("Picture of this automaton (PNG)"), t("Twice the size of the drawing, for slides and documents."), true],
   ["pages", t("The whole component"), t("All automata with their code and data, for print or PDF.")],
+  ["page", t("The drawing as a page (HTML)"), t("One file to send: anybody can look at it, and change nothing.")],
   ["document", t("The document (XML)"), t("As it would be saved now, with all unsaved changes.")],
 ];
 
@@ -50,7 +51,7 @@ async function run(choice) {
   else if (choice === "png") download(`${name}.png`, await pngOf(page.shownAutomaton));
   else if (choice === "pages") await (await import("../print.js")).printComponent();
   else {
-    const done = await askTab("export");
-    if (done) download(done.name, new Blob([done.text], {type: "application/xml"}));
+    const done = await askTab("export", {page: choice === "page"});
+    if (done) download(done.name, new Blob([done.text], {type: choice === "page" ? "text/html" : "application/xml"}));
   }
 }
