@@ -321,7 +321,7 @@ def patched(document: dict[str, Any], patch: dict[str, Any]) -> None:
     for part in patch.get("parts", []):
         automaton = automata[part["id"]]
         automaton.update(part.get("fields", {}))
-        for items in ("states", "transitions"):
+        for items in ("states", "transitions", "annotations"):
             if items in part:
                 automaton[items] = _patched_items(automaton[items], part[items])
     for number in patch.get("removed", []):

@@ -22,6 +22,7 @@ from visualhfsm._errors import ErrorKind, VisualHfsmError
 
 from . import protocol as p
 from .handlers import HANDLERS, Lane, lane_of
+from .viewers import may_view
 from .window import Window
 from .workspace import Workspace
 
@@ -30,10 +31,15 @@ _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
 _logger = logging.getLogger(__name__)
 
 
-async def converse(websocket: WebSocket, workspace: Workspace, key: bytes) -> None:
-    """Serve one window until it is closed; `key` is that of its resumption."""
+async def converse(
+    websocket: WebSocket, workspace: Workspace, key: bytes = b"", *, is_viewer: bool = False
+) -> None:
+    """Serve one window until it is closed; `key` is that of its resumption.
+
+    That of a viewer may ask only for what `may_view` allows.
+    """
     await websocket.accept()
-    window = Window(workspace.limits.room_for_output, key)
+    window = Window(workspace.limits.room_for_output, key, is_viewer=is_viewer)
     connection = _Connection(websocket, window, workspace)
     try:
         await until_one_ends(connection.read(), connection.work(), window.write(websocket.send_text))
@@ -92,6 +98,9 @@ class _Connection:
             except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
                 why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
                 self._refuse(p.request_id(text), Message.verbatim(f"not a request: {why}"), "malformed")
+                continue
+            if self._window.is_viewer and not may_view(request):
+                self._refuse(request.id, Message("you look on, and cannot change anything here"), "forbidden")
                 continue
             match lane_of(request):
                 case Lane.AT_ONCE:

@@ -34,10 +34,16 @@ async def hello(workspace: Workspace, window: Window, request: p.Hello) -> dict[
         "templates": [{"name": each.name, "description": each.description} for each in templates],
         "worlds": await workspace.threads.do(find_worlds),
         "bodies": await workspace.threads.do(partial(find_bodies, root)),
-        "demo": workspace.begin_demo(),
+        "demo": not window.is_viewer and workspace.begin_demo(),
+        "viewer": window.is_viewer,
         "run": workspace.run_id,
         "key": window.key.hex(),
     }
+
+
+async def share(workspace: Workspace, _: Window, request: p.Share) -> dict[str, str]:
+    """Return the read-only address of the page; blank once it is withdrawn."""
+    return {"address": workspace.share(request.shared)}
 
 
 async def open_(workspace: Workspace, _: Window, request: p.Open) -> dict[str, Any]:

@@ -92,6 +92,7 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
         _row(p.SaveAs, documents.save_as),
         _row(p.SaveTest, trials.save_test, Lane.BESIDE),
         _row(p.Search, questions.search, Lane.BESIDE),
+        _row(p.Share, documents.share),
         _row(p.Simulate, steering.simulate, Lane.BESIDE),
         _row(p.StopRun, steering.stop_run, Lane.STOP_OF_RUN),
         _row(p.StopTests, trials.stop_tests, Lane.STOP_OF_RUN),

@@ -392,6 +392,12 @@ class Control(_Request):
     arguments: dict[Name, Any] = {}
 
 
+class Share(_Request):
+    """Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go."""
+
+    shared: bool = True
+
+
 class Export(_Request):
     """Ask for the document as its file would hold it, or as one `page` of HTML, to download it."""
 

@@ -22,6 +22,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from .resumption import Resumption
 from .site import Site
+from .viewers import VIEW, Viewers
 
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
 _LOCKED_OUT: Final = 4403  # an own code, which the page knows
@@ -44,6 +45,7 @@ _USED_TWICE: Final = (
     "or by somebody who had seen it, so that all pages were locked out"
 )
 _WHY_LOCKED_OUT: Final = "an address of the editor was used twice"
+_WITHDRAWN: Final = "ask for another address: the one that you had for looking on was withdrawn"
 _ELSEWHERE: Final = frozenset({"cross-site", "same-site"})
 """What a browser says of a request (`Sec-Fetch-Site`) to which a page of another site has led it."""
 _WELCOME: Final = """<!doctype html>
@@ -106,6 +108,8 @@ class Credentials:
 
     A token that two browsers use was seen by somebody else. Nobody knows which of them is the thief, so both
     are locked out, with everybody who is in: `locked_out` is called, which provides new secrets.
+
+    `viewers` have another address, which many may use, and no cookie of the editor.
     """
 
     def __init__(
@@ -113,6 +117,7 @@ class Credentials:
     ) -> None:
         self.resumption = resumption
         self.cookie_name = f"visualhfsm-{port}"  # cookies are the same for all ports
+        self.viewers: Final = Viewers(port)
         self.lockout = asyncio.Event()
         """Set when all who are in now are locked out; then there is another event for the next ones."""
         self._locked_out = locked_out
@@ -163,6 +168,7 @@ class Credentials:
         self._revoked |= {*self._cookies, *self._unused}
         self._cookies, self._unused = {}, {}
         self._resumed = secrets.token_urlsafe(32)
+        self.viewers.withdraw()
         former, self.lockout = self.lockout, asyncio.Event()
         former.set()
         self._locked_out()
@@ -213,7 +219,7 @@ class Boundary:
 class Guard:
     """Pass to an application only requests of browsers that were let in; it stands within a `Boundary`.
 
-    The cookie is for the pages below `path` alone.
+    The cookie is for the pages below `path` alone, that of viewers for those below `VIEW` there.
     """
 
     def __init__(self, app: ASGIApp, credentials: Credentials, path: str = "/") -> None:
@@ -231,9 +237,11 @@ class Guard:
             await self._answer(scope, headers)(scope, receive, send)
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve a websocket until it ends, or until all are locked out."""
+        """Serve a websocket until it ends, or until all, or all viewers, are locked out."""
+        is_viewer = _is_view(scope)
+        ending = self._credentials.viewers.withdrawn if is_viewer else self._credentials.lockout
         serving = asyncio.ensure_future(self._app(scope, receive, send))
-        lockout = asyncio.ensure_future(self._credentials.lockout.wait())
+        lockout = asyncio.ensure_future(ending.wait())
         try:
             await asyncio.wait({serving, lockout}, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -243,7 +251,10 @@ class Guard:
             await asyncio.gather(serving, lockout, return_exceptions=True)
         if is_locked_out:
             with suppress(RuntimeError):  # it is closed already
-                await send({"type": "websocket.close", "code": _LOCKED_OUT, "reason": _WHY_LOCKED_OUT})
+                code, reason = (
+                    (_POLICY_VIOLATION, _WITHDRAWN) if is_viewer else (_LOCKED_OUT, _WHY_LOCKED_OUT)
+                )
+                await send({"type": "websocket.close", "code": code, "reason": reason})
         else:
             serving.result()
 
@@ -261,26 +272,34 @@ class Guard:
 
     def _let_in(self, token: str, scope: Scope, headers: Headers) -> Response:
         """Give the browser that opened an address its cookie, and lead it to the page."""
+        if _is_view(scope) and (cookie := self._credentials.viewers.redeem(token)):
+            return self._led(scope, headers, "./", cookie, is_viewer=True)
         cookie = self._credentials.redeem(token, headers.get("cookie", ""))
         if cookie is None:
             return _refused(headers, _USED_TWICE)
         # Relative: to any other a proxy may add the path that it took off.
         page = "./" + "../" * (scope["path"].count("/") - 1)
+        return self._led(scope, headers, page, cookie)
+
+    def _led(
+        self, scope: Scope, headers: Headers, page: str, cookie: str, *, is_viewer: bool = False
+    ) -> Response:
         # Either way the token leaves the address bar and the history.
         comes_from_elsewhere = headers.get("sec-fetch-site") in _ELSEWHERE
         response = (
             HTMLResponse(_WELCOME.format(page=page)) if comes_from_elsewhere else RedirectResponse(page, 303)
         )
-        self._set_cookie(response, cookie, scope)
+        self._set_cookie(response, cookie, scope, is_viewer=is_viewer)
         return response
 
-    def _set_cookie(self, response: Response, cookie: str, scope: Scope) -> None:
+    def _set_cookie(self, response: Response, cookie: str, scope: Scope, *, is_viewer: bool = False) -> None:
+        credentials = self._credentials
         response.set_cookie(
-            self._credentials.cookie_name,
+            credentials.viewers.cookie_name if is_viewer else credentials.cookie_name,
             cookie,
             httponly=True,
             samesite="strict",
-            path=self._path,
+            path=f"{self._path.rstrip('/')}{VIEW}" if is_viewer else self._path,
             secure=scope["scheme"] == "https",
         )
 
@@ -298,9 +317,18 @@ class Guard:
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:
         """Whether a request has a token, or otherwise a cookie, of ours."""
+        credentials, cookies = self._credentials, headers.get("cookie", "")
+        viewers = credentials.viewers if _is_view(scope) else None
         if token := _query(scope).get("token"):
-            return scope["type"] == "http" and self._credentials.knows(token)
-        return self._credentials.accepts_cookie(headers.get("cookie", ""))
+            is_known = credentials.knows(token) or bool(viewers and viewers.redeem(token))
+            return scope["type"] == "http" and is_known
+        return credentials.accepts_cookie(cookies) or bool(viewers and viewers.accepts_cookie(cookies))
+
+
+def _is_view(scope: Scope) -> bool:
+    """Whether a request is for the page of viewers; whoever sends it, it changes nothing."""
+    path: str = scope["path"]
+    return path.startswith(VIEW)
 
 
 def _closed(refusal: str) -> ASGIApp:

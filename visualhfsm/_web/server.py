@@ -15,7 +15,7 @@ import secrets
 import socket
 import stat
 import threading
-from collections.abc import AsyncGenerator, Callable, Sequence
+from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Literal
@@ -43,6 +43,7 @@ from .resumption import Resumption, kept_key
 from .security import Boundary, Credentials, Guard
 from .services import MakeServices, Services
 from .site import Site
+from .viewers import VIEW
 from .workspace import Workspace
 
 LOOPBACK: Final = "127.0.0.1"
@@ -50,6 +51,7 @@ LOOPBACK: Final = "127.0.0.1"
 _CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
 _POLL_INTERVAL: Final = 0.1  # s
+_TRY_LATER: Final = 1013  # registered with IANA
 _NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
 _LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
 _DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
@@ -156,13 +158,23 @@ class Server:
         """Return an address of the page for one browser; `used` is called when that is let in."""
         return f"http://{LOOPBACK}:{self.port}{self._site.path}?token={self.credentials.new_token(used)}"
 
+    def _share(self, shared: bool) -> str:
+        """Return the address for those who look on, relative to the page; or withdraw it, and return none."""
+        viewers = self.credentials.viewers
+        if not shared:
+            viewers.withdraw()
+            return ""
+        return f"{VIEW[1:]}?token={viewers.share()}" if self._options.socket is None else VIEW[1:]
+
     async def serve(self, started: Callable[[], None]) -> None:
         """Serve until it is stopped; `started` is called once the page can be opened.
 
         Raises VisualHfsmError when a file cannot be opened.
         """
         options = self._options
-        made = Workspace(options.limits, options.make_services, self._make_project, demo=options.demo)
+        made = Workspace(
+            options.limits, options.make_services, self._make_project, demo=options.demo, share=self._share
+        )
         async with made as workspace:
             for file in options.files:
                 await open_file(workspace, str(file.resolve()))
@@ -330,21 +342,45 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
     async def talk(websocket: WebSocket) -> None:
         await converse(websocket, workspace, credentials.resumption.key if credentials else b"")
 
+    async def look_on(websocket: WebSocket) -> None:
+        await converse(websocket, workspace, is_viewer=True)
+
+    viewing: set[WebSocket] = set()
+
+    def of_viewers(answer: Callable[[WebSocket], Awaitable[None]]) -> Callable[[WebSocket], Awaitable[None]]:
+        async def answer_some(websocket: WebSocket) -> None:
+            if len(viewing) >= workspace.limits.viewers:
+                await websocket.close(_TRY_LATER, "too many look on")
+                return
+            viewing.add(websocket)
+            try:
+                await answer(websocket)
+            finally:
+                viewing.discard(websocket)
+
+        return answer_some
+
     async def camera(websocket: WebSocket) -> None:
         await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
 
     async def poses(websocket: WebSocket) -> None:
         await _send_frames(websocket, live.poses)
 
-    app = Starlette(
-        routes=[
-            Route("/", assets.index),
-            Route("/static/{version}/{path:path}", assets.file),
-            WebSocketRoute("/ws", talk),
-            WebSocketRoute("/camera/{name}", camera),
-            WebSocketRoute("/poses", poses),
-        ]
-    )
+    routes = [
+        route
+        for path, (ask, see, feel) in (
+            ("/", (talk, camera, poses)),
+            (VIEW, tuple(map(of_viewers, (look_on, camera, poses)))),
+        )
+        for route in (
+            Route(path, assets.index),
+            Route(f"{path}static/{{version}}/{{path:path}}", assets.file),
+            WebSocketRoute(f"{path}ws", ask),
+            WebSocketRoute(f"{path}camera/{{name}}", see),
+            WebSocketRoute(f"{path}poses", feel),
+        )
+    ]
+    app = Starlette(routes=routes)
     return Boundary(Guard(app, credentials, site.path) if credentials else app, site)
 
 

@@ -50,8 +50,12 @@ class Sent(NamedTuple):
 class Window:
     """Gets the changes of all tabs after `greet`. Used on the event loop only."""
 
-    def __init__(self, make_output: Callable[[], RecentLines], key: bytes = b"") -> None:
+    def __init__(
+        self, make_output: Callable[[], RecentLines], key: bytes = b"", *, is_viewer: bool = False
+    ) -> None:
         self.greeted = False
+        self.is_viewer: Final = is_viewer
+        """Whether it only looks on."""
         self.key: Final = key
         """The key by which its page is let in again after a restart of the editor."""
         self._language = ENGLISH

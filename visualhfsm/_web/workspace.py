@@ -53,8 +53,11 @@ class Workspace:
         make_project: Callable[[Services], Project],
         *,
         demo: bool = False,
+        share: Callable[[bool], str] = lambda _: "",
     ) -> None:
         self.limits = limits
+        self.share = share
+        """Returns the read-only address of the page, relative to it; with False, withdraws it."""
         self.threads = Threads(limits.threads)
         self.tabs = Tabs()
         self.windows = Windows()

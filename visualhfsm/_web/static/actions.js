@@ -81,6 +81,13 @@ addActions([
     run: async () => (await import("./dialogs/export.js")).showExport(),
   },
   {
+    id: "share",
+    label: t("Share to look on"),
+    icon: "eye",
+    run: async () => (await import("./dialogs/share.js")).showShare(),
+    hint: t("an address at which nothing can be changed"),
+  },
+  {
     id: "compare",
     label: t("Compare"),
     icon: "diff",
@@ -343,7 +350,7 @@ export const MENUS = [
     groups: [
       ["new", "open", "openRecording"],
       ["save", "saveAs"],
-      ["compare", "export", "exportRun", "generate"],
+      ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],
     ],
   },

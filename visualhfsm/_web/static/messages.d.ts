@@ -89,6 +89,7 @@ export interface Greeting {
   bodies?: KnownBody[];
   run?: string;
   key?: string;
+  viewer?: boolean;
 }
 
 /** A step; `conflict` if somebody else had typed over the same words. */
@@ -161,6 +162,7 @@ export interface Answers {
   saveAs: {path: string; tab?: number};
   resolve: {conflicts?: string[]} | null;
   listFiles: {directory: string; parent: string | null; entries: Entry[]};
+  share: {address: string};
   export: {name: string; text: string};
   exportRun: {name: string; text: string};
   search: {tab: number; hits: Hit[]}[];

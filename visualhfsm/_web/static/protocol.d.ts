@@ -817,6 +817,8 @@ export interface Requests {
   saveTest: {tab: number; component: string};
   /** Search names and code, in one document or in all open ones, for a text or a whole word. */
   search: {text: string; whole?: boolean; tab?: number | null};
+  /** Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go. */
+  share: {shared?: boolean};
   /** Start a simulated robot, or start it again with other options; what was started here before is ended. */
   simulate: {world?: string; speed?: string; balls?: boolean; body?: string};
   /** Stop the process of a component that was started here. */

@@ -13,6 +13,7 @@
  */
 
 import {required} from "./required.js";
+import {isForbidden} from "./viewing.js";
 
 /** All actions by their ids, in the order in which they are found. @type {Map<string, Action>} */
 export const actions = new Map();
@@ -26,7 +27,7 @@ export function addActions(list) {
 export const actionOf = (id) => required(actions.get(id), `action ${id}`);
 
 /** Whether an action is possible now. @param {Action} action @param {Context} context */
-export const isPossible = (action, context) => action.enabled?.(context) ?? true;
+export const isPossible = (action, context) => !isForbidden(action) && (action.enabled?.(context) ?? true);
 
 /** Whether an action is possible now. @param {string} id @param {Context} context */
 export const isEnabled = (id, context) => isPossible(actionOf(id), context);

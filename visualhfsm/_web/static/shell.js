@@ -24,6 +24,7 @@ import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
 import {language, n, rich, t} from "./texts.js";
 import {copyUnsent, unsentBanner} from "./unsent.js";
+import {viewing} from "./viewing.js";
 
 /**
  * A button for an action.
@@ -401,6 +402,10 @@ export function banner({app, canvas}) {
       ${copyUnsent()}
     </div>`;
   }
+  if (viewing.on)
+    return html`<div class="banner looking" role="status">
+      ${t("You look on: you see every change and run, and can change nothing. STOP works.")}
+    </div>`;
   return html`${stoppedBanner()}${unsentBanner(() => app.requestUpdate())}${fileBanner(canvas)}`;
 }
 

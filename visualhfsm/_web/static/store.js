@@ -9,6 +9,7 @@ import {socketAddress} from "./address.js";
 import {Resumption} from "./resumption.js";
 import {decimal, language, t} from "./texts.js";
 import {updated, withContent} from "./updates.js";
+import {viewing} from "./viewing.js";
 
 /**
  * @import {Target} from "./events.js"
@@ -103,8 +104,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    */
   exported = undefined;
 
-  /** Whether a tab shows the document of a recording, which is not changed. @param {number} tab */
-  isRecorded = (tab) => this.workspace.tabs.some((each) => each.tab === tab && each.recording);
+  /** Whether a document is not changed: that of a recording, or any by those who look on. @param {number} tab */
+  isRecorded = (tab) => viewing.on || this.workspace.tabs.some((each) => each.tab === tab && each.recording);
 
   /** @type {WebSocket | undefined} */
   #socket = undefined;
@@ -241,6 +242,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     const asked = this.request("hello", {language});
     try {
       this.greeting = (await asked) ?? {};
+      viewing.on = Boolean(this.greeting.viewer);
     } catch (error) {
       this.#emit("failure", {error});
       return;

@@ -10,6 +10,7 @@
 import {html} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
+import {store} from "../store.js";
 import {t} from "../texts.js";
 import "./code-field.js";
 import "./text-field.js";
@@ -60,7 +61,7 @@ class CodePanel extends PageElement {
   render() {
     const {document, automaton, state, transition, annotation} = page;
     if (!document || !automaton) return this.#hint();
-    const readonly = Boolean(automaton.imported);
+    const readonly = Boolean(automaton.imported) || store.isRecorded(page.tab);
     const about = {tab: page.tab, document, automaton, readonly};
     const editor = state
       ? stateEditor({...about, state, part: this.shownPart, choose: (part) => this.#choose(part)})

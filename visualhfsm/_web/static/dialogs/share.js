@@ -1,0 +1,35 @@
+/** The address for those who look on: they see every change and run, and can change nothing. */
+
+import {html} from "lit";
+
+import {ask} from "../commands.js";
+import {notify} from "../notices.js";
+import {t} from "../texts.js";
+import {showDialog} from "./dialog.js";
+
+/** Show the address, to copy it, or to withdraw it. */
+export async function showShare() {
+  const shared = await ask("share");
+  if (!shared) return;
+  const address = new URL(shared.address, location.href).href;
+  const choice = await showDialog({
+    title: t("Share to look on"),
+    content: (/** @type {import("./dialog.js").Close<string>} */ close) => html`
+      <p>
+        ${t(
+          "Whoever opens this address sees every change and run here, live, and can change nothing; only STOP works. It leads to this machine: others reach it through a tunnel or a proxy.",
+        )}
+      </p>
+      <p><input class="mono shared-address" readonly autofocus aria-label=${t("Address")} .value=${address} /></p>
+    `,
+    footer: (/** @type {import("./dialog.js").Close<string>} */ close) =>
+      html`<button type="button" class="button" @click=${() => close("withdraw")}>${t("Withdraw it")}</button
+        ><button type="button" class="button primary" @click=${() => close("copy")}>${t("Copy")}</button>`,
+  });
+  if (choice === "withdraw") {
+    if (await ask("share", {shared: false})) notify(t("The address is withdrawn: nobody looks on any more."));
+  } else if (choice === "copy") {
+    await navigator.clipboard.writeText(address);
+    notify(t("Copied."));
+  }
+}

@@ -1,0 +1,72 @@
+"""The read-only address of the page: whoever has it looks on, and can change nothing but stop.
+
+It is below `VIEW`, where another cookie counts than for the editor. Any number of browsers may use it, until
+it is withdrawn. What a viewer may ask for is decided here, by the type of the request, and not by the page.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import secrets
+from typing import Final
+
+from . import protocol as p
+
+VIEW: Final = "/view/"
+"""The path of the page for viewers, below that of the editor."""
+
+_MAY_ASK: Final[frozenset[type[p.Request]]] = frozenset(
+    {p.Attach, p.Detach, p.Hello, p.Imported, p.OutputShown, p.Search}
+)
+"""Requests that only read what a viewer is shown anyway."""
+_MAY_CONTROL: Final = frozenset({p.EMERGENCY_STOP, "at", "body", "facts", "picture", "series", "timeline"})
+"""Actions of `Control` that read, and the stop: whatever moves can be stopped by whoever sees it."""
+
+
+def may_view(request: p.Request) -> bool:
+    """Return whether a viewer may make a request."""
+    if isinstance(request, p.Control):
+        return request.action in _MAY_CONTROL
+    return type(request) in _MAY_ASK
+
+
+class Viewers:
+    """The secrets of the read-only address, new each time that it is shared after it was withdrawn."""
+
+    def __init__(self, port: int) -> None:
+        self.cookie_name = f"visualhfsm-view-{port}"
+        self.withdrawn = asyncio.Event()
+        """Set when all viewers of now are shut out; then there is another event for the next ones."""
+        self._token = ""
+        self._cookie = ""
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether there is an address."""
+        return bool(self._token)
+
+    def share(self) -> str:
+        """Return the token of the address, the same one until it is withdrawn."""
+        if not self._token:
+            self._token, self._cookie = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
+        return self._token
+
+    def withdraw(self) -> None:
+        """Shut out all viewers, and forget the address."""
+        self._token = self._cookie = ""
+        former, self.withdrawn = self.withdrawn, asyncio.Event()
+        former.set()
+
+    def redeem(self, token: str) -> str | None:
+        """Return the cookie for a token; None for another one."""
+        known = self._token and hmac.compare_digest(token.encode(), self._token.encode())
+        return self._cookie if known else None
+
+    def accepts_cookie(self, header: str) -> bool:
+        """Whether a header `Cookie` holds the cookie of viewers."""
+        pairs = (each.strip().partition("=") for each in header.split(";"))
+        return bool(self._cookie) and any(
+            name == self.cookie_name and hmac.compare_digest(value.encode(), self._cookie.encode())
+            for name, _, value in pairs
+        )
