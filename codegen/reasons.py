@@ -163,7 +163,7 @@ _SYSTEM: Final = (
 """What the system says of files, and the reader of XML."""
 
 _EXCEPTION: Final = re.compile(r"([A-Za-z_][\w.]*(?:Error|Exception|Warning)): (.+)", re.DOTALL)
-_LONGEST: Final = 300
+_LONGEST_TEXT: Final = 300
 """Characters of a text that is looked for."""
 
 
@@ -184,7 +184,7 @@ def known_text(text: str) -> Message:
 
     Before it the name of an exception may stand, as in `NameError: name 'x' is not defined`.
     """
-    if len(text) > _LONGEST:
+    if len(text) > _LONGEST_TEXT:
         return Message.verbatim(text)
     if exception := _EXCEPTION.fullmatch(text):
         kind, what = exception.groups()
