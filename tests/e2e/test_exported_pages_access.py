@@ -9,6 +9,7 @@ from typing import Literal
 import pytest
 from playwright.sync_api import Browser, Page
 
+from codegen.messages import Message
 from tests.support.browser import AXE, new_context
 from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
@@ -51,7 +52,7 @@ def check(page: Page, path: Path) -> None:
 def test_the_page_of_a_run_is_accessible(page: Page, tmp_path: Path) -> None:
     text = (ROOT / "behaviors" / "dance_and_follow.xml").read_text("utf-8")
     path = tmp_path / "run.html"
-    write_run_page(path, Run("dance", dance_and_follow(), recorded(6.0), parse(text, "Cannot read")))
+    write_run_page(path, Run("dance", dance_and_follow(), recorded(6.0), parse(text, Message("Cannot read"))))
     check(page, path)
 
 
