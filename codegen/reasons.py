@@ -179,17 +179,18 @@ def reason(error: BaseException) -> Message:
 
 
 @lru_cache(maxsize=1024)
-def known_text(text: str) -> Message:
+def known_text(text: str, others: tuple[Message, ...] = ()) -> Message:
     """Return a text of Python, of the runtime or of the system as a message, with what is known of it.
 
-    Before it the name of an exception may stand, as in `NameError: name 'x' is not defined`.
+    Before it the name of an exception may stand, as in `NameError: name 'x' is not defined`. `others` are
+    messages of templates that are looked for, too, with any values.
     """
     if len(text) > _LONGEST_TEXT:
         return Message.verbatim(text)
     if exception := _EXCEPTION.fullmatch(text):
         kind, what = exception.groups()
         return Message("{kind}: {what}", kind=kind, what=known_text(what))
-    for known, pattern in _patterns():
+    for known, pattern in _patterns(others):
         if found := pattern.fullmatch(text):
             values: dict[str, Value] = found.groupdict()
             if (message := known.again(values)) == text:
@@ -198,8 +199,8 @@ def known_text(text: str) -> Message:
 
 
 @cache
-def _patterns() -> tuple[tuple[Message, re.Pattern[str]], ...]:
-    return tuple((each, _pattern(each)) for each in (*_SYNTAX, *_ERRORS, *_RUNTIME, *_SYSTEM))
+def _patterns(others: tuple[Message, ...]) -> tuple[tuple[Message, re.Pattern[str]], ...]:
+    return tuple((each, _pattern(each)) for each in (*others, *_SYNTAX, *_ERRORS, *_RUNTIME, *_SYSTEM))
 
 
 def _pattern(message: Message) -> re.Pattern[str]:

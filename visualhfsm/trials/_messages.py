@@ -79,7 +79,7 @@ class TrialTimeline(_View, frozen=True):
 class Way(_View, frozen=True):
     """A way to fail: so many trials, the numbers of some, and the timeline of one."""
 
-    reason: str
+    reason: Message
     states: str
     count: int
     numbers: list[int]
@@ -91,7 +91,7 @@ class Trial(_View, frozen=True):
 
     number: int
     success: bool
-    reason: str
+    reason: Message
     time: float
     states: str
     values: list[tuple[str, str]]

@@ -26,7 +26,7 @@ _STYLES: Final = tuple(f"styles/{name}" for name in ("theme", "shell", "panels",
 
 def trials_page(view: TrialsView) -> str:
     """Return the page of a series as HTML."""
-    return html_file(view.name, _ENTRY, _STYLES, msgspec.json.encode(view))
+    return html_file(view.name, _ENTRY, _STYLES, msgspec.json.encode(view, enc_hook=str))
 
 
 def write_trials_page(

@@ -9,6 +9,9 @@ from typing import Final
 
 import numpy as np
 
+from codegen.messages import Message
+from codegen.reasons import known_text
+
 from ._messages import (
     Dependence,
     Histogram,
@@ -26,6 +29,17 @@ from ._quantities import Value
 from ._statistics import Rate
 from ._summary import Map, Row, Summary
 
+_REASONS: Final = (
+    Message("fell"),
+    Message("judged not good"),
+    Message("ended before {state}", state=""),
+    Message("not in {state} after {time} s", state="", time=""),
+    Message("took more than {time} s", time=""),
+    Message("ended its process"),
+    Message("its process was killed {times} times, perhaps for want of memory", times=""),
+    Message("needs more than {memory} MB of memory", memory=""),
+)
+"""Why trials fail, as `_trial.py` and `_processes.py` write it into files of outcomes."""
 _BARS: Final = 20
 _MOST_WAYS: Final = 12
 _MOST_NUMBERS: Final = 50
@@ -66,7 +80,7 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
         maps=_maps(plan, summary),
         ways=[
             Way(
-                _cut(way.reason),
+                _reason(way.reason),
                 _cut(way.states),
                 len(way.numbers),
                 [*way.numbers[:_MOST_NUMBERS]],
@@ -158,8 +172,12 @@ def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
     noted = {name: value for name, value in {**row.values, **row.numbers}.items() if name != "time"}
     values = [(_cut(name), _cut(_shown(value))) for name, value in islice(noted.items(), _MOST_VALUES)]
     return Trial(
-        row.number, row.success, _cut(row.reason), row.time, _cut(row.states), values, timeline, page
+        row.number, row.success, _reason(row.reason), row.time, _cut(row.states), values, timeline, page
     )
+
+
+def _reason(text: str) -> Message:
+    return known_text(_cut(text), _REASONS)
 
 
 def _cut(text: str, most: int = _LONGEST_TEXT) -> str:

@@ -60,7 +60,7 @@ class Runs {
   #tellEnd(run) {
     const {tab, component, message, place, line} = run;
     const why = place ? undefined : outputLog.lastError(tab);
-    const outcome = message ? message.replace(/^it /, `${component} `) : t("{component} has ended", {component});
+    const outcome = message ? subjected(message, component) : t("{component} has ended", {component});
     const link = place && {label: line ? t("line {line}", {line}) : t("show it"), run: () => this.showEnd(run)};
     this.dismiss(tab);
     const text = `${outcome}${why === undefined ? "." : `: ${why}`}`;
@@ -87,6 +87,10 @@ class Runs {
     this.dismiss(tab);
   }
 }
+
+/** A message about a component, which begins with its name. @param {string} message @param {string} component */
+const subjected = (message, component) =>
+  message.startsWith("it ") ? message.replace("it", component) : `${component}: ${message}`;
 
 /** How a component ended. @param {{message?: string}} ended */
 export function spokenEnd({message = ""}) {

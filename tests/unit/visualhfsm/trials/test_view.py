@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import msgspec
+import pytest
 
 from visualhfsm.trials import Outcome, Plan
 from visualhfsm.trials._outcomes import Change, Header, Record
@@ -32,7 +33,7 @@ def test_ten_thousand_trials_are_a_small_message(tmp_path: Path) -> None:
     (found,) = view.maps
     assert found.trials == view.share.trials == 10_000
     assert 1000 <= len(found.places) <= 2000
-    assert len(msgspec.json.encode(view)) < 100_000
+    assert len(msgspec.json.encode(view, enc_hook=str)) < 100_000
 
 
 def test_long_and_many_texts_are_cut(tmp_path: Path) -> None:
@@ -52,7 +53,29 @@ def test_long_and_many_texts_are_cut(tmp_path: Path) -> None:
     file = written(tmp_path / "out", outcomes)
     view = view_of(Plan(document="walk.xml", robot="fake"), summarize(file, ("q1",), 20), file)
     assert len(view.ways) == 12
-    assert len(msgspec.json.encode(view)) < 1 << 21
+    assert len(msgspec.json.encode(view, enc_hook=str)) < 1 << 21
+
+
+@pytest.mark.parametrize(
+    ("reason", "template"),
+    [
+        ("fell", "fell"),
+        ("not in wave/up after 2.5 s", "not in {state} after {time} s"),
+        ("ended before done", "ended before {state}"),
+        ("judged not good", "judged not good"),
+        ("took more than 60 s", "took more than {time} s"),
+        ("needs more than 512 MB of memory", "needs more than {memory} MB of memory"),
+        ("NameError: name 'x' is not defined", "{kind}: {what}"),
+    ],
+)
+def test_why_a_trial_fails_can_be_translated(tmp_path: Path, reason: str, template: str) -> None:
+    file = written(tmp_path / "out", [placed(1, reason=reason)])
+    view = view_of(Plan(document="walk.xml", robot="fake"), summarize(file, (), 2), file)
+    for found in (view.ways[0].reason, view.worst[0].reason):
+        assert found == reason
+        data = found.to_data()
+        assert isinstance(data, dict)
+        assert data["template"] == template
 
 
 def test_a_number_that_is_the_same_in_all_trials_is_not_drawn(tmp_path: Path) -> None:
