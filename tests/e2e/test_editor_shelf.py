@@ -228,3 +228,30 @@ def test_every_picture_of_our_shelf_is_one_of_the_page(shown: EditorPage) -> Non
         "all => all.filter((each) => each.getTotalLength() < 20).length"
     )
     assert empty == 0
+
+
+def test_a_selection_is_put_on_the_shelf_from_the_menu(shown: EditorPage, root: Path) -> None:
+    page = shown.page
+    shown.state("go").click(button="right")
+    page.get_by_role("menu").get_by_text("Put on the shelf", exact=True).click()
+    dialog = page.get_by_role("dialog", name="Put on the shelf")
+    expect(dialog.get_by_label("Title")).to_have_value("Go")
+    expect(dialog.get_by_label("Title")).to_be_focused()
+    dialog.get_by_label("Title").fill("Go away")
+    dialog.get_by_label("What it does").fill("It goes away.")
+    assert shown.violations("dialog") == []
+    shown.press("Enter")
+    expect(page.get_by_role("status").filter(has_text="Go away is on the shelf")).to_be_visible()
+    expect(ready(shown, "Go away")).to_be_visible()
+    assert (root / "shelf" / "go_away.xml").is_file()
+
+    shown.state("wait").click()
+    shown.press("Control+k")
+    page.keyboard.type("Put on the shelf")
+    shown.press("Enter")
+    dialog.get_by_label("Title").fill("go AWAY")
+    shown.press("Enter")
+    expect(dialog.get_by_role("alert")).to_contain_text("shelf/go_away.xml already exists")
+    shown.press("Escape")
+    expect(dialog).to_have_count(0)
+    expect(shown.state("wait")).to_be_focused()

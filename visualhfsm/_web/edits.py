@@ -81,6 +81,21 @@ async def add_ready(workspace: Workspace, _: Window, request: p.AddReady) -> dic
     return _outcome(await tab.edit(add))
 
 
+async def put_on_shelf(workspace: Workspace, _: Window, request: p.PutOnShelf) -> dict[str, str]:
+    """Write states as a ready state of the project, and return the name of its file."""
+    tab = workspace.tabs.get(request.tab)
+    put = partial(
+        OpenDocument.put_on_shelf,
+        automaton=request.automaton,
+        states=request.states,
+        title=request.title,
+        category=request.category,
+        words=request.words,
+        description=request.description,
+    )
+    return {"path": workspace.project.root.name(await tab.edit(put))}
+
+
 async def extract(workspace: Workspace, _: Window, request: p.Extract) -> dict[str, Any]:
     """Move an automaton to a new file."""
     tab = workspace.tabs.editable(request.tab)

@@ -174,6 +174,17 @@ class AddReady(TabEdit):
     trigger: TransitionType = "condition"
 
 
+class PutOnShelf(TabEdit):
+    """Write states with all below them as a ready state of the project."""
+
+    automaton: ElementId
+    states: Ids
+    title: Name
+    category: Name = ""
+    words: Name = ""
+    description: Code = ""
+
+
 class Search(_Request):
     """Search names and code, in one document or in all open ones, for a text or a whole word."""
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import msgspec
 
-from codegen.hfsm.document import Automaton, Document
+from codegen.hfsm.document import Automaton, Document, Text
+from codegen.hfsm.document import Shelf as ShelfEntry
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._code_help.answers import Completions, Explanation, Signature
@@ -20,11 +21,13 @@ from visualhfsm._editing.commands.paste import AddReadyState
 from visualhfsm._editing.commands.transitions import TransitionType
 from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Findings, Problem, Proof
-from visualhfsm._editing.serialization import copy_states
+from visualhfsm._editing.serialization import copy_states, written
 from visualhfsm._errors import EditError, UnsavedError
 from visualhfsm._sessions import imports
 from visualhfsm._sessions.files import write_file
 from visualhfsm._sessions.session import Change, Choice, DocumentSession, Resolution
+from visualhfsm._sessions.shelf import FOLDER as SHELF
+from visualhfsm._sessions.shelving import shelf_document, shelf_file
 
 from ._analyses import Analyses, Tools
 from ._events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
@@ -225,6 +228,33 @@ class OpenDocument:
             automaton=automaton, content=content, name=name, x=x, y=y, origin=origin, trigger=trigger
         )
         return self.apply(command)
+
+    def put_on_shelf(
+        self,
+        automaton: int,
+        states: Sequence[int],
+        title: str,
+        *,
+        category: str = "",
+        words: str = "",
+        description: str = "",
+    ) -> Path:
+        """Write states, with all below them, as a ready state of the project; return the path of its file.
+
+        A single state without code is there as its automaton. The file, in the folder `shelf`,
+        is named by the title; WouldOverwriteError is raised if there is one already. The document stays as
+        it is.
+        """
+        entry = ShelfEntry(
+            title=Text(title.strip()), category=Text(category.strip()), words=Text(words.strip())
+        )
+        name = shelf_file(title)
+        made = shelf_document(
+            self._version.document, self.path, automaton, states, entry=entry, description=description
+        )
+        with self._owner.saving(self, f"{SHELF}/{name}", overwrite=False) as target:
+            write_file(target, written(made).encode())
+            return target
 
     # -- files ---------------------------------------------------------------------------------------------
 

@@ -151,6 +151,7 @@ export interface Answers {
   paste: Done;
   addReady: Done;
   extract: Done;
+  putOnShelf: {path: string};
   inline: Done;
   open: Opened;
   new: Opened;

@@ -784,6 +784,16 @@ export interface Requests {
   outputShown: {};
   /** Paste the clipboard into an automaton, with its upper left corner at `x`, `y` if given. */
   paste: {tab: number; automaton: number; x?: number | null; y?: number | null};
+  /** Write states with all below them as a ready state of the project. */
+  putOnShelf: {
+    tab: number;
+    automaton: number;
+    states: number[];
+    title: string;
+    category?: string;
+    words?: string;
+    description?: string;
+  };
   /** Record a followed component into a new file below the root, whose path is the answer; or end that. */
   record: {component: string; pictures?: number | null};
   /** Run one of the trials again, and record it; the push `trials` says when that is done, and where. */

@@ -247,6 +247,14 @@ export const canvasActions = [
     run: () => commands.inline(thePart()),
     hint: t("copy the imported content into this document"),
   },
+  {
+    id: "putOnShelf",
+    label: t("Put on the shelf"),
+    icon: "shelf",
+    enabled: () => drawable() && anyStates(),
+    run: async () => (await import("../shelf/putting.js")).putOnShelf(),
+    hint: t("of this project, for others to draw"),
+  },
   {id: "copy", label: t("Copy"), icon: "copy", keys: ["Ctrl+C"], enabled: anyCopied, run: commands.copy},
   {
     id: "cut",
@@ -484,6 +492,7 @@ export function drawnSelection() {
         "duplicate",
         "group",
         "frame",
+        "putOnShelf",
         ...(canExtract() ? ["extract"] : []),
         ...(canInline() ? ["inline"] : []),
       ],
@@ -496,7 +505,7 @@ export function drawnSelection() {
   if (page.annotations.size && !page.states.size) return annotatedSelection();
   if (page.states.size > 1)
     return [
-      ["copy", "cut", "group", "frame", "delete"],
+      ["copy", "cut", "group", "frame", "putOnShelf", "delete"],
       [
         "alignLeft",
         "alignCenter",
