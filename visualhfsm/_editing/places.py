@@ -261,8 +261,11 @@ class Locator:
         name = names[0] if names else ""
         words = self._owner(place, automaton)
         if place.part:
-            owner = Message.verbatim(name) if name else words
-            words = Message("{part} of {owner}", part=_NAMED.get(place.part, place.part), owner=owner)
+            part = _NAMED.get(place.part, place.part)
+            if name:
+                words = Message("{part} of {name}", part=part, name=name)
+            else:
+                words = Message("{part} of {owner}", part=part, owner=words)
         return Message("{place}, line {line}", place=words, line=line) if line > 1 else words
 
     def _owner(self, place: Place, automaton: Automaton | None) -> Message:
