@@ -20,7 +20,7 @@ from typing import Final, Literal
 import msgspec
 
 from codegen.messages import NO_MESSAGE, Message
-from codegen.reasons import reason
+from codegen.reasons import known_text, reason
 from visualhfsm._bodies import body_option, require_body
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
@@ -45,11 +45,20 @@ _LEAVING: Final = 3.0
 _logger = logging.getLogger(__name__)
 
 
+_WORLDS: Final = (
+    Message("A floor"),
+    Message("A floor, and a red and a green ball that are moved by BallRedMotors and BallGreenMotors"),
+    Message("Four walls, a table, a crate, boxes that can be pushed, and a ball"),
+    Message("A field of the Standard Platform League, a ball on its center, the robot behind it"),
+)
+"""What the files of the simulation's worlds say of them."""
+
+
 class World(msgspec.Struct, frozen=True):
     """A world of the simulation; `balls` says whether it has balls that can be moved."""
 
     name: str
-    description: str
+    description: Message
     balls: bool
 
 
@@ -60,7 +69,8 @@ def find_worlds() -> list[World]:
     for place in () if spec is None else spec.submodule_search_locations or ():
         for path in sorted((Path(place) / "worlds").glob("*.toml")):
             content = tomllib.loads(path.read_text(encoding="utf-8"))
-            found.append(World(path.stem, content.get("description", ""), bool(content.get("carried_balls"))))
+            description = known_text(content.get("description", ""), _WORLDS)
+            found.append(World(path.stem, description, bool(content.get("carried_balls"))))
     return found
 
 

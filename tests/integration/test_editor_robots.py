@@ -271,6 +271,9 @@ def test_an_address_that_is_none_is_refused(address: str) -> None:
 
 def test_the_worlds_are_those_of_the_simulation() -> None:
     worlds = {world.name: world for world in find_worlds()}
+    assert all(isinstance(world.description.to_data(), dict) for world in worlds.values()), (
+        "known by templates"
+    )
     assert set(worlds) == {"balls", "empty", "room", "soccer"}
     assert [name for name, world in worlds.items() if world.balls] == ["balls"]
     assert all(world.description for world in worlds.values())
