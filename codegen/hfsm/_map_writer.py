@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ._automaton_writer import CodeLines, Line
-from .document import Automaton, Document, Node, State, Text, Transition
+from .document import Annotation, Automaton, Document, Node, State, Text, Transition
 from .source_map import FILE, SourceMap, SourceRow, TableRow, end_mark, only_mark, start_mark
 
 __all__ = ["MarkedLines"]
@@ -127,7 +127,7 @@ def _elements(document: Document) -> Iterator[tuple[_Place, str]]:
         yield from _element(each, f"automaton {each.id}")
         for item in _children(each):
             kind = type(item).__name__.lower()
-            name = item.id if isinstance(item, State | Transition) else _name(item)
+            name = item.id if isinstance(item, State | Transition | Annotation) else _name(item)
             yield from _element(item, f"{kind} {each.id}.{name}")
 
 

@@ -14,7 +14,7 @@ export async function showShare() {
   const address = new URL(shared.address, location.href).href;
   const choice = await showDialog({
     title: t("Share to look on"),
-    content: (/** @type {import("./dialog.js").Close<string>} */ close) => html`
+    content: () => html`
       <p>
         ${t(
           "Whoever opens this address sees every change and run here, live, and can change nothing; only STOP works. It leads to this machine: others reach it through a tunnel or a proxy.",
