@@ -85,15 +85,13 @@ def test_a_viewer_sees_every_change(root: Path) -> None:
             rename = {"command": "renameState", "automaton": 1, "state": 1, "name": "stand"}
             window.ask("do", tab=tab, command=rename)
             for each in (viewer, second):
-                each.wait_for(
-                    lambda _, each=each: (
-                        each.documents.get(tab, {})
-                        .get("automata", [{}])[0]
-                        .get("states", [{}])[0]
-                        .get("name")
-                        == "stand"
-                    )
-                )
+                while not (each.documents and name_in(each.documents[tab]) == "stand"):
+                    each.wait_for(lambda message: message.get("push") == "document")
+
+
+def name_in(document: dict[str, Any]) -> str:
+    name: str = document["automata"][0]["states"][0]["name"]
+    return name
 
 
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: f"{attack['op']} {attack.get('action', '')}")

@@ -81,3 +81,12 @@ def test_what_cannot_be_drawn_is_an_error(folder: Path) -> None:
     done = draw("robot.xml", "missing/robot.svg", cwd=folder)
     assert done.returncode == 1
     assert "missing/robot.svg: cannot be written" in done.stderr
+
+
+def test_a_page_has_all_automata(folder: Path) -> None:
+    done = draw("robot.xml", "robot.html", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "wrote robot.html\n")
+    assert (folder / "robot.html").read_text("utf-8").startswith("<!doctype html>")
+    done = draw("robot.xml", "other.html", "--automaton", "rest", cwd=folder)
+    assert done.returncode == 2
+    assert "shows all automata" in done.stderr

@@ -20,7 +20,7 @@ def made(kind: type[Any]) -> p.Request:
     return request
 
 
-@pytest.mark.parametrize("kind", sorted(HANDLERS, key=lambda kind: kind.__name__))
+@pytest.mark.parametrize("kind", sorted(HANDLERS, key=str))
 def test_only_requests_that_read_are_allowed(kind: type[p.Request]) -> None:
     if kind is not p.Control:
         assert may_view(made(kind)) == (kind in READING)

@@ -12,7 +12,8 @@ import {apply} from "../commands.js";
 import {notify} from "../notices.js";
 import {required} from "../required.js";
 import {n, t} from "../texts.js";
-import {LOOP, RADIUS} from "./geometry.js";
+import {areaOf} from "./areas.js";
+import {distance, LOOP, RADIUS} from "./geometry.js";
 import {width} from "./text.js";
 
 const BETWEEN_STATES = 70;
@@ -33,7 +34,7 @@ const rounded = (value) => Math.round(value / GRID) * GRID;
  * Choose positions for the states and handles of an automaton.
  *
  * @param {Automaton} automaton
- * @returns {{automaton: number, states: Placed[], transitions: Placed[]}}
+ * @returns {{automaton: number, states: Placed[], transitions: Placed[], annotations: Placed[]}}
  */
 function placement(automaton) {
   const graph = new dagre.graphlib.Graph({multigraph: true});
@@ -68,7 +69,32 @@ function placement(automaton) {
     const {x, y} = graph.edge(String(origin), String(destination), String(id));
     handles.push([id, rounded(x), rounded(y)]);
   }
-  return {automaton: automaton.id, states: placed, transitions: [...handles, ...loopHandles(arcs, placed, handles)]};
+  return {
+    automaton: automaton.id,
+    states: placed,
+    transitions: [...handles, ...loopHandles(arcs, placed, handles)],
+    annotations: followers(automaton, placed),
+  };
+}
+
+/**
+ * Places of notes and frames: each moves with the state that it was nearest to, by its middle. A frame so stays with
+ * one of its states; which states it holds is decided anew.
+ *
+ * @param {Automaton} automaton
+ * @param {Placed[]} placed
+ * @returns {Placed[]}
+ */
+function followers({states, annotations}, placed) {
+  return annotations.map((annotation) => {
+    const {left, top, right, bottom} = areaOf(annotation);
+    const middle = {x: (left + right) / 2, y: (top + bottom) / 2};
+    const index = states.reduce((best, state, at) => {
+      return distance(state, middle) < distance(states[best], middle) ? at : best;
+    }, 0);
+    const [, x, y] = placed[index];
+    return [annotation.id, left + x - states[index].x, top + y - states[index].y];
+  });
 }
 
 /**

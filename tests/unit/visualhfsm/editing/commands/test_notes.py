@@ -33,14 +33,14 @@ def noted() -> Document:
     ).apply(document)
 
 
-def annotations(document: Document) -> tuple[Annotation, ...]:
+def notes_of(document: Document) -> tuple[Annotation, ...]:
     return automaton(document).annotations
 
 
 def test_a_note_is_added_with_its_text_and_the_least_size() -> None:
     add = AddAnnotation(automaton=1, kind="note", x=1, y=2, width=0, height=90, text="why")
     note = Annotation(id=1, kind="note", x=1.0, y=2.0, width=24.0, height=90.0, text=Text("why"))
-    assert annotations(add.apply(tree())) == (note,)
+    assert notes_of(add.apply(tree())) == (note,)
     assert add.title(tree()) == "Add a note"
 
 
@@ -55,7 +55,7 @@ def test_text_size_and_color_are_changed() -> None:
     document = SetAnnotationText(automaton=1, annotation=1, text="because").apply(noted())
     document = ResizeAnnotation(automaton=1, annotation=1, x=0, y=5, width=60, height=1).apply(document)
     document = SetAnnotationColor(automaton=1, annotations=(1, 2), color="green").apply(document)
-    note, frame = annotations(document)
+    note, frame = notes_of(document)
     assert (note.text.text, note.x, note.y, note.width, note.height) == ("because", 0.0, 5.0, 60.0, 24.0)
     assert [each.color.text for each in (note, frame)] == ["green", "green"]
 
@@ -82,7 +82,7 @@ def test_a_frame_moves_with_what_the_command_names() -> None:
     command = MoveItems(automaton=1, states=(1,), annotations=(2,), dx=5, dy=-5)
     document = command.apply(noted())
     assert (state(document, 1).x, state(document, 1).y) == (105.0, 95.0)
-    assert [(each.x, each.y) for each in annotations(document)] == [(10.0, 20.0), (45.0, 35.0)]
+    assert [(each.x, each.y) for each in notes_of(document)] == [(10.0, 20.0), (45.0, 35.0)]
     assert command.title(noted()) == "Move the frame “begin”"
 
 
@@ -90,27 +90,27 @@ def test_deleting_a_frame_leaves_what_it_holds() -> None:
     command = DeleteItems(automaton=1, annotations=(2,))
     document = command.apply(noted())
     assert automaton(document).states == automaton(noted()).states
-    assert [each.id for each in annotations(document)] == [1]
+    assert [each.id for each in notes_of(document)] == [1]
     assert command.title(noted()) == "Delete the frame “begin”"
 
 
 def test_annotations_are_placed_by_a_layout() -> None:
     placement = Placement(automaton=1, annotations=((1, 300.0, 310.0),))
     document = PlaceItems(placements=(placement,)).apply(noted())
-    assert [(each.x, each.y) for each in annotations(document)] == [(300.0, 310.0), (40.0, 40.0)]
+    assert [(each.x, each.y) for each in notes_of(document)] == [(300.0, 310.0), (40.0, 40.0)]
 
 
 def test_a_frame_is_pasted_with_its_states() -> None:
     text = copy_states(noted(), 1, [1], [2])
     document = PasteStates(automaton=1, content=text, x=400.0, y=400.0).apply(noted())
-    pasted, frame = automaton(document).states[-1], annotations(document)[-1]
+    pasted, frame = automaton(document).states[-1], notes_of(document)[-1]
     assert (pasted.x, pasted.y) == (400.0, 400.0)
     assert (frame.id, frame.x, frame.y, frame.text.text) == (3, 340.0, 340.0, "begin")
 
 
 def test_a_note_alone_is_pasted_beside_itself() -> None:
     document = PasteStates(automaton=1, content=copy_states(noted(), 1, [], [1])).apply(noted())
-    first, *_, last = annotations(document)
+    first, *_, last = notes_of(document)
     assert last.text == first.text
     assert (last.x, last.y) != (first.x, first.y)
 
@@ -128,7 +128,7 @@ def test_a_merge_keeps_the_new_notes_of_both_sides() -> None:
         for text in ("mine", "theirs")
     )
     merged = merge_documents(base, mine, theirs)
-    assert [(each.id, each.text.text) for each in annotations(merged.document)] == [
+    assert [(each.id, each.text.text) for each in notes_of(merged.document)] == [
         (1, "mine"),
         (2, "theirs"),
     ]
@@ -141,5 +141,5 @@ def test_a_merge_names_the_note_that_both_rewrote() -> None:
         SetAnnotationText(automaton=1, annotation=1, text=text).apply(base) for text in ("mine", "theirs")
     )
     merged = merge_documents(base, mine, theirs)
-    assert annotations(merged.document)[0].text.text == "mine"
+    assert notes_of(merged.document)[0].text.text == "mine"
     assert merged.conflicts == ("note “mine” (text): yours stays",)

@@ -1,0 +1,98 @@
+"""Notes and frames on the editor's canvas, with mouse and keys, and the page of those who look on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, saved
+
+
+@pytest.fixture
+def path(behaviors: Path) -> Path:
+    return behaviors / "dance_and_follow.xml"
+
+
+def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, root: Path) -> None:
+    page = shown.page
+    shown.press("n", "Enter")
+    page.keyboard.type("Why it waits\nfor a while")
+    shown.press("Escape")
+    note = page.get_by_role("button", name="Note: Why it waits for a while")
+    expect(note).to_have_attribute("aria-pressed", "true")
+    expect(note).to_be_focused()
+    shown.press("Shift+ArrowRight")
+    expect(page.locator(".last-step")).to_contain_text("Resize the note")
+    document = saved(shown, root / "dance_and_follow.xml")
+    assert document.root is not None
+    (written,) = document.root.annotations
+    assert (written.text.text, written.width) == ("Why it waits\nfor a while", 220.0)
+    shown.press("Delete")
+    expect(note).to_have_count(0)
+    shown.press("Control+z")
+    expect(note).to_have_count(1)
+
+
+def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:
+    page = shown.page
+    inside, outside = shown.middle_of("followBall"), shown.middle_of("dance")
+    page.mouse.click(*inside)
+    shown.press("Control+Shift+g")
+    page.keyboard.type("begin")
+    shown.press("Enter")
+    frame = page.get_by_role("button", name="Frame begin")
+    expect(frame).to_have_attribute("aria-pressed", "true")
+    box = frame.locator(".bar").bounding_box()
+    assert box is not None
+    start = box["x"] + 30, box["y"] + 12
+    shown.drag(start, (start[0] + 40, start[1] + 60))
+    expect(page.locator(".last-step")).to_have_text("Move the frame “begin”")
+    shown.expect_at("followBall", (inside[0] + 40, inside[1] + 60))
+    shown.expect_at("dance", outside)
+    shown.press("Delete")
+    shown.expect_states("followBall", "dance")
+
+
+def test_who_looks_on_sees_changes_and_makes_none(shown: EditorPage, browser: Browser) -> None:
+    page = shown.page
+    shown.press("Control+k")
+    page.keyboard.type("Share to look")
+    shown.press("Enter")
+    address = page.locator(".shared-address").input_value()
+    shown.press("Escape")
+    with browser.new_context() as context:
+        viewer = context.new_page()
+        viewer.goto(address)
+        expect(viewer.get_by_text("You look on")).to_be_visible()
+        expect(viewer.locator("hfsm-canvas [data-key=s1]")).to_be_visible()
+        expect(viewer.get_by_role("button", name="STOP")).to_be_enabled()
+        viewer.locator("hfsm-canvas [data-key=s1]").click()
+        viewer.keyboard.press("Delete")
+        viewer.keyboard.press("n")
+        shown.press("n", "Enter")
+        page.keyboard.type("live")
+        shown.press("Escape")
+        expect(viewer.get_by_role("button", name="Note: live")).to_be_visible()
+        expect(viewer.locator("hfsm-canvas .state")).to_have_count(2)
+        expect(viewer.locator("hfsm-canvas .annotation")).to_have_count(1)
+
+
+def test_the_exported_page_shows_all_automata_without_a_server(shown: EditorPage, browser: Browser, tmp_path: Path) -> None:  # fmt: skip
+    shown.press("Control+e")
+    with shown.page.expect_download() as download:
+        shown.page.get_by_role("button", name="The drawing as a page").click()
+    file = tmp_path / "drawing.html"
+    download.value.save_as(file)
+    with browser.new_context(offline=True) as context:
+        page = context.new_page()
+        failures: list[str] = []
+        page.on("pageerror", lambda error: failures.append(str(error)))
+        page.goto(file.as_uri())
+        page.locator("hfsm-canvas [data-key=s2]").dblclick()
+        page.locator("hfsm-canvas [data-key=s1]").click()
+        expect(page.locator("hfsm-selected-code")).to_contain_text("arm_there")
+        page.get_by_role("button", name="To the automaton above").click()
+        expect(page.locator("hfsm-canvas .state")).to_have_count(2)
+        assert failures == []
