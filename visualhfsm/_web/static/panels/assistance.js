@@ -7,10 +7,8 @@
  */
 
 import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linter, showTooltip} from "codemirror";
-import {apply} from "../commands.js";
 import {store} from "../store.js";
-import {t} from "../texts.js";
-import {declare, loadIdentities, typeOf} from "./known-interfaces.js";
+import {fixesFor, learnFixes} from "./fixes.js";
 import {problemsAt} from "./places.js";
 
 /**
@@ -18,11 +16,6 @@ import {problemsAt} from "./places.js";
  *   they are those of the text that is shown
  */
 
-/** The problem of an attribute of `self` that nothing declares. */
-const UNKNOWN_ATTRIBUTE = "W524";
-/** The problems of a variable that an automaton above has: code reads it, or assigns it. */
-const READ_ABOVE = "W535";
-const ASSIGNED_ABOVE = "W542";
 const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
@@ -123,7 +116,7 @@ class Help {
     /** @type {Map<string, Problem>} */
     const marks = new Map();
     for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
-    if ([...marks.values()].some(({code}) => code === UNKNOWN_ATTRIBUTE)) await loadIdentities();
+    await learnFixes([...marks.values()]);
     const {automaton = 0} = this.place;
     return [...marks.values()].map((each) => asMark(doc, each, automaton)).sort((one, other) => one.from - other.from);
   }
@@ -168,26 +161,6 @@ function asMark(doc, problem, automaton) {
   const name = doc.sliceString(from, to);
   const actions = fixesFor(problem, name, automaton);
   return {from, to, severity: severity === "note" ? "info" : severity, message, actions};
-}
-
-/**
- * The fixes of a problem with a name, each of which a click applies.
- *
- * @param {Problem} problem
- * @param {string} name
- * @param {number} automaton
- * @returns {NonNullable<Diagnostic["actions"]>}
- */
-function fixesFor({code}, name, automaton) {
-  const type = code === UNKNOWN_ATTRIBUTE ? typeOf(name) : undefined;
-  if (type) return [{name: t("Declare {name} ({type})", {name, type}), apply: () => void declare(name, type)}];
-  const about = {automaton, name};
-  const shared = {name: t("Write self.{name} in both", {name}), apply: () => void apply("shareVariable", about)};
-  if (code === READ_ABOVE)
-    return [{name: t("Pass {name} as an input", {name}), apply: () => void apply("passVariable", about)}, shared];
-  if (code === ASSIGNED_ABOVE)
-    return [{name: t("Hand {name} up as an output", {name}), apply: () => void apply("handUpVariable", about)}, shared];
-  return [];
 }
 
 /**

@@ -11,6 +11,7 @@ import {PageElement} from "../element.js";
 import {page} from "../page.js";
 import {countOf, FAILED, SEVERITIES} from "../problems.js";
 import {n, t} from "../texts.js";
+import {fixesOf, learnFixes} from "./fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "./marks.js";
 import {placeOf, wordsFor} from "./places.js";
@@ -63,6 +64,7 @@ class Problems extends PageElement {
   }
 
   updated() {
+    if (page.document) this.#learn(page.document.problems);
     if (this.#isWaiting && this.contains(document.activeElement)) this.focusFirst();
   }
 
@@ -123,6 +125,9 @@ class Problems extends PageElement {
         ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
         <span class="where">${words.filter(Boolean).join(" › ")}</span>
       </button>
+      ${fixesOf(document, problem).map(
+        ({name, apply}) => html`<button type="button" class="play fix" @click=${apply}>${name}</button>`,
+      )}
       ${
         notes.length
           ? html`<ul class="notes">
@@ -142,6 +147,16 @@ class Problems extends PageElement {
           : nothing
       }
     </li>`;
+  }
+
+  /** The problems for whose fixes everything is known. @type {Problem[] | undefined} */
+  #learnt = undefined;
+
+  /** @param {Problem[]} problems */
+  async #learn(problems) {
+    if (problems === this.#learnt) return;
+    this.#learnt = problems;
+    if (await learnFixes(problems)) this.requestUpdate();
   }
 
   /** @param {string} severity */
