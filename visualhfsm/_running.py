@@ -305,9 +305,17 @@ class _Run:
     def _report_failures(self, found: Iterable[Failure]) -> None:
         origins = self._generated.origins if self._generated else None
         for each in found:
-            place, line = each.origin
+            place, line, file, file_line = each.origin
             texts = origins.texts(place) if origins else ()
-            self._publish(Failed(tab=self._tab, place=place, line=line, message=each.message, texts=texts))
+            failed = Failed(
+                tab=self._tab,
+                place=place,
+                line=line or file_line,
+                message=each.message,
+                texts=texts,
+                file=file,
+            )
+            self._publish(failed)
 
     def _take(self, written: Lines) -> None:
         lines = [self._line(stream, text) for stream, text in written.lines]

@@ -63,6 +63,8 @@ class Failed:
     line: int
     message: Message
     texts: tuple[str, ...]
+    file: str = ""
+    """The file of imported code, of which `line` is one; the place is the state below which it runs."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -148,3 +148,29 @@ def test_the_list_of_problems_offers_the_fixes_of_the_code(shown: EditorPage) ->
     expect(problems.get_by_text("each automaton has its own")).to_have_count(0)
     shown.press("Control+z")
     row.get_by_role("button", name="Write self.count in both").wait_for()
+
+
+IMPORTING = DOCUMENT.replace('<trans type="time">240000', '<trans type="time">24000000')
+IMPORTING = IMPORTING[: IMPORTING.index('<SubAutomata id="2"')] + (
+    '<SubAutomata id="2" idFather="1"><import>parts/look.xml</import></SubAutomata></VisualHFSM>'
+)
+IMPORTED = """<VisualHFSM><SubAutomata id="1" idFather="0"><state id="1" initial="true"><posx>9</posx><posy>9</posy>
+<name>look</name><code>pass
+1 / 0</code></state></SubAutomata></VisualHFSM>"""
+
+
+@pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
+def test_an_error_in_an_imported_automaton_marks_its_state_and_leads_to_its_file(
+    shown: EditorPage, tmp_path: Path
+) -> None:
+    page = shown.page
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "look.xml").write_text(IMPORTED)
+    shown.press("F5")
+    expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
+    shown.press("Control+m")
+    problem = page.get_by_role("list", name="Problems").get_by_role("button", name="ZeroDivisionError")
+    expect(problem).to_contain_text(re.compile("division by zero.*look.xml › line 3", re.DOTALL))
+    problem.click()
+    expect(page.get_by_role("tab", name="look", selected=True)).to_be_visible()
+    expect(page.get_by_role("textbox", name="Code of the state look")).to_be_focused()

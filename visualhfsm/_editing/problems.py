@@ -59,8 +59,9 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     """One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`.
 
     Line, column and length are those in the text at the place; both count from 1, line 0 means the element as
-    a whole. Without a place it is about the document; `file` and `line` then name another file if it is about
-    that. A violated property has a `counterexample`.
+    a whole. Without a place it is about the document. `file` and `line` name another file if it is about
+    that; its place is the state below which the automaton of that file runs, if there is one. A violated
+    property has a `counterexample`.
     """
 
     code: str

@@ -220,6 +220,15 @@ class Tab:
 
 def _problem(failed: Failed) -> Problem:
     """Return a failure as a problem, of the whole line."""
+    if failed.file:
+        return Problem(
+            code=FAILED,
+            severity=Severity.ERROR,
+            message=failed.message,
+            place=failed.place,
+            line=failed.line,
+            file=failed.file,
+        )
     lines = failed.texts[0].split("\n") if failed.line and failed.texts else []
     written = lines[failed.line - 1] if failed.line <= len(lines) and failed.line else ""
     return Problem(

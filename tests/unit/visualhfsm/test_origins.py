@@ -158,3 +158,25 @@ def test_pieces_that_share_a_line_are_distinguished(tmp_path: Path) -> None:
     reported = origins.find("walk.py:9 (walk.xml:1)", automaton=2, state=1)
     assert reported is not None
     assert reported.place == automaton(2, "state", 1, "code")
+
+
+def test_imported_code_is_led_back_to_the_state_that_owns_it_and_to_its_file(tmp_path: Path) -> None:
+    (tmp_path / "parts.xml").write_text(TEXT, encoding="utf-8")
+    path = tmp_path / "above.xml"
+    imported = '<SubAutomata id="2" idFather="1"><import>parts.xml</import></SubAutomata>'
+    text = document(sub(1, 0, state(1, "top", initial=True, child=2))).replace(
+        "</SubAutomata>", f"</SubAutomata>{imported}", 1
+    )
+    path.write_text(text, encoding="utf-8")
+    component = generate_component(path, None, Diagnostics())
+    assert component is not None
+    origins = read_origins(path, component)
+    assert origins is not None
+    number = line_of("raise ValueError", component.read_text())
+    line = line_of("raise ValueError", TEXT)
+    expected = Origin(Place(kind="state", automaton=1, id=1), 0, "parts.xml", line)
+    assert origins.find(f'  File "{component}", line {number}, in run_go') == expected
+    assert (
+        origins.find(f"ERROR above: go: ValueError: 1 at {component.name}:{number} (parts.xml:{line})")
+        == expected
+    )

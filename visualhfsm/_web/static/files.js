@@ -77,6 +77,14 @@ export async function openFile() {
   if (path) await openPath(path);
 }
 
+/** Open the file of an import of the shown document, at one of its lines. @param {string} file @param {number} line */
+export async function openImport(file, line) {
+  await openPath((page.tabState?.path ?? "").replace(/[^/]*$/, "") + file);
+  const text = `(${file.replace(/^.*\//, "")}:${line})`;
+  const found = await store.request("locate", {tab: page.tab, text}).catch(() => null);
+  if (found) page.jump(found.place, {line: found.line});
+}
+
 /** Whether all states of an automaton have the same position. @param {import("./protocol.js").Automaton} automaton */
 const isHeaped = ({imported, states}) =>
   !imported && states.length > 1 && states.every(({x, y}) => x === states[0].x && y === states[0].y);

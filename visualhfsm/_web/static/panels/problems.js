@@ -168,7 +168,9 @@ class Problems extends PageElement {
   /** @param {Problem} problem @param {Place} place */
   #go(problem, place) {
     page.jump(place, problem.file ? {} : {line: problem.line || 1, column: problem.column || 1});
-    if (place.id !== undefined && !place.part) page.dispatchEvent(new Event("focus-canvas"));
+    const file = problem.file && importOf(place, problem.file);
+    if (file) import("../files.js").then(({openImport}) => openImport(file, problem.line ?? 0));
+    else if (place.id !== undefined && !place.part) page.dispatchEvent(new Event("focus-canvas"));
   }
 
   /** @param {Played | null} played @param {Step[]} steps */
@@ -181,5 +183,13 @@ class Problems extends PageElement {
 
 /** The key of a problem, which stays the same when the checks run again. @param {Problem} problem */
 const keyOf = (problem) => `${problem.code} ${JSON.stringify(placeOf(problem))} ${problem.line} ${problem.message}`;
+
+/** The path of a file that a state imports, by its name. @param {Place} place @param {string} name */
+function importOf({automaton = 0, id}, name) {
+  const {automata} = page.shownDocument;
+  const {children = []} = automata.get(automaton)?.states.find((each) => each.id === id) ?? {};
+  const files = children.map((child) => automata.get(child)?.imported?.file ?? "");
+  return files.find((file) => file === name || file.endsWith(`/${name}`));
+}
 
 customElements.define("hfsm-problems", Problems);
