@@ -28,7 +28,9 @@ WORDS: Final = """(known) => {
       const words = rest.match(/\\p{L}{2,}/gu) ?? [];
       if (words.some((word) => !known.includes(word))) found.push(`${element.localName}.${element.getAttribute("class")}: ${rest}`);
     };
-    for (const element of document.body.querySelectorAll("*")) {
+    const inside = (root) =>
+      [...root.querySelectorAll("*")].flatMap((each) => [each, ...(each.shadowRoot ? inside(each.shadowRoot) : [])]);
+    for (const element of inside(document.body)) {
       if (element.closest("script, style") || !element.checkVisibility()) continue;
       for (const name of attributes) if (element.hasAttribute(name)) note(element, element.getAttribute(name));
       if (element.closest(others)) continue;
