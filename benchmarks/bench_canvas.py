@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
-from benchmarks.bench_editor import _MODULE, ROOT, grid, server
+from benchmarks.bench_editor import MODULE, ROOT, grid, server
 from tests.support.browser import FLAGS, NO_CHROMIUM, chromium_path
 
 SECONDS: Final = 2.5
@@ -147,7 +147,7 @@ def measure(page: Page, gestures: list[str]) -> dict[str, float]:
     """Open the document, and make each gesture on it, far and near."""
     page.get_by_role("button", name="Open a document").wait_for()
     found: dict[str, float] = page.evaluate(
-        f"""async () => {{ {_MODULE}
+        f"""async () => {{ {MODULE}
             const {{openPath}} = await module('files');
             const {{page}} = await module('page');
             const drawn = async () => {{

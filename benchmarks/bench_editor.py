@@ -57,7 +57,7 @@ const look = () => {
 };
 requestAnimationFrame(look);
 """
-_MODULE: Final = """
+MODULE: Final = """
 const module = (name) => import([...document.querySelectorAll('link[rel=modulepreload]')]
     .find((link) => link.href.endsWith('/commands.js')).href.replace('/commands.js', `/${name}.js`));
 const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
@@ -146,7 +146,7 @@ def measure_drawing(page: Page) -> dict[str, float]:
     page.wait_for_selector(".state")
     page.wait_for_timeout(2000)  # until the first checks have finished
     times: list[tuple[float, float]] = page.evaluate(
-        f"""async () => {{ {_MODULE}
+        f"""async () => {{ {MODULE}
             const {{apply}} = await module('commands');
             const circles = document.querySelector('.circles');
             const times = [];
@@ -229,11 +229,12 @@ def measure_opening(page: Page, states: int) -> dict[str, float]:
     """Return the time from the request for a large document until it is drawn."""
     page.get_by_role("button", name="Open a document").wait_for()
     duration: float = page.evaluate(
-        f"""async () => {{ {_MODULE}
+        f"""async () => {{ {MODULE}
             const {{openPath}} = await module('files');
             const began = performance.now();
             await openPath('large.xml');
-            while (document.querySelectorAll('.state').length < {states}) await painted();
+            const {{drawing}} = document.querySelector('hfsm-canvas');
+            while (drawing.states.size < {states} || !document.querySelector('.state')) await painted();
             await painted();
             return performance.now() - began;
         }}"""
