@@ -1,4 +1,4 @@
-"""Notes and frames on the editor's canvas, with mouse and keys, and the page of those who look on."""
+"""Notes and frames on the editor's canvas, with mouse and keys, and the page of viewers."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_who_looks_on_sees_changes_and_makes_none(shown: EditorPage, browser: Br
         viewer.goto(address)
         expect(viewer.get_by_text("You look on")).to_be_visible()
         expect(viewer.locator("hfsm-canvas [data-key=s1]")).to_be_visible()
-        expect(viewer.get_by_role("button", name="STOP")).to_be_enabled()
+        expect(viewer.get_by_role("button", name="STOP the robot")).to_be_enabled()
         viewer.locator("hfsm-canvas [data-key=s1]").click()
         viewer.keyboard.press("Delete")
         viewer.keyboard.press("n")

@@ -1,4 +1,4 @@
-"""The read-only address: whoever has it sees every change, and can change nothing, whatever it sends."""
+"""The read-only address: its viewers see every change, and can change nothing, whatever they send."""
 
 from __future__ import annotations
 

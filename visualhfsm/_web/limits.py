@@ -18,7 +18,7 @@ class Limits:
     """Connections at a time, websockets included; the requests of further ones get the status 503."""
 
     viewers: int = 64
-    """Websockets of those who look on at a time; the others are for the editor and its STOP."""
+    """Websockets of viewers at a time; the others are for the editor and its STOP."""
 
     concurrent_operations: int = 16
     """Requests of one connection that are under way at a time; help with code and stops are counted apart."""

@@ -159,7 +159,7 @@ class Server:
         return f"http://{LOOPBACK}:{self.port}{self._site.path}?token={self.credentials.new_token(used)}"
 
     def _share(self, shared: bool) -> str:
-        """Return the address for those who look on, relative to the page; or withdraw it, and return none."""
+        """Return the address for viewers, relative to the page; or withdraw it, and return none."""
         viewers = self.credentials.viewers
         if not shared:
             viewers.withdraw()

@@ -1,4 +1,4 @@
-"""The read-only address of the page: whoever has it looks on, and can change nothing but stop.
+"""The read-only address of the page: its viewers look on, and can do nothing but stop.
 
 It is below `VIEW`, where another cookie counts than for the editor. Any number of browsers may use it, until
 it is withdrawn. What a viewer may ask for is decided here, by the type of the request, and not by the page.
@@ -21,7 +21,7 @@ _MAY_ASK: Final[frozenset[type[p.Request]]] = frozenset(
 )
 """Requests that only read what a viewer is shown anyway."""
 _MAY_CONTROL: Final = frozenset({p.EMERGENCY_STOP, "at", "body", "facts", "picture", "series", "timeline"})
-"""Actions of `Control` that read, and the stop: whatever moves can be stopped by whoever sees it."""
+"""Actions of `Control` that read, and the stop: all who see what moves can stop it."""
 
 
 def may_view(request: p.Request) -> bool:

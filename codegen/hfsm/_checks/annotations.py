@@ -12,8 +12,7 @@ from .report import Report
 
 __all__ = ["check_annotations"]
 
-_LARGEST: Final = 1e6
-"""Pixels: no canvas is larger."""
+_LARGEST: Final = 1e6  # pixels: no canvas is larger
 
 
 def check_annotations(automaton: Automaton, report: Report) -> None:

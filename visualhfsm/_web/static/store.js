@@ -104,7 +104,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    */
   exported = undefined;
 
-  /** Whether a document is not changed: that of a recording, or any by those who look on. @param {number} tab */
+  /** Whether a document is not changed: that of a recording, or any for viewers. @param {number} tab */
   isRecorded = (tab) => viewing.on || this.workspace.tabs.some((each) => each.tab === tab && each.recording);
 
   /** @type {WebSocket | undefined} */

@@ -4,7 +4,7 @@
  * @import {Action} from "./registry.js"
  */
 
-/** What those who look on can do, besides STOP, which is no action of this kind. */
+/** What viewers can do, besides STOP, which is no action of this kind. */
 const ALLOWED = new Set([
   ..."select edit editCode editEntry editExit selectAll cancel up fit fitSelection zoomIn zoomOut wheelZooms".split(
     " ",
@@ -17,5 +17,5 @@ const ALLOWED = new Set([
 /** Set when the server has greeted. */
 export const viewing = {on: false};
 
-/** Whether an action is for those who may change something, and this page may not. @param {Action} action */
+/** Whether an action changes something, and this page may not. @param {Action} action */
 export const isForbidden = ({id}) => viewing.on && !ALLOWED.has(id) && !id.startsWith("language");

@@ -1,4 +1,4 @@
-"""What those who look on may ask for: a request that is not named here is refused, as a new one is."""
+"""What viewers may ask for: a request that is not named here is refused, as a new one is."""
 
 from __future__ import annotations
 

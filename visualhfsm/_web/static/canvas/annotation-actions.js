@@ -6,6 +6,7 @@
  */
 
 import {applyHere} from "../commands.js";
+import {holdKeys} from "../holding.js";
 import {page} from "../page.js";
 import {t} from "../texts.js";
 import {colorOf, COLORS} from "./areas.js";
@@ -52,8 +53,8 @@ export const annotationActions = [
     icon: "note",
     keys: ["N"],
     enabled: drawable,
-    run: async ({canvas}) => canvas.useTool((await editing()).NoteTool),
-    hint: t("write why, for those who read this"),
+    run: ({canvas}) => holdKeys(async () => canvas.useTool((await editing()).NoteTool)),
+    hint: t("write why it is so"),
     help: t("New note"),
   },
   {
@@ -62,11 +63,12 @@ export const annotationActions = [
     icon: "frame",
     keys: ["Ctrl+Shift+G"],
     enabled: drawable,
-    run: async ({canvas}) => {
-      const {FrameTool, frameSelection} = await editing();
-      if (page.states.size + page.annotations.size) await frameSelection(canvas);
-      else canvas.useTool(FrameTool);
-    },
+    run: ({canvas}) =>
+      holdKeys(async () => {
+        const {FrameTool, frameSelection} = await editing();
+        if (page.states.size + page.annotations.size) await frameSelection(canvas);
+        else canvas.useTool(FrameTool);
+      }),
     hint: t("group the selected states below a title; they move together"),
     help: t("New frame around the selection: its states move together"),
   },

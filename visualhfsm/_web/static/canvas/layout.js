@@ -79,7 +79,7 @@ function placement(automaton) {
 
 /**
  * Places of notes and frames: each moves with the state that it was nearest to, by its middle. A frame so stays with
- * one of its states; which states it holds is decided anew.
+ * one of its states; which states it holds is decided again.
  *
  * @param {Automaton} automaton
  * @param {Placed[]} placed

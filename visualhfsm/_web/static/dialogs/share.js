@@ -1,4 +1,4 @@
-/** The address for those who look on: they see every change and run, and can change nothing. */
+/** The address for viewers: they see every change and run, and can change nothing. */
 
 import {html} from "lit";
 
@@ -17,7 +17,7 @@ export async function showShare() {
     content: () => html`
       <p>
         ${t(
-          "Whoever opens this address sees every change and run here, live, and can change nothing; only STOP works. It leads to this machine: others reach it through a tunnel or a proxy.",
+          "All who open this address see every change and run here, live, and can change nothing; only STOP works. It leads to this machine: others reach it through a tunnel or a proxy.",
         )}
       </p>
       <p><input class="mono shared-address" readonly autofocus aria-label=${t("Address")} .value=${address} /></p>
