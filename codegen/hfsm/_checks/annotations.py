@@ -12,7 +12,7 @@ from .report import Report
 
 __all__ = ["check_annotations"]
 
-_LARGEST: Final = 1e6  # pixels: no canvas is larger
+_LARGEST_ANNOTATION: Final = 1e6  # pixels: no canvas is larger
 
 
 def check_annotations(automaton: Automaton, report: Report) -> None:
@@ -23,14 +23,14 @@ def check_annotations(automaton: Automaton, report: Report) -> None:
         if color:
             _check_word("color", color, ANNOTATION_COLORS, each, report)
         for name, size in (("width", each.width), ("height", each.height)):
-            if not SMALLEST_ANNOTATION <= size <= _LARGEST:
+            if not SMALLEST_ANNOTATION <= size <= _LARGEST_ANNOTATION:
                 message = Message(
                     "the {attribute} of annotation {id} must be from {smallest:.0f} to {largest:.0f} pixels, "
                     "not {size:g}: it is drawn as large as the nearest of these",
                     attribute=name,
                     id=each.id,
                     smallest=SMALLEST_ANNOTATION,
-                    largest=_LARGEST,
+                    largest=_LARGEST_ANNOTATION,
                     size=size,
                 )
                 report.warning(Code.BAD_ANNOTATION, message, each)

@@ -133,7 +133,7 @@ def test_a_property_that_holds_is_reported(tmp_path: Path) -> None:
 
 def test_the_page_has_the_same_assumptions_of_a_proof() -> None:
     script = (ROOT / "visualhfsm/_web/static/panels/verdicts.js").read_text(encoding="utf-8")
-    (literals,) = re.findall(r"ASSUMPTIONS =\n((?: +\"[^\"]*\"[ +;]*\n)+)", script)
+    (literals,) = re.findall(r"ASSUMPTIONS = t\(\n((?: +\"[^\"]*\"[ +,]*\n)+)", script)
     assert "".join(re.findall(r'"([^"]*)"', literals)) == ASSUMPTIONS
 
 

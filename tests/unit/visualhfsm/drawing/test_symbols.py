@@ -9,7 +9,7 @@ from visualhfsm._drawing import arcs, labels, symbols, text
 from visualhfsm._editing import geometry
 from visualhfsm._html_file import STATIC
 
-_GLYPH: Final = re.compile(r'(\w+) ?[:=] \{path: "([^"]+)", word: "[^"]+"(?:, filled: (true|false))?\}')
+_GLYPH: Final = re.compile(r'(\w+) ?[:=] \{path: "([^"]+)", word: t\("[^"]+"\)(?:, filled: (true|false))?\}')
 _NUMBER: Final = re.compile(r"^(?:export )?const ([A-Z_]+) = ([\d.]+);", re.MULTILINE)
 
 
