@@ -18,7 +18,8 @@ def path(behaviors: Path) -> Path:
 def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, root: Path) -> None:
     page = shown.page
     shown.press("n", "Enter")
-    page.keyboard.type("Why it waits\nfor a while")
+    page.keyboard.type("Why it waits\nfor a while")  # as fast as this, before the field is there
+    expect(page.get_by_role("textbox", name="Text of the note")).to_have_value("Why it waits\nfor a while")
     shown.press("Escape")
     note = page.get_by_role("button", name="Note: Why it waits for a while")
     expect(note).to_have_attribute("aria-pressed", "true")
@@ -41,6 +42,7 @@ def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:
     page.mouse.click(*inside)
     shown.press("Control+Shift+g")
     page.keyboard.type("begin")
+    expect(page.get_by_role("textbox", name="Title of the frame")).to_have_value("begin")
     shown.press("Enter")
     frame = page.get_by_role("button", name="Frame begin")
     expect(frame).to_have_attribute("aria-pressed", "true")
@@ -73,6 +75,7 @@ def test_who_looks_on_sees_changes_and_makes_none(shown: EditorPage, browser: Br
         viewer.keyboard.press("n")
         shown.press("n", "Enter")
         page.keyboard.type("live")
+        expect(page.get_by_role("textbox", name="Text of the note")).to_have_value("live")
         shown.press("Escape")
         expect(viewer.get_by_role("button", name="Note: live")).to_be_visible()
         expect(viewer.locator("hfsm-canvas .state")).to_have_count(2)

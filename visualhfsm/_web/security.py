@@ -326,7 +326,7 @@ class Guard:
 
 
 def _is_view(scope: Scope) -> bool:
-    """Whether a request is for the page of viewers; it changes nothing, even with the cookie of the editor."""
+    """Whether a request is for the page of viewers, which changes nothing, even for the editor itself."""
     path: str = scope["path"]
     return path.startswith(VIEW)
 

@@ -67,13 +67,21 @@ function press(keys) {
     if ("insert" in target && typeof target.insert === "function") {
       target.insert(key === "Enter" ? "\n" : key);
     } else if (key.length === 1 && takesText(target)) {
-      const {selectionStart, selectionEnd, value} = target;
-      target.setRangeText(key, selectionStart ?? value.length, selectionEnd ?? value.length, "end");
-      target.dispatchEvent(new Event("input", {bubbles: true}));
+      write(target, key);
     } else {
-      target.dispatchEvent(new KeyboardEvent("keydown", {key, shiftKey, bubbles: true, cancelable: true}));
+      const goesOn = target.dispatchEvent(
+        new KeyboardEvent("keydown", {key, shiftKey, bubbles: true, cancelable: true}),
+      );
+      if (goesOn && key === "Enter" && target instanceof HTMLTextAreaElement) write(target, "\n");
     }
   }
+}
+
+/** @param {HTMLInputElement | HTMLTextAreaElement} field @param {string} text */
+function write(field, text) {
+  const {selectionStart, selectionEnd, value} = field;
+  field.setRangeText(text, selectionStart ?? value.length, selectionEnd ?? value.length, "end");
+  field.dispatchEvent(new Event("input", {bubbles: true}));
 }
 
 /** @param {Element} element @returns {element is HTMLInputElement | HTMLTextAreaElement} */
