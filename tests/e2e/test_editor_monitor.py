@@ -178,7 +178,7 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     expect_current(shown, "go")  # through `many`
 
     shown.press("Alt+o")
-    output = shown.page.locator("hfsm-output").get_by_role("status")
+    output = shown.page.locator("hfsm-output .list-tools > span").first
     expect(output).to_have_text("Running")
     shown.press("F8")
     expect(output).to_have_text("Paused")
@@ -199,7 +199,7 @@ def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(
             shown.page.wait_for_timeout(20)
         waiting[0].continue_()
         output = shown.page.locator("hfsm-output")
-        expect(output.get_by_role("status")).to_have_text("Running")
+        expect(output.locator(".list-tools > span").first).to_have_text("Running")
         expect(output.locator(".line")).to_have_count(0)
 
 
