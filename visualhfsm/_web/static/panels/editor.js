@@ -55,8 +55,8 @@ const refuseTooLong = EditorState.changeFilter.of(
     !isTooLong(change.changes.newLength),
 );
 
-/** The page handles Ctrl+M; Escape leaves the editor, so that no key to release Tab is needed. */
-const standardKeys = defaultKeymap.filter(({key}) => key !== "Ctrl-m");
+/** The page handles Alt+L and Ctrl+M; Escape leaves the editor, so that no key to release Tab is needed. */
+const standardKeys = defaultKeymap.filter(({key}) => key !== "Alt-l" && key !== "Ctrl-m");
 
 /**
  * Cancel completion that is not visible yet. Escape then continues, since users would not notice its effect.
