@@ -480,11 +480,38 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         window.ask("do", tab=1, command=ADD_STATE)
         undoing = window.send("undo", tab=1)
         steering = window.send("control", component="", action="pause")
+        waiting = [window.send("hello") for _ in range(100)]
         assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
         assert not window.answers
         gate.set()
         assert window.answer(undoing)["name"] == "Add a state"
         assert window.answer(steering) == "pause"
+        assert all(window.answer(each) for each in waiting)
+
+
+def test_requests_that_wait_do_not_fill_the_memory(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    began, gate = threading.Event(), threading.Event()
+    undo = DocumentSession.undo
+
+    def slow(session: DocumentSession) -> Change:
+        began.set()
+        gate.wait(FOREVER)
+        return undo(session)
+
+    monkeypatch.setattr(DocumentSession, "undo", slow)
+    with editor(root, limits=Limits(waiting_bytes=5000)) as running, running.window() as window:
+        window.ask("open", path="robot.xml")
+        window.ask("do", tab=1, command=ADD_STATE)
+        undoing = window.send("undo", tab=1)
+        assert began.wait(FOREVER)
+        waiting = [window.send("hello") for _ in range(4)]
+        with pytest.raises(Refused, match="waiting") as refused:
+            window.ask("hello")
+        assert refused.value.kind == "busy"
+        gate.set()
+        assert window.answer(undoing)["name"] == "Add a state"
+        assert all(window.answer(each)["root"] for each in waiting)
+        assert window.ask("hello")
 
 
 def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of_a_process(

@@ -27,6 +27,8 @@ from .window import Window
 from .workspace import Workspace
 
 _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
+_REQUEST_SIZE: Final = 1000
+"""Bytes that a request takes besides its text, more or less."""
 
 _logger = logging.getLogger(__name__)
 
@@ -73,8 +75,10 @@ class _Connection:
         self._workspace = workspace
         self._limits = workspace.limits
         self._under_way: dict[Lane, set[asyncio.Task[None]]] = defaultdict(set)
-        self._requests: asyncio.Queue[p.Request] = asyncio.Queue(self._limits.concurrent_operations)
-        """Requests that were read, in their order; when it is full, no more are read."""
+        self._requests: asyncio.Queue[tuple[p.Request, int]] = asyncio.Queue()
+        """Requests that wait for earlier ones, in their order, and the size of each."""
+        self._waiting = 0
+        """Their size together."""
 
     async def close(self) -> None:
         """Cancel all requests under way."""
@@ -108,12 +112,21 @@ class _Connection:
                 case Lane.STOP:
                     self._begin(request, Lane.STOP)
                 case _:
-                    await self._requests.put(request)
+                    self._put(request, len(text) + _REQUEST_SIZE)
+
+    def _put(self, request: p.Request, size: int) -> None:
+        """Let a request wait for its turn. Reading never waits, since a stop may come next."""
+        if self._waiting + size > self._limits.waiting_bytes:
+            self._refuse(request.id, Message("too many requests are waiting"), "busy")
+            return
+        self._waiting += size
+        self._requests.put_nowait((request, size))
 
     async def work(self) -> None:
         """Execute the requests that were read, or begin to, in their order."""
         while True:
-            request = await self._requests.get()
+            request, size = await self._requests.get()
+            self._waiting -= size
             lane = lane_of(request)
             if lane is Lane.IN_ORDER:
                 await self._answer(request)

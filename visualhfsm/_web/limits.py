@@ -23,6 +23,9 @@ class Limits:
     concurrent_operations: int = 16
     """Requests of one connection that are under way at a time; help with code and stops are counted apart."""
 
+    waiting_bytes: int = 16 * 1024 * 1024
+    """Size of the requests of one connection that wait for earlier ones; further ones are refused."""
+
     tabs: int = 32
     """Documents open at a time."""
 
