@@ -57,6 +57,37 @@ def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:
     shown.expect_states("followBall", "dance")
 
 
+def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPage, root: Path) -> None:
+    page = shown.page
+    page.mouse.click(*shown.middle_of("followBall"))
+    shown.press("Control+Shift+g")
+    page.keyboard.type("begin")
+    expect(page.get_by_role("textbox", name="Title of the frame")).to_have_value("begin")
+    shown.press("Enter")
+    expect(page.get_by_role("button", name="Frame begin")).to_be_focused()
+    shown.press("n", "Enter")
+    page.keyboard.type("why")
+    expect(page.get_by_role("textbox", name="Text of the note")).to_have_value("why")
+    shown.press("Escape")
+    expect(page.get_by_role("button", name="Note: why")).to_be_focused()
+    shown.press("Control+k")
+    page.keyboard.type("Arrange")
+    shown.press("Enter")
+    expect(page.locator(".last-step")).to_have_text("Arrange")
+    document = saved(shown, root / "dance_and_follow.xml")
+    assert document.root is not None
+    frame, note = document.root.annotations
+    inside = {
+        state.name
+        for state in document.root.states
+        if 0 < state.x - frame.x < frame.width and 0 < state.y - frame.y < frame.height
+    }
+    assert inside == {"followBall"}
+    for state in document.root.states:
+        dx, dy = state.x - note.x, state.y - note.y
+        assert not (-50 < dx < note.width + 50 and -50 < dy < note.height + 50), state.name
+
+
 def test_who_looks_on_sees_changes_and_makes_none(shown: EditorPage, browser: Browser) -> None:
     page = shown.page
     shown.press("Control+k")

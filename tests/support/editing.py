@@ -201,7 +201,7 @@ def _value(
             return {random.choice(names): random.choice(TEXTS)}
         case "placements":
             places = [(state, random.uniform(-9, 9), random.uniform(-9, 9)) for state in states]
-            notes = [(annotation.id, 5.0, -7.5) for annotation in automaton.annotations]
+            notes = [(annotation.id, 5.0, -7.5, 120.0, 3.5) for annotation in automaton.annotations]
             return [{"automaton": automaton.id, "states": places, "annotations": notes}]
     return random.choice(TEXTS)
 

@@ -12,7 +12,16 @@ from dataclasses import replace
 from itertools import count
 from typing import Any, Final, TypeVar
 
-from codegen.hfsm.document import Annotation, Automaton, Document, Node, State, Text, Transition
+from codegen.hfsm.document import (
+    SMALLEST_ANNOTATION,
+    Annotation,
+    Automaton,
+    Document,
+    Node,
+    State,
+    Text,
+    Transition,
+)
 from codegen.hfsm.formats.native import MAX_ID
 from codegen.hfsm.formats.writer import UNWRITABLE
 from codegen.messages import Message
@@ -68,6 +77,11 @@ def coordinate(value: float) -> float:
         )
         raise EditError(Message("Cannot move that far"), why, Message("move it closer to the others"))
     return round(float(value), 2)
+
+
+def size(value: float) -> float:
+    """Return a width or height of an annotation in pixels. Raises EditError when it is none."""
+    return max(SMALLEST_ANNOTATION, coordinate(value))
 
 
 def changed(node: _NodeT, **fields: Any) -> _NodeT:  # noqa: ANN401 - whatever the node has

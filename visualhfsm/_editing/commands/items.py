@@ -16,11 +16,14 @@ from codegen.messages import Message, all_of
 from ..geometry import Point, moved, with_default_handles
 from ..nodes import (
     changed,
+    coordinate,
     find_annotation,
     find_automaton,
     find_state,
     find_transition,
     label,
+    size,
+    swapped,
     with_automaton,
 )
 from ..subtrees import hanging, without_automata
@@ -173,12 +176,15 @@ class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
 
 
 class Placement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
-    """New places of states, handles and annotations of one automaton, each `[id, x, y]`."""
+    """New places of one automaton's states and handles, each `[id, x, y]`, and of its annotations.
+
+    Those of annotations have a size, too: `[id, x, y, width, height]`.
+    """
 
     automaton: Id
     states: tuple[tuple[Id, float, float], ...] = ()
     transitions: tuple[tuple[Id, float, float], ...] = ()
-    annotations: tuple[tuple[Id, float, float], ...] = ()
+    annotations: tuple[tuple[Id, float, float, float, float], ...] = ()
 
 
 class PlaceItems(Command, frozen=True, kw_only=True):
@@ -242,11 +248,11 @@ def _placed(placement: Placement, automaton: Automaton) -> Automaton:
     handle_shifts = {
         number: (x - handles[number].x, y - handles[number].y) for number, x, y in placement.transitions
     }
-    corners = {number: find_annotation(automaton, number) for number, _, _ in placement.annotations}
-    annotation_shifts = {
-        number: (x - corners[number].x, y - corners[number].y) for number, x, y in placement.annotations
-    }
-    automaton = moved(automaton, shifts, handle_shifts, annotation_shifts)
+    automaton = moved(automaton, shifts, handle_shifts)
+    for number, x, y, width, height in placement.annotations:
+        former = find_annotation(automaton, number)
+        new = changed(former, x=coordinate(x), y=coordinate(y), width=size(width), height=size(height))
+        automaton = changed(automaton, annotations=swapped(automaton.annotations, former, new))
     moved_ends = frozenset(
         transition.id
         for transition in automaton.transitions

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final, Literal
 
-from codegen.hfsm.document import SMALLEST_ANNOTATION, Annotation, Automaton, Document, Text
+from codegen.hfsm.document import Annotation, Automaton, Document, Text
 from codegen.messages import Message
 from visualhfsm._errors import EditError
 
@@ -19,6 +19,7 @@ from ..nodes import (
     find_automaton,
     free_ids,
     label,
+    size,
     swapped,
 )
 from .base import AutomatonCommand, Id, Ids
@@ -57,8 +58,8 @@ class AddAnnotation(AutomatonCommand, frozen=True, kw_only=True):
             kind=self.kind,
             x=coordinate(self.x),
             y=coordinate(self.y),
-            width=_size(self.width),
-            height=_size(self.height),
+            width=size(self.width),
+            height=size(self.height),
             color=Text(self.color),
             text=Text(checked(self.text, Message("the text"))),
         )
@@ -116,8 +117,8 @@ class ResizeAnnotation(_AnnotationCommand, frozen=True, kw_only=True):
             annotation,
             x=coordinate(self.x),
             y=coordinate(self.y),
-            width=_size(self.width),
-            height=_size(self.height),
+            width=size(self.width),
+            height=size(self.height),
         )
 
     def _titled(self, what: Message) -> Message:
@@ -145,8 +146,3 @@ class SetAnnotationColor(AutomatonCommand, frozen=True, kw_only=True):
         if len(self.annotations) > 1:
             return Message("Color notes {color}", color=color)
         return Message("Color a note {color}", color=color)
-
-
-def _size(value: float) -> float:
-    """Return a width or height that a file can hold. Raises EditError when it is none."""
-    return max(SMALLEST_ANNOTATION, coordinate(value))

@@ -593,12 +593,12 @@ export interface PlaceMap {
   lines: [number, number, number, number][];
 }
 
-/** New places of states, handles and annotations of one automaton, each `[id, x, y]`. */
+/** New places of one automaton's states and handles, each `[id, x, y]`, and of its annotations. */
 export interface Placement {
   automaton: number;
   states?: [number, number, number][];
   transitions?: [number, number, number][];
-  annotations?: [number, number, number][];
+  annotations?: [number, number, number, number, number][];
 }
 
 /** A plan in words; `file` is empty where there is none, so that everything has its default. */

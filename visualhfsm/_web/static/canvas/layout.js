@@ -2,6 +2,7 @@
  * Automatic layout with dagre: ranks from the initial state on, as few crossings as it finds.
  *
  * @import {Automaton, Transition} from "../protocol.js"
+ * @import {Area} from "./annotation-layout.js"
  * @import {Point} from "./geometry.js"
  * @typedef {[id: number, x: number, y: number]} Placed
  */
@@ -12,8 +13,8 @@ import {apply} from "../commands.js";
 import {notify} from "../notices.js";
 import {required} from "../required.js";
 import {n, t} from "../texts.js";
-import {areaOf} from "./areas.js";
-import {distance, LOOP, RADIUS} from "./geometry.js";
+import {addAnnotations} from "./annotation-layout.js";
+import {LOOP, RADIUS} from "./geometry.js";
 import {width} from "./text.js";
 
 const BETWEEN_STATES = 70;
@@ -34,10 +35,10 @@ const rounded = (value) => Math.round(value / GRID) * GRID;
  * Choose positions for the states and handles of an automaton.
  *
  * @param {Automaton} automaton
- * @returns {{automaton: number, states: Placed[], transitions: Placed[], annotations: Placed[]}}
+ * @returns {{automaton: number, states: Placed[], transitions: Placed[], annotations: Area[]}}
  */
 function placement(automaton) {
-  const graph = new dagre.graphlib.Graph({multigraph: true});
+  const graph = new dagre.graphlib.Graph({multigraph: true, compound: true});
   graph.setGraph({
     rankdir: "LR",
     nodesep: BETWEEN_STATES,
@@ -57,6 +58,7 @@ function placement(automaton) {
     const wide = Math.min(WIDEST_LABEL, width(name, 12, 500) + 20);
     graph.setEdge(String(origin), String(destination), {width: wide, height: LABEL_HEIGHT, labelpos: "c"}, String(id));
   }
+  const annotations = addAnnotations(graph, automaton);
   dagre.layout(graph);
   const placed = automaton.states.map(({id}) => {
     const {x, y} = graph.node(String(id));
@@ -73,28 +75,8 @@ function placement(automaton) {
     automaton: automaton.id,
     states: placed,
     transitions: [...handles, ...loopHandles(arcs, placed, handles)],
-    annotations: followers(automaton, placed),
+    annotations: annotations(),
   };
-}
-
-/**
- * Places of notes and frames: each moves with the state that it was nearest to, by its middle. A frame so stays with
- * one of its states; which states it holds is decided again.
- *
- * @param {Automaton} automaton
- * @param {Placed[]} placed
- * @returns {Placed[]}
- */
-function followers({states, annotations}, placed) {
-  return annotations.map((annotation) => {
-    const {left, top, right, bottom} = areaOf(annotation);
-    const middle = {x: (left + right) / 2, y: (top + bottom) / 2};
-    const index = states.reduce((best, state, at) => {
-      return distance(state, middle) < distance(states[best], middle) ? at : best;
-    }, 0);
-    const [, x, y] = placed[index];
-    return [annotation.id, left + x - states[index].x, top + y - states[index].y];
-  });
 }
 
 /**

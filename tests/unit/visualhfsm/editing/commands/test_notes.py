@@ -95,9 +95,11 @@ def test_deleting_a_frame_leaves_what_it_holds() -> None:
 
 
 def test_annotations_are_placed_by_a_layout() -> None:
-    placement = Placement(automaton=1, annotations=((1, 300.0, 310.0),))
+    placement = Placement(automaton=1, annotations=((1, 300.0, 310.0, 90.0, 5.0),))
     document = PlaceItems(placements=(placement,)).apply(noted())
-    assert [(each.x, each.y) for each in notes_of(document)] == [(300.0, 310.0), (40.0, 40.0)]
+    placed, other = notes_of(document)
+    assert (placed.x, placed.y, placed.width, placed.height) == (300.0, 310.0, 90.0, 24.0)
+    assert (other.x, other.y) == (40.0, 40.0)
 
 
 def test_a_frame_is_pasted_with_its_states() -> None:
