@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     from ._editing.commands.items import MoveItems as MoveItems
     from ._editing.commands.items import PlaceItems as PlaceItems
     from ._editing.commands.items import ResetHandles as ResetHandles
+    from ._editing.commands.notes import AddAnnotation as AddAnnotation
+    from ._editing.commands.notes import ResizeAnnotation as ResizeAnnotation
+    from ._editing.commands.notes import SetAnnotationColor as SetAnnotationColor
+    from ._editing.commands.notes import SetAnnotationText as SetAnnotationText
     from ._editing.commands.paste import AddReadyState as AddReadyState
     from ._editing.commands.paste import FillAutomaton as FillAutomaton
     from ._editing.commands.paste import PasteStates as PasteStates
@@ -98,6 +102,7 @@ if TYPE_CHECKING:
 
 _MODULES: Final = {
     "Abandoned": "._sessions.journal",
+    "AddAnnotation": "._editing.commands.notes",
     "AddAutomaton": "._editing.commands.automata",
     "AddEntry": "._editing.commands.component",
     "AddReadyState": "._editing.commands.paste",
@@ -157,8 +162,11 @@ _MODULES: Final = {
     "ReplaceDocument": "._editing.commands.paste",
     "ReplaceText": "._editing.commands.text",
     "ResetHandles": "._editing.commands.items",
+    "ResizeAnnotation": "._editing.commands.notes",
     "Resolution": "._sessions.session",
     "RetargetTransition": "._editing.commands.transitions",
+    "SetAnnotationColor": "._editing.commands.notes",
+    "SetAnnotationText": "._editing.commands.notes",
     "SetArgument": "._editing.commands.states",
     "SetAutomatonCode": "._editing.commands.automata",
     "SetComponentText": "._editing.commands.component",

@@ -60,7 +60,7 @@ def test_the_menus_and_the_tools_are_used_with_mouse_and_keys(shown: EditorPage)
 
     # The tools stay in their places, and show which is in use.
     tools = shown.page.get_by_role("group", name="Drawing tools").get_by_role("button")
-    names = ["SelectV", "StateS", "TransitionT", "Actions"]  # each with its key
+    names = ["SelectV", "StateS", "TransitionT", "NoteN", "Actions"]  # each with its key
     expect(tools).to_have_text(names)
     places = [tool.bounding_box() for tool in tools.all()]
     shown.state("wait").click()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -19,6 +20,7 @@ from visualhfsm._errors import MissingError
 from visualhfsm._svg import svg
 
 SVG = "{http://www.w3.org/2000/svg}"
+TRANSLATED = re.compile(r"translate\((-?[\d.]+),(-?[\d.]+)\)")
 BEHAVIORS = sorted((ROOT / "behaviors").glob("*.xml"))
 
 
@@ -30,6 +32,16 @@ def texts(picture: Element) -> list[str]:
     """Return the texts of a picture in its order, those of several lines with the lines joined."""
     found = ["".join(each.itertext()) for each in picture.iter(f"{SVG}text")]
     return [text for text in found if text]
+
+
+def placed_texts(part: Element, right: float = 0.0, down: float = 0.0) -> Iterator[tuple[float, float]]:
+    """Yield the places of texts; groups may be moved."""
+    for child in part:
+        moved = TRANSLATED.fullmatch(child.get("transform", ""))
+        dx, dy = map(float, moved.groups()) if moved else (0.0, 0.0)
+        if child.tag == f"{SVG}text" and child.get("x") is not None:
+            yield right + float(child.get("x", "")), down + float(child.get("y", ""))
+        yield from placed_texts(child, right + dx, down + dy)
 
 
 def one(
@@ -57,10 +69,9 @@ def test_everything_lies_on_the_sheet() -> None:
             picture = drawn(document, automaton.id)
             left, top, width, height = map(float, picture.get("viewBox", "").split())
             assert (picture.get("width"), picture.get("height")) == (f"{width:.0f}", f"{height:.0f}")
-            for text in picture.iter(f"{SVG}text"):
-                if text.get("x") is not None:
-                    assert left < float(text.get("x", "")) < left + width
-                    assert top < float(text.get("y", "")) < top + height
+            for x, y in placed_texts(picture):
+                assert left < x < left + width
+                assert top < y < top + height
             for state in automaton.states:
                 assert left + 40 < state.x < left + width - 40
                 assert top + 40 < state.y < top + height - 40

@@ -106,7 +106,7 @@ export function transitionPart(automaton, {name, destination, type, trigger, gua
 const code = (title, text) =>
   text.trim()
     ? html`${title ? html`<h4>${title}</h4>` : nothing}
-        <pre>${text}</pre>`
+        <pre tabindex="0">${text}</pre>`
     : nothing;
 
 /** @param {string} title @param {string[]} columns @param {object[]} [rows] */
