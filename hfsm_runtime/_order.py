@@ -26,7 +26,7 @@ def turn_of(run: Run, now: int, latest: int) -> int | Run:
     """Return the time of the next cycle of an automaton if it is its turn, or else whose turn it is.
 
     The cycle is due. Its time is at most `latest`; of slots that were missed, the last one counts that comes
-    before the next cycles of the automata above.
+    before the next cycles of the automata above, and not after those of the automata below.
     """
     first = above = run.parent
     while above is not None:
@@ -37,9 +37,10 @@ def turn_of(run: Run, now: int, latest: int) -> int | Run:
         assert first is not None
         return first
     at, interval = run.next_slot, run.automaton.interval
+    waits = bool(run.children) and now - at < patience(run, run)
     if latest - at >= interval:
-        at = slot_at(latest, interval)
-    if run.children and run.may_change(at) and now - run.next_slot < patience(run, run):
+        at = slot_at(_soonest_below(run, latest, run, now) if waits else latest, interval)
+    if waits and run.may_change(at):
         return _late_below(run, run, now) or at
     return at
 
@@ -62,6 +63,20 @@ def _late_below(run: Run, waiting: Run, now: int) -> Run | None:
         if due and not _lasts_too_long(child, waiting, now):
             return child
     return None
+
+
+def _soonest_below(run: Run, latest: int, waiting: Run, now: int) -> int:
+    """Return the first time up to `latest` of a cycle below the state of `run` that may change anything.
+
+    It is at least the time of the next cycle of `waiting`.
+    """
+    soonest = latest
+    for child in run.below:
+        if child.active and not child.finished:
+            soonest = _soonest_below(child, soonest, waiting, now)
+            if child.may_change(latest) and not _lasts_too_long(child, waiting, now):
+                soonest = min(soonest, max(child.next_slot, waiting.next_slot))
+    return soonest
 
 
 def _lasts_too_long(first: Run, run: Run, now: int) -> bool:

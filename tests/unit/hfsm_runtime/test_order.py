@@ -289,6 +289,23 @@ def test_a_parent_waits_for_late_children_for_one_period(chain: tuple[Tree, Run,
     assert turn_of(root, 800 * MS, 800 * MS) == 800 * MS
 
 
+def test_a_parent_that_is_late_does_not_overtake_the_cycles_below() -> None:
+    below = automaton(
+        2, "child", [State(id=1, name="x"), State(id=2, name="y")], [when(lambda: False, 1, 2)], period=0.08
+    )
+    states = [State(id=1, name="a", children=(below,)), State(id=2, name="b")]
+    tree = Tree(automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.05))
+    tree.start(0)
+    root, child = tree.runs
+    tree.decide(root, 0)
+    tree.decide(child, 0)
+    assert turn_of(child, 130 * MS, 130 * MS) is root
+    assert turn_of(root, 130 * MS, 130 * MS) == 50 * MS
+    tree.decide(root, 50 * MS)
+    assert turn_of(root, 130 * MS, 130 * MS) is child
+    assert turn_of(child, 130 * MS, 130 * MS) == 80 * MS
+
+
 def test_nobody_waits_for_a_cycle_in_which_no_timer_has_expired() -> None:
     def timed(id: int, name: str, period: float, *below: Automaton) -> Automaton:
         states = [State(id=1, name="a", children=below), State(id=2, name="b")]
