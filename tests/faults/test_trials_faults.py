@@ -97,9 +97,10 @@ class Series:
         """How many outcomes are there."""
         return self.outcomes.read_bytes().count(b"\n") - 1 if self.outcomes.exists() else 0
 
-    def until_done(self, number: int) -> None:
-        """Wait until so many outcomes are there."""
-        until(lambda: self.done >= number, FOREVER)
+    def until_done(self, number: int, client: ComponentProcess) -> None:
+        """Wait until so many outcomes are there, unless the command ends before."""
+        until(lambda: self.done >= number or client.process.poll() is not None, FOREVER)
+        assert self.done >= number, client.output
 
     @contextmanager
     def running(self, *arguments: str, command: Sequence[str] = ()) -> Iterator[ComponentProcess]:
@@ -146,7 +147,7 @@ def test_killed_processes_change_nothing(
     first = moment(number, "processes")
     with disturbed.running() as client:
         for done in (first, first + 3, first + 6):
-            disturbed.until_done(done)
+            disturbed.until_done(done, client)
             for each in children(WORKER):
                 each.kill()
         assert client.wait(FOREVER) == 0, client.output
@@ -159,7 +160,7 @@ def test_a_killed_command_goes_on(
 ) -> None:
     disturbed = series(tmp_path / "documents")
     with disturbed.running() as client:
-        disturbed.until_done(moment(number, "client"))
+        disturbed.until_done(moment(number, "client"), client)
         below = children(WORKER)
         client.process.kill()
         client.wait()
@@ -177,7 +178,7 @@ def test_ctrl_c_twice_keeps_what_is_done(
 ) -> None:
     disturbed = series(tmp_path / "documents")
     with disturbed.running() as client:
-        disturbed.until_done(moment(number, "ctrl-c"))
+        disturbed.until_done(moment(number, "ctrl-c"), client)
         below = children(WORKER)
         client.process.send_signal(signal.SIGINT)
         client.process.send_signal(signal.SIGINT)
@@ -213,7 +214,7 @@ def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, numbe
     assert undisturbed[0].count(b",took more than 10 s,") == 1
     disturbed = series(tmp_path / "documents", HANGS, HANGING_PLAN)
     with disturbed.running() as client:
-        disturbed.until_done(3)  # only that one is left
+        disturbed.until_done(3, client)  # only that one is left
         for each in children(WORKER):
             each.kill()
         assert client.wait(FOREVER) == 0, client.output
@@ -229,11 +230,11 @@ def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
         there = ("--cluster", cluster.address)
         with disturbed.running(*there) as client:
             first = moment(number, "cluster")
-            disturbed.until_done(first)
+            disturbed.until_done(first, client)
             below: list[psutil.Process] = []
             for worker in cluster.workers[:2]:
                 below += cluster.kill(worker)
-            disturbed.until_done(first + 4)
+            disturbed.until_done(first + 4, client)
             client.process.kill()
         assert_gone(below)
         cluster.add_worker()
@@ -249,7 +250,7 @@ def test_a_killed_scheduler_keeps_what_is_done(
         DaskCluster(tmp_path / "cluster", workers=2) as cluster,
         disturbed.running("--cluster", cluster.address) as client,
     ):
-        disturbed.until_done(moment(number, "scheduler"))
+        disturbed.until_done(moment(number, "scheduler"), client)
         cluster.kill(cluster.scheduler)
         assert client.wait(FOREVER) == 1, client.output
         assert "What is done is kept, and the same command goes on" in client.output

@@ -6,14 +6,18 @@ import csv
 import signal
 import socket
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Literal
 
+import msgspec
 import pytest
 
 from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub, transition
+from tests.support.limits import FOREVER
 from tests.support.places import ROOT
+from tests.support.waiting import until
 from visualhfsm._new import new
 from visualhfsm.trials import Plan, Spread, Success, TrialsError, run_trials
 from visualhfsm.trials._summary import write_table
@@ -186,6 +190,25 @@ def test_a_worker_that_hangs_is_not_waited_for(tmp_path: Path, project: Path) ->
         try:
             with pytest.raises(TrialsError, match="not all of it answers within 15 s"):
                 run_trials(plan(project), cluster=cluster.address)
+        finally:
+            cluster.workers[0].process.send_signal(signal.SIGCONT)
+
+
+def test_a_cluster_that_ends_no_trial_any_more_is_not_waited_for(
+    tmp_path: Path, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("visualhfsm.trials._cluster._START_LIMIT", 1.0)
+    out = tmp_path / "rolls.outcomes.jsonl"
+    many = msgspec.structs.replace(plan(project, 100_000), patience=3.0)
+    with DaskCluster(tmp_path / "cluster") as cluster, ThreadPoolExecutor(1) as aside:
+        trials = aside.submit(run_trials, many, out=out, cluster=cluster.address)
+        until(lambda: trials.done() or (out.exists() and out.read_bytes().count(b"\n") > 2))
+        cluster.workers[0].process.send_signal(signal.SIGSTOP)
+        try:
+            with pytest.raises(
+                TrialsError, match="none of its trials has ended for 4 s"
+            ):
+                trials.result(FOREVER)
         finally:
             cluster.workers[0].process.send_signal(signal.SIGCONT)
 

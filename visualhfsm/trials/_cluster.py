@@ -29,6 +29,8 @@ _CHECK_PERIOD: Final = 5.0
 """s between two looks at the cluster."""
 _NO_WORKER_LIMIT: Final = 60.0
 """s without any worker after which nobody waits for one to come back."""
+_START_LIMIT: Final = 120.0
+"""s beside a trial's patience in which one of those that run must end: a worker starts its process in it."""
 
 
 class Cluster:
@@ -64,7 +66,9 @@ class Cluster:
         self._log.setLevel(logging.CRITICAL)  # each of its errors is raised here, too, and says it in a line
         self._executor: Executor = self._client.get_executor(pure=False)
         self._sent: dict[str, Any] = {}
-        self._looked = self._seen = time.monotonic()
+        self._looked = self._seen = self._ended = time.monotonic()
+        self._patience = 0.0
+        """s that a trial may take, of the tasks that were submitted."""
 
     def __enter__(self) -> Cluster:
         return self
@@ -75,10 +79,16 @@ class Cluster:
 
     def submit(self, task: Task) -> Future[Outcome]:
         """Begin to run a task, as soon as a worker has time."""
-        return self._executor.submit(_run, task.without_snapshot, self._send(task.snapshot))
+        self._patience = task.plan.patience
+        future = self._executor.submit(_run, task.without_snapshot, self._send(task.snapshot))
+        future.add_done_callback(self._note_end)
+        return future
+
+    def _note_end(self, _: Future[Outcome]) -> None:
+        self._ended = time.monotonic()
 
     def check(self) -> None:
-        """Raise TrialsError when the scheduler, or every worker, has been lost."""
+        """Raise TrialsError when the scheduler, or every worker, has been lost, or no trial ends any more."""
         if self._client.status != "running":
             raise self._left(Message("its scheduler does not answer any more"))
         now = time.monotonic()
@@ -89,6 +99,9 @@ class Cluster:
             self._seen = now
         elif now - self._seen > _NO_WORKER_LIMIT:
             raise self._left(Message("it has had no worker for {limit:g} s", limit=_NO_WORKER_LIMIT))
+        limit = self._patience + _START_LIMIT
+        if now - self._ended > limit:
+            raise self._left(Message("none of its trials has ended for {limit:g} s", limit=limit))
 
     def _left(self, why: Message) -> TrialsError:
         return TrialsError(
