@@ -11,7 +11,7 @@
 
 import {html, live, nothing} from "lit";
 import {apply} from "../commands.js";
-import {t} from "../texts.js";
+import {t, translated} from "../texts.js";
 import {placeOf} from "./places.js";
 import {badge, problemLines} from "./tabs.js";
 
@@ -103,7 +103,8 @@ function rowOf({document, automaton, state, readonly}, place, {name, child, outp
         </select></span
       ></label
     >
-    ${output?.description ? html`<p class="explain">${output.description}</p>` : nothing} ${problemLines(problems)}
+    ${output?.description ? html`<p class="explain">${translated(output.description)}</p>` : nothing}
+    ${problemLines(problems)}
   </li>`;
 }
 

@@ -13,7 +13,7 @@
 import {html, keyed, live, nothing} from "lit";
 import {apply} from "../commands.js";
 import {iconButton} from "../icons.js";
-import {t} from "../texts.js";
+import {t, translated} from "../texts.js";
 import {keyOf, placeOf} from "./places.js";
 import {outputsOf, resultList} from "./results.js";
 import {badge, problemLines, tabStrip} from "./tabs.js";
@@ -255,7 +255,7 @@ function argumentList({tab, document, state, readonly}, place, inputs) {
               hint=${input?.default || t("an expression")}
             ></hfsm-code-field>`,
           )}
-          ${input?.description ? html`<p class="explain">${input.description}</p>` : nothing}
+          ${input?.description ? html`<p class="explain">${translated(input.description)}</p>` : nothing}
         </li>`;
       })}
     </ul>`;
