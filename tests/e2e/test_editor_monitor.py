@@ -500,3 +500,26 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
     expect(shown.page.locator(".notice", has_text=f"{recording.stem}.html was exported")).to_contain_text(
         "MB"
     )
+
+
+def test_who_looks_on_follows_what_runs(shown: EditorPage, browser: Browser) -> None:
+    page = shown.page
+    shown.press("Control+k")
+    page.keyboard.type("Share to look")
+    shown.press("Enter")
+    address = page.locator(".shared-address").input_value()
+    shown.press("Escape")
+    with browser.new_context() as context:
+        early, late = context.new_page(), context.new_page()
+        early.goto(address)
+        expect(early.get_by_text("You look on")).to_be_visible()
+        run(shown)
+        expect(early.locator(".live-status")).to_have_text("Running")
+        late.goto(address)
+        expect(late.locator(".live-status")).to_have_text("Running")
+        shown.press("Control+k")
+        page.keyboard.type("Share to look")
+        shown.press("Enter")
+        page.get_by_role("button", name="Withdraw it").click()
+        expect(early.get_by_role("alert")).to_contain_text("The address to look on is not valid any more")
+        expect(early.locator("hfsm-tools")).to_be_hidden()

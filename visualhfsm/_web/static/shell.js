@@ -396,7 +396,7 @@ class Status extends PageElement {
 export function banner({app, canvas}) {
   if (!store.online && store.offlineSince) {
     const since = new Date(store.offlineSince).toLocaleTimeString(language);
-    return html`<div class="banner error" role="alert">
+    return html`<div class="banner error ${viewing.on ? "looking" : ""}" role="alert">
       ${t("No connection since {since}.", {since})} ${store.whyOffline}
       <button type="button" @click=${() => store.connect()}>${t("Try now")}</button>
       ${copyUnsent()}

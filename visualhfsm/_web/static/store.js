@@ -148,6 +148,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
       return t(
         "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.",
       );
+    if (viewing.on && this.refused)
+      return t("The address to look on is not valid any more: ask for a new one where it was shared.");
     if (this.greeting.key === "")
       return t(
         "The editor is offline; your work is kept there. This page connects again by itself when the editor runs again. If that takes long, load it again: you may have to log in, or to start your server.",

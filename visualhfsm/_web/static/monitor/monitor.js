@@ -12,6 +12,7 @@
 import {notify, notifyError, clearErrors} from "../notices.js";
 import {store} from "../store.js";
 import {t} from "../texts.js";
+import {viewing} from "../viewing.js";
 import {Breakpoints} from "./breakpoints.js";
 import {Followed} from "./followed.js";
 import {Shown} from "./shown.js";
@@ -40,6 +41,13 @@ class Monitor extends Shown {
    * @type {{component: string, structure: LiveStructure | undefined} | undefined}
    */
   #attaching;
+
+  /**
+   * The components of open documents that ran when a viewer last looked.
+   *
+   * @type {readonly string[]}
+   */
+  #seen = [];
 
   constructor() {
     super();
@@ -244,7 +252,7 @@ class Monitor extends Shown {
   #judge(startedAt) {
     const before = this.writable;
     this.followed.writable = this.starts.maySteer(this.component, startedAt);
-    if (before && !this.writable)
+    if (before && !this.writable && !viewing.on)
       notify(
         t(
           "Another run of {component} has begun, which this window did not start: it is only watched until you switch Steering on.",
@@ -285,13 +293,26 @@ class Monitor extends Shown {
       this.#lost = "";
       this.followed.component = "";
       this.attach(component).then((done) => done || this.#emit("mode", "shown"));
+    } else if (viewing.on) {
+      this.#lookOn();
     }
     this.#emit("running");
   }
 
+  /** Viewers start nothing: they follow a shown document that begins to run, unless what they follow still does. */
+  #lookOn() {
+    const {tabs} = store.workspace;
+    const running = this.running.filter((component) => tabs.some((each) => each.component === component));
+    const begun = running.find((component) => !this.#seen.includes(component));
+    this.#seen = running;
+    if (begun && (!this.component || this.since || this.ended)) this.attach(begun);
+  }
+
   #reconnect() {
-    if (!this.component || this.recording) return;
-    if (!store.online) {
+    if (this.recording) return;
+    if (!this.component) {
+      if (store.online) this.#look();
+    } else if (!store.online) {
       this.followed.since ||= Date.now() / 1000;
       this.starts.forget(); // components may end unseen while offline
       this.#lost = this.component;
