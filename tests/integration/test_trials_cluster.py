@@ -205,9 +205,7 @@ def test_a_cluster_that_ends_no_trial_any_more_is_not_waited_for(
         until(lambda: trials.done() or (out.exists() and out.read_bytes().count(b"\n") > 2))
         cluster.workers[0].process.send_signal(signal.SIGSTOP)
         try:
-            with pytest.raises(
-                TrialsError, match="none of its trials has ended for 4 s"
-            ):
+            with pytest.raises(TrialsError, match="none of its trials has ended for 4 s"):
                 trials.result(FOREVER)
         finally:
             cluster.workers[0].process.send_signal(signal.SIGCONT)
