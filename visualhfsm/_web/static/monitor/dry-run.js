@@ -6,7 +6,7 @@
 
 import {html, nothing} from "lit";
 
-import {rich, t} from "../texts.js";
+import {decimal, rich, t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor, ON_EVENT} from "./monitor.js";
 
@@ -36,7 +36,9 @@ class DryRun extends MonitorElement {
       <section role="group" aria-label=${t("Time")}>
         <h3>${t("Time")}</h3>
         ${SPEEDS.map((each) =>
-          this.#button(`${each} x`, () => monitor.steer("setSpeed", {speed: each}), {pressed: each === speed}),
+          this.#button(`${decimal(each, each < 1 ? 1 : 0)} x`, () => monitor.steer("setSpeed", {speed: each}), {
+            pressed: each === speed,
+          }),
         )}
       </section>
       <section role="group" aria-label=${t("Events")}>
