@@ -36,6 +36,17 @@ def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, ro
     expect(note).to_have_count(1)
 
 
+def test_undo_in_a_note_ends_where_its_text_began(shown: EditorPage) -> None:
+    page = shown.page
+    shown.press("n", "Enter")
+    page.keyboard.type("why")
+    field = page.get_by_role("textbox", name="Text of the note")
+    expect(field).to_have_value("why")
+    shown.press(*["Control+z"] * 5)
+    expect(field).to_have_value("")
+    expect(field).to_be_focused()
+
+
 def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:
     page = shown.page
     inside, outside = shown.middle_of("followBall"), shown.middle_of("dance")

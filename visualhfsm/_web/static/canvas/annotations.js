@@ -172,6 +172,11 @@ export class Annotating {
     const {key, ctrlKey, metaKey} = event;
     const view = this.#view(this.#written?.id);
     const ends = key === "Escape" || (key === "Enter" && (ctrlKey || metaKey || (view && isFrame(view.annotation))));
+    // The browser's undo would go on in other fields once nothing is left to undo in this one.
+    if ((ctrlKey || metaKey) && /^[zy]$/i.test(key)) {
+      event.preventDefault();
+      if (key === "z" && this.#written) this.#field.value = this.#written.text;
+    }
     event.stopPropagation();
     if (!ends) return;
     event.preventDefault();
