@@ -185,6 +185,10 @@ def test_nothing_moves_for_those_who_want_less_motion(live: EditorPage) -> None:
         const {animationName, transitionDuration} = getComputedStyle(each, part);
         return animationName !== "none" || !/^(0s(, )?)+$/.test(transitionDuration);
       }))"""
+    page.evaluate(
+        "document.body.append(Object.assign(document.createElement('i'), {style: 'transition: opacity 1s'}))"
+    )
     assert page.evaluate(moving), "something moves otherwise"
     page.emulate_media(reduced_motion="reduce")
     assert not page.evaluate(moving)
+    page.evaluate("document.body.lastElementChild.remove()")

@@ -17,6 +17,7 @@ from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import FOREVER
 from tests.support.places import ROOT
+from tests.support.processes import assert_gone
 from tests.support.waiting import until
 from visualhfsm._new import new
 from visualhfsm.trials import Plan, Spread, Success, TrialsError, run_trials
@@ -208,7 +209,8 @@ def test_a_cluster_that_ends_no_trial_any_more_is_not_waited_for(
             with pytest.raises(TrialsError, match="none of its trials has ended for 4 s"):
                 trials.result(FOREVER)
         finally:
-            cluster.workers[0].process.send_signal(signal.SIGCONT)
+            below = cluster.kill(cluster.workers[0])
+        assert_gone(below)
 
 
 def test_a_server_that_is_no_scheduler_is_not_waited_for(project: Path) -> None:
