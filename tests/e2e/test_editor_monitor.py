@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 
 from hfsm_runtime.recording_file.reader import RecordingFile
-from tests.support.browser import EditorPage
+from tests.support.browser import EditorPage, shared_address
 from tests.support.editor import Editor
 from tests.support.monitor import (
     comes_true,
@@ -504,11 +504,7 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
 
 def test_who_looks_on_follows_what_runs(shown: EditorPage, browser: Browser) -> None:
     page = shown.page
-    shown.press("Control+k")
-    page.keyboard.type("Share to look")
-    shown.press("Enter")
-    address = page.locator(".shared-address").input_value()
-    shown.press("Escape")
+    address = shared_address(shown)
     with browser.new_context() as context:
         early, late = context.new_page(), context.new_page()
         early.goto(address)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, saved
+from tests.support.browser import EditorPage, saved, shared_address
 
 
 @pytest.fixture
@@ -101,11 +101,7 @@ def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPag
 
 def test_who_looks_on_sees_changes_and_makes_none(shown: EditorPage, browser: Browser) -> None:
     page = shown.page
-    shown.press("Control+k")
-    page.keyboard.type("Share to look")
-    shown.press("Enter")
-    address = page.locator(".shared-address").input_value()
-    shown.press("Escape")
+    address = shared_address(shown)
     with browser.new_context() as context:
         viewer = context.new_page()
         viewer.goto(address)

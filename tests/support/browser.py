@@ -41,6 +41,7 @@ __all__ = [
     "chromium_path",
     "editor_page",
     "saved",
+    "shared_address",
 ]
 
 COMMANDS: Final = ("chromium-headless-shell", "chromium", "chromium-browser")
@@ -468,6 +469,16 @@ def forget(page: Page, origin: str) -> None:
     devtools = page.context.new_cdp_session(page)
     devtools.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
     devtools.detach()
+
+
+def shared_address(shown: EditorPage) -> str:
+    """Share the editor with viewers; return the address for them."""
+    shown.press("Control+k")
+    shown.page.keyboard.type("Share to look")
+    shown.press("Enter")
+    address: str = shown.page.locator(".shared-address").input_value()
+    shown.press("Escape")
+    return address
 
 
 def saved(shown: EditorPage, path: Path) -> Document:
