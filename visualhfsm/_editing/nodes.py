@@ -170,6 +170,16 @@ def label(node: State | Transition | Annotation) -> Message:
     return Message.verbatim(f"“{short}”")
 
 
+def described(annotation: Annotation) -> Message:
+    """Return what people call a note or a frame in the name of a step: by its words, if it has any."""
+    is_frame = annotation.kind == "frame"
+    if not annotation.text.text.strip():
+        return Message("a frame") if is_frame else Message("a note")
+    if is_frame:
+        return Message("the frame {label}", label=label(annotation))
+    return Message("the note {label}", label=label(annotation))
+
+
 def _unnamed(node: State | Transition | Annotation) -> Message:
     match node:
         case State():

@@ -17,6 +17,7 @@ from ..geometry import Point, moved, with_default_handles
 from ..nodes import (
     changed,
     coordinate,
+    described,
     find_annotation,
     find_automaton,
     find_state,
@@ -211,9 +212,9 @@ def describe(automaton: Automaton, states: Ids, transitions: Ids, annotations: I
         chosen = [find_annotation(automaton, number) for number in annotations]
         frames = [each for each in chosen if each.kind == "frame"]
         if len(frames) == 1:
-            return Message("the frame {label}", label=label(frames[0]))  # with what it holds
+            return described(frames[0])  # with what it holds
         if len(chosen) == 1 and not states and not transitions:
-            return Message("the note {label}", label=label(chosen[0]))
+            return described(chosen[0])
     if len(states) == 1 and not transitions:
         return label(find_state(automaton, states[0]))
     if len(transitions) == 1 and not states:

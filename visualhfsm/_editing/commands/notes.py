@@ -15,10 +15,10 @@ from ..nodes import (
     changed,
     checked,
     coordinate,
+    described,
     find_annotation,
     find_automaton,
     free_ids,
-    label,
     size,
     swapped,
 )
@@ -83,11 +83,11 @@ class _AnnotationCommand(AutomatonCommand, frozen=True, kw_only=True):
         return changed(automaton, annotations=swapped(automaton.annotations, former, new))
 
     def title(self, document: Document) -> Message:
-        found = find_annotation(find_automaton(document, self.automaton), self.annotation)
-        what = Message("the note {label}", label=label(found))
-        if found.kind == "frame":
-            what = Message("the frame {label}", label=label(found))
-        return self._titled(what)
+        return self._titled(described(self._named(document)))
+
+    def _named(self, document: Document) -> Annotation:
+        """Return the annotation with the words that name it."""
+        return find_annotation(find_automaton(document, self.automaton), self.annotation)
 
     def _titled(self, what: Message) -> Message:
         raise NotImplementedError
@@ -98,6 +98,11 @@ class SetAnnotationText(_AnnotationCommand, frozen=True, kw_only=True):
 
     typed = ("text",)
     text: str
+
+    def _named(self, document: Document) -> Annotation:
+        # By the new words, which are seen from then on, unless all were deleted.
+        former = super()._named(document)
+        return self.changed_annotation(former) if self.text.strip() else former
 
     def _titled(self, what: Message) -> Message:
         return Message("Edit {what}", what=what)
@@ -143,6 +148,7 @@ class SetAnnotationColor(AutomatonCommand, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> Message:
         color = _COLORS[self.color]
-        if len(self.annotations) > 1:
+        if len(self.annotations) != 1:
             return Message("Color notes {color}", color=color)
-        return Message("Color a note {color}", color=color)
+        found = find_annotation(find_automaton(document, self.automaton), self.annotations[0])
+        return Message("Color {what} {color}", what=described(found), color=color)

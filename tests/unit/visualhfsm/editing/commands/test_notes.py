@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import pytest
 
@@ -92,6 +93,35 @@ def test_deleting_a_frame_leaves_what_it_holds() -> None:
     assert automaton(document).states == automaton(noted()).states
     assert [each.id for each in notes_of(document)] == [1]
     assert command.title(noted()) == "Delete the frame “begin”"
+
+
+def test_a_step_names_a_note_by_its_words_as_they_are_seen() -> None:
+    blank = AddAnnotation(automaton=1, kind="note", x=0, y=0, width=90, height=90).apply(tree())
+    write = SetAnnotationText(automaton=1, annotation=1, text="why\nit waits")
+    assert write.title(blank) == "Edit the note “why it waits”"
+    assert SetAnnotationText(automaton=1, annotation=2, text=" ").title(noted()) == "Edit the frame “begin”"
+    assert SetAnnotationColor(automaton=1, annotations=(2,), color="pink").title(noted()) == (
+        "Color the frame “begin” pink"
+    )
+
+
+@pytest.mark.parametrize("kind", ["note", "frame"])
+def test_a_step_gives_no_number_to_what_has_no_words(kind: Literal["note", "frame"]) -> None:
+    blank = AddAnnotation(automaton=1, kind=kind, x=0, y=0, width=90, height=90).apply(tree())
+    commands = (
+        SetAnnotationText(automaton=1, annotation=1, text=""),
+        ResizeAnnotation(automaton=1, annotation=1, x=0, y=0, width=60, height=60),
+        SetAnnotationColor(automaton=1, annotations=(1,), color="pink"),
+        MoveItems(automaton=1, annotations=(1,), dx=5, dy=5),
+        DeleteItems(automaton=1, annotations=(1,)),
+    )
+    assert [command.title(blank) for command in commands] == [
+        f"Edit a {kind}",
+        f"Resize a {kind}",
+        f"Color a {kind} pink",
+        f"Move a {kind}",
+        f"Delete a {kind}",
+    ]
 
 
 def test_annotations_are_placed_by_a_layout() -> None:
