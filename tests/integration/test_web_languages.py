@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 from tests.support.editor import DOCUMENT, Refused, Window, editor
+from tests.support.limits import PAGE_LIMIT
 
 WRONG = DOCUMENT.replace("<code>pass</code>", "<code>missing()</code>", 1)
 
@@ -36,6 +38,36 @@ def test_a_refusal_is_said_in_the_language_of_the_page_that_asked(tmp_path: Path
         ):
             with pytest.raises(Refused, match=text):
                 window.ask("open", path="missing.xml")
+
+
+@pytest.mark.parametrize(
+    ("path", "status", "text"),
+    [
+        ("/", 403, "Abre la dirección que el comando ha escrito en su terminal."),
+        ("/view/?token=old", 403, "Pide otra dirección: la que tenías para mirar se ha retirado."),
+        ("/nothing", 404, "No existe esta página"),
+    ],
+)
+def test_people_are_refused_in_the_language_of_their_browser(
+    tmp_path: Path, path: str, status: int, text: str
+) -> None:
+    with editor(tmp_path) as running:
+        headers = {"Accept": "text/html", "Accept-Language": "es-ES,es;q=0.9,en;q=0.8"}
+        if status == 404:
+            headers["Cookie"] = running.cookie()
+        found, answer, content = running.get(path, headers)
+        assert (found, answer["vary"]) == (status, "accept-language")
+        assert text in content.decode()
+        assert '<html lang="es">' in content.decode()
+
+
+def test_why_there_is_no_image_is_said_in_the_language_of_the_page(tmp_path: Path) -> None:
+    with editor(tmp_path) as running:
+        for language, text in (("es", "no hay ninguna cámara Top"), ("en", "there is no camera Top")):
+            with running.socket(f"/camera/Top?language={language}") as camera:
+                with pytest.raises(ConnectionClosed):
+                    camera.recv(PAGE_LIMIT)
+                assert camera.close_reason == text
 
 
 def test_a_page_that_changes_its_language_gets_everything_again(tmp_path: Path) -> None:

@@ -189,6 +189,14 @@ def test_people_who_are_refused_get_a_page(running: Editor) -> None:
     assert b"<b>" not in content
 
 
+def test_a_page_that_does_not_exist_says_so_to_those_who_were_let_in(running: Editor) -> None:
+    for path in ("/nothing", "/static/0/nothing.js"):
+        headers = {"Accept": "text/html", "Cookie": running.cookie()}
+        status, _, content = running.get(path, headers)
+        assert status == 404
+        assert b"There is no such page" in content
+
+
 def test_a_query_that_is_none_is_refused(running: Editor) -> None:
     assert running.get("/?" + "&".join(100 * "a"))[0] == 403
 

@@ -69,7 +69,7 @@ class NoService:
 
     async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
         """Refuse."""
-        raise VisualHfsmError(Message("{name} is not available", name=name))
+        raise VisualHfsmError(Message("there is no camera {name}", name=name))
         yield
 
     async def poses(self) -> AsyncGenerator[bytes, None]:

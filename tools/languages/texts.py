@@ -55,7 +55,7 @@ _CODE: Final = ("codegen", "visualhfsm")
 _OF_COMMANDS: Final = (
     *("codegen/_idl", "visualhfsm/_security", "visualhfsm/_steer", "visualhfsm/grading", "visualhfsm/nao"),
     *("visualhfsm/_convert.py", "visualhfsm/_draw.py", "visualhfsm/_html_file.py", "visualhfsm/_new.py"),
-    *("visualhfsm/_replaying.py", "visualhfsm/_report.py", "visualhfsm/_web/server.py"),
+    *("visualhfsm/_replaying.py", "visualhfsm/_report.py"),
     *("visualhfsm/_web/site.py", "visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py"),
     "visualhfsm/trials/_tuning.py",
 )

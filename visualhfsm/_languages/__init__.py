@@ -7,6 +7,7 @@ The texts that the page itself has are in `page.po`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cache
 from gettext import GNUTranslations, NullTranslations
@@ -17,7 +18,17 @@ import msgspec
 
 from codegen.messages import Message
 
-__all__ = ["ENGLISH", "FOLDER", "LANGUAGES", "decode_message", "encode_message", "encoder", "known_language"]
+__all__ = [
+    "ENGLISH",
+    "FOLDER",
+    "LANGUAGES",
+    "accepted_language",
+    "decode_message",
+    "encode_message",
+    "encoder",
+    "known_language",
+    "said",
+]
 
 FOLDER: Final = Path(__file__).parent
 ENGLISH: Final = "en"
@@ -25,11 +36,43 @@ LANGUAGES: Final = (ENGLISH, *sorted(each.parent.name for each in FOLDER.glob("*
 """The codes of the languages, English first."""
 
 
+_LONGEST_HEADER: Final = 500
+"""Characters of `Accept-Language` that are read."""
+
+
 def known_language(wanted: str) -> str:
     """Return the code of the language that a browser names, such as `es` for `es-ES`; English if unknown."""
+    return _spoken(wanted) or ENGLISH
+
+
+def accepted_language(header: str) -> str:
+    """Return the code of the most wanted language of a header `Accept-Language` (RFC 9110, section 12.5.4).
+
+    Of languages that are wanted alike it is the first; without any that is known, English.
+    """
+    wanted = [each.strip().partition(";") for each in header[:_LONGEST_HEADER].split(",")]
+    by_weight = sorted(((name, _weight(weight)) for name, _, weight in wanted), key=lambda each: -each[1])
+    found = (_spoken(name) for name, weight in by_weight if weight > 0)
+    return next(filter(None, found), ENGLISH)
+
+
+def said(message: Message, language: str) -> str:
+    """Return a message in a language, one of LANGUAGES."""
+    return message.said_in(_catalog(language))
+
+
+def _spoken(wanted: str) -> str | None:
     spoken = {language.lower(): language for language in LANGUAGES}
-    name = wanted.lower()
-    return spoken.get(name) or spoken.get(name.partition("-")[0], ENGLISH)
+    name = wanted.strip().lower()
+    return spoken.get(name) or spoken.get(name.partition("-")[0])
+
+
+def _weight(parameter: str) -> float:
+    """Return the weight in `q=0.8`, 1 without any, 0 of what is none."""
+    if not parameter.strip():
+        return 1.0
+    found = re.fullmatch(r"\s*q\s*=\s*(0(?:\.\d*)?|1(?:\.0*)?)\s*", parameter, re.ASCII | re.IGNORECASE)
+    return float(found[1]) if found else 0.0
 
 
 @cache

@@ -21,8 +21,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import Response
 
 from visualhfsm._html_file import LIBRARIES, STATIC, imported_modules, texts_by_language
 
@@ -97,7 +98,7 @@ class Assets:
         name = request.path_params["path"]
         file = self._file(name)
         if file is None:
-            return PlainTextResponse("no such file\n", 404)
+            raise HTTPException(404)
         current = request.path_params["version"] == self._version
         suffix = Path(name).suffix
         kind = _TYPES.get(suffix) or mimetypes.guess_type(name)[0] or "application/octet-stream"

@@ -18,8 +18,12 @@ from urllib.parse import parse_qs
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import Message as Event
 
+from codegen.messages import NO_MESSAGE, Message
+
+from .refusal import refused
 from .resumption import Resumption
 from .site import Site
 from .viewers import VIEW, Viewers
@@ -39,13 +43,18 @@ _HEADERS: Final = {
 """The default headers of every answer."""
 
 _RESUME: Final = "/resume"
-_UNKNOWN: Final = "open the address that the command printed in its terminal"
-_USED_TWICE: Final = (
-    "open the new address that the command printed in its terminal. The former one was used twice, by you "
-    "or by somebody who had seen it, so that all pages were locked out"
+_UNKNOWN: Final = Message("Open the address that the command printed in its terminal.")
+_USED_TWICE: Final = Message(
+    "Open the new address that the command printed in its terminal. The former one was used twice, by you "
+    "or by somebody who had seen it, so that all pages were locked out."
 )
+_WITHDRAWN: Final = Message("Ask for another address: the one that you had for looking on was withdrawn.")
+_OTHER_HOST: Final = Message(
+    "Use the address that the command printed: the header Host names another machine."
+)
+_OTHER_SITE: Final = Message("Open the editor itself: the request comes from another site.")
 _WHY_LOCKED_OUT: Final = "an address of the editor was used twice"
-_WITHDRAWN: Final = "ask for another address: the one that you had for looking on was withdrawn"
+_NO_ORIGIN: Final = "use a browser: a websocket needs the header Origin"
 _ELSEWHERE: Final = frozenset({"cross-site", "same-site"})
 """What a browser says of a request (`Sec-Fetch-Site`) to which a page of another site has led it."""
 _WELCOME: Final = """<!doctype html>
@@ -57,25 +66,6 @@ _WELCOME: Final = """<!doctype html>
 """
 """A page that leads to the editor, for a browser that comes from another site or from the page of the launch:
 along a redirection, it would not send the cookie."""
-_REFUSAL: Final = """<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width">
-<meta name="color-scheme" content="light dark">
-<title>VisualHFSM</title>
-<style nonce="{nonce}">
-body {{ font: 16px/1.5 system-ui, sans-serif; max-width: 38rem; margin: 15vh auto; padding: 0 1rem; }}
-</style>
-<h1>The editor runs, but does not know this page</h1>
-<p>Please {reason}.</p>
-<p>The address contains a key that is new whenever the editor is started. Look for the line with
-<code>?token=</code> in the terminal in which you started <code>visualhfsm</code>. Without that terminal,
-end the editor and start it again.</p>
-<p>Changes that were not saved are kept: the editor offers to recover them.</p>
-</html>
-"""
-"""The page for people who are refused; `reason` never contains text of the request."""
-
 _logger = logging.getLogger(__name__)
 
 
@@ -194,26 +184,26 @@ class Boundary:
         else:
             await self._answer(scope, headers, refusal)(scope, receive, _with_headers(send))
 
-    def _answer(self, scope: Scope, headers: Headers, refusal: str) -> ASGIApp:
+    def _answer(self, scope: Scope, headers: Headers, refusal: Message) -> ASGIApp:
         if refusal:
-            return _refused(headers, refusal)
+            return refused(headers, scope["path"], refusal)
         if not scope["path"]:  # what the page names relative to its address would be looked for beside it
             folder = self._site.path.rstrip("/").rpartition("/")[2]
             query = scope["query_string"].decode("latin-1")
             return RedirectResponse(f"./{folder}/{'?' if query else ''}{query}")
         return self._app
 
-    def _refusal(self, scope: Scope, headers: Headers) -> str:
+    def _refusal(self, scope: Scope, headers: Headers) -> Message:
         """Return why a request is refused, empty if it is not; it contains no text of the request."""
         host = headers.getlist("host")
         if len(host) != 1 or not self._site.is_ours(host[0]):
-            return "use the address that the command printed: the header Host names another machine"
+            return _OTHER_HOST
         origins = headers.getlist("origin")
         if any(origin.partition("://")[2].lower() != host[0].lower() for origin in origins):
-            return "open the editor itself: the request comes from another site"
+            return _OTHER_SITE
         if scope["type"] == "websocket" and len(origins) != 1:
-            return "use a browser: a websocket needs the header Origin"
-        return ""
+            return Message.verbatim(_NO_ORIGIN)
+        return NO_MESSAGE
 
 
 class Guard:
@@ -263,7 +253,7 @@ class Guard:
         if scope["path"] == _RESUME and scope["method"] == "GET":
             return self._resumed(scope)
         if not self._knows(scope, headers):
-            return _refused(headers, _UNKNOWN)
+            return refused(headers, scope["path"], _WITHDRAWN if _is_view(scope) else _UNKNOWN)
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("only GET and HEAD\n", 405, {"allow": "GET, HEAD"})
         if token := _query(scope).get("token"):
@@ -276,7 +266,7 @@ class Guard:
             return self._led(scope, headers, "./", cookie, is_viewer=True)
         cookie = self._credentials.redeem(token, headers.get("cookie", ""))
         if cookie is None:
-            return _refused(headers, _USED_TWICE)
+            return refused(headers, scope["path"], _USED_TWICE)
         # Relative: to any other a proxy may add the path that it took off.
         page = "./" + "../" * (scope["path"].count("/") - 1)
         return self._led(scope, headers, page, cookie)
@@ -342,17 +332,6 @@ def _closed(refusal: str) -> ASGIApp:
     return close
 
 
-def _refused(headers: Headers, reason: str) -> Response:
-    """Return the answer to a request that is refused, for people as a page."""
-    _logger.warning("refused a request: %s", reason)
-    if "text/html" not in headers.get("accept", ""):
-        return PlainTextResponse(f"{reason}\n", 403)
-    nonce = secrets.token_urlsafe(16)
-    policy = f"default-src 'none'; style-src 'nonce-{nonce}'; frame-ancestors 'none'"
-    page = _REFUSAL.format(nonce=nonce, reason=reason)
-    return HTMLResponse(page, 403, {"content-security-policy": policy})
-
-
 def _query(scope: Scope) -> dict[str, str]:
     """Return the fields of a request's query, the first of each name."""
     query = scope["query_string"].decode("latin-1")
@@ -364,7 +343,7 @@ def _same(given: str, expected: str) -> bool:
 
 
 def _with_headers(send: Send) -> Send:
-    async def send_with_headers(message: Message) -> None:
+    async def send_with_headers(message: Event) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             for name, value in _HEADERS.items():

@@ -29,7 +29,9 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.exceptions import InvalidState
 
 from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._languages import known_language, said
 from visualhfsm._sessions.journal import journal_directory
 from visualhfsm.project._project import Project
 from zenoh_ice.application.cli import stop_on_signals
@@ -39,6 +41,7 @@ from .connection import converse, until_one_ends
 from .documents import open_file
 from .launch import LaunchPage
 from .limits import Limits
+from .refusal import not_found
 from .resumption import Resumption, kept_key
 from .security import Boundary, Credentials, Guard
 from .services import MakeServices, Services
@@ -380,7 +383,7 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
             WebSocketRoute(f"{path}poses", feel),
         )
     ]
-    app = Starlette(routes=routes)
+    app = Starlette(routes=routes, exception_handlers={404: not_found})
     return Boundary(Guard(app, credentials, site.path) if credentials else app, site)
 
 
@@ -404,14 +407,15 @@ async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGene
     try:
         await until_one_ends(read(), send())
     except VisualHfsmError as error:
-        await _close(websocket, str(error)[:_LONGEST_REASON])
+        await _close(websocket, reason(error))
     except TimeoutError:
         _logger.debug("a window drew no image for %g s", _DRAW_LIMIT)
-        await _close(websocket, "no image was drawn for too long")
+        await _close(websocket, Message("no image was drawn for too long"))
     except WebSocketDisconnect:
         pass
 
 
-async def _close(websocket: WebSocket, reason: str) -> None:
+async def _close(websocket: WebSocket, why: Message) -> None:
+    language = known_language(websocket.query_params.get("language", ""))
     with contextlib.suppress(RuntimeError):  # it is closed already
-        await websocket.close(_NOT_AVAILABLE, reason)
+        await websocket.close(_NOT_AVAILABLE, said(why, language)[:_LONGEST_REASON])

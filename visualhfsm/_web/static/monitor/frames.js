@@ -3,6 +3,7 @@
 import {socketAddress} from "../address.js";
 import {messageOf} from "../notices.js";
 import {store} from "../store.js";
+import {language} from "../texts.js";
 
 const AGAIN = 1500; // ms until a lost connection is retried
 
@@ -26,7 +27,7 @@ export function receiveFrames(path, {draw, lost}) {
   let timer = 0;
   let closed = false;
   const open = () => {
-    const mine = new WebSocket(socketAddress(path));
+    const mine = new WebSocket(socketAddress(`${path}?language=${language}`));
     mine.binaryType = "arraybuffer";
     socket = mine;
     let isFirst = true;

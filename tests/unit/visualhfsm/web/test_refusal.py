@@ -1,0 +1,43 @@
+"""What those read who are refused: people a page, programs a line."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+from starlette.datastructures import Headers
+
+from codegen.messages import Message
+from visualhfsm._web.refusal import refused
+
+REASON = Message("`{name}` is not defined", name="<b>")
+
+
+def answer(path: str = "/", **headers: str) -> tuple[str, str]:
+    """Return the type and the text of the answer to a request that is refused."""
+    response = refused(
+        Headers({name.replace("_", "-"): value for name, value in headers.items()}), path, REASON
+    )
+    assert response.status_code == 403
+    return str(response.media_type), bytes(response.body).decode()
+
+
+def test_a_program_gets_a_line_in_english() -> None:
+    assert answer(accept_language="es") == ("text/plain", "`<b>` is not defined\n")
+
+
+def test_people_get_a_page_in_their_language_whose_texts_are_no_html() -> None:
+    kind, page = answer(accept="text/html", accept_language="es")
+    assert kind == "text/html"
+    assert "<p>`&lt;b&gt;` no está definido</p>" in page
+    assert "?token=" in page
+
+
+def test_a_viewer_is_not_sent_to_a_terminal() -> None:
+    assert "?token=" not in answer("/view/", accept="text/html")[1]
+
+
+def test_a_refusal_is_logged_in_english(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING):
+        answer(accept="text/html", accept_language="es")
+    assert caplog.messages == ["refused a request: `<b>` is not defined"]
