@@ -61,6 +61,17 @@ def test_people_are_refused_in_the_language_of_their_browser(
         assert '<html lang="es">' in content.decode()
 
 
+def test_what_a_page_adds_has_names_of_its_language(tmp_path: Path) -> None:
+    with editor(tmp_path) as running:
+        for language, title, name in (("es", "sin título", "estado 1"), ("en", "untitled", "state 1")):
+            with running.window(language) as window:
+                tab = window.ask("new")["tab"]
+                window.ask("do", tab=tab, command={"command": "addState", "automaton": 1, "x": 0, "y": 0})
+                titles = [each["title"] for each in window.workspace["tabs"]]
+                assert titles[-1] == title
+                assert f"<name>{name}</name>" in window.ask("copy", tab=tab, automaton=1, states=[1])["text"]
+
+
 def test_why_there_is_no_image_is_said_in_the_language_of_the_page(tmp_path: Path) -> None:
     with editor(tmp_path) as running:
         for language, text in (("es", "no hay ninguna cámara Top"), ("en", "there is no camera Top")):

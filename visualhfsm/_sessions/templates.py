@@ -12,12 +12,13 @@ from codegen.hfsm import parse_document, read_document, resolve, write_document
 from codegen.hfsm.document import Automaton, Document
 from codegen.messages import Message
 from visualhfsm._errors import EditError
+from visualhfsm._languages import ENGLISH, said
 
 EMPTY: Final = "empty"
 """The name of the template that is always there."""
 
 _BEHAVIORS: Final = "behaviors"
-_UNTITLED: Final = "untitled"
+_UNTITLED: Final = Message("untitled")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +41,16 @@ def find_templates() -> list[Template]:
     return list(found.values())
 
 
-def make_template(name: str) -> tuple[str, Document]:
+def make_template(name: str, language: str = ENGLISH) -> tuple[str, Document]:
     """Return the name and the content of a document from a template; a blank name is the empty one.
+
+    The document of that is called in a language, one of LANGUAGES.
 
     The imports of the template are inlined, since the new document may be saved anywhere. Raises EditError
     when there is none of that name.
     """
     if name in ("", EMPTY):
-        return _UNTITLED, Document(automata=(Automaton(id=1),))
+        return said(_UNTITLED, language), Document(automata=(Automaton(id=1),))
     path = next((each.path for each in find_templates() if each.name == name), None)
     document = None if path is None else read_document(path, Diagnostics())
     if path is None or document is None:

@@ -61,9 +61,9 @@ async def open_text(workspace: Workspace, _: Window, request: p.OpenText) -> dic
     return await _shown(workspace, partial(workspace.project.open_text, request.name, request.text))
 
 
-async def new(workspace: Workspace, _: Window, request: p.New) -> dict[str, Any]:
+async def new(workspace: Workspace, window: Window, request: p.New) -> dict[str, Any]:
     """Create a document from a template."""
-    return await _shown(workspace, partial(workspace.project.new, request.template))
+    return await _shown(workspace, partial(workspace.project.new, request.template, window.language))
 
 
 async def recover(workspace: Workspace, _: Window, request: p.Recover) -> dict[str, Any]:

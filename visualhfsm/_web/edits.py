@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 from codegen.messages import Message
+from visualhfsm._editing.commands import in_language
 from visualhfsm._editing.commands.paste import PasteStates
 from visualhfsm._errors import MissingError
 from visualhfsm._sessions.session import Change
@@ -19,10 +20,11 @@ from .window import Window
 from .workspace import Workspace
 
 
-async def do(workspace: Workspace, _: Window, request: p.Do) -> dict[str, Any]:
-    """Apply a command."""
+async def do(workspace: Workspace, window: Window, request: p.Do) -> dict[str, Any]:
+    """Apply a command; names that it makes up are in the language of the page."""
     tab = workspace.tabs.editable(request.tab)
-    return _outcome(await tab.edit(OpenDocument.apply, request.command, request.base))
+    command = in_language(request.command, window.language)
+    return _outcome(await tab.edit(OpenDocument.apply, command, request.base))
 
 
 async def undo(workspace: Workspace, _: Window, request: p.Undo) -> dict[str, Any]:
@@ -66,7 +68,7 @@ async def paste(workspace: Workspace, _: Window, request: p.Paste) -> dict[str, 
     return _outcome(await tab.edit(OpenDocument.apply, command))
 
 
-async def add_ready(workspace: Workspace, _: Window, request: p.AddReady) -> dict[str, Any]:
+async def add_ready(workspace: Workspace, window: Window, request: p.AddReady) -> dict[str, Any]:
     """Draw a state of the shelf."""
     tab = workspace.tabs.editable(request.tab)
     add = partial(
@@ -77,6 +79,8 @@ async def add_ready(workspace: Workspace, _: Window, request: p.AddReady) -> dic
         y=request.y,
         origin=request.origin,
         trigger=request.trigger,
+        name=request.name,
+        language=window.language,
     )
     return _outcome(await tab.edit(add))
 

@@ -164,7 +164,10 @@ class Paste(TabEdit):
 
 
 class AddReady(TabEdit):
-    """Draw a state of the shelf into an automaton, with a transition to it from `origin` if given."""
+    """Draw a state of the shelf into an automaton, with a transition to it from `origin` if given.
+
+    It is called `name`, by default as it is on the shelf.
+    """
 
     state: Name
     automaton: ElementId
@@ -172,6 +175,7 @@ class AddReady(TabEdit):
     y: Coordinate
     origin: ElementId | None = None
     trigger: TransitionType = "condition"
+    name: Name = ""
 
 
 class PutOnShelf(TabEdit):

@@ -58,7 +58,8 @@ class Window:
         """Whether it only looks on."""
         self.key: Final = key
         """The key by which its page is let in again after a restart of the editor."""
-        self._language = ENGLISH
+        self.language = ENGLISH
+        """The language of its page, one of LANGUAGES."""
         self._sent: dict[int, Sent] = {}  # the documents as the window has them, by tab
         self._answers: list[bytes] = []
         self._pushes: dict[tuple[Hashable, object], Push | Tab] = {}
@@ -72,12 +73,12 @@ class Window:
     def greet(self, language: str = ENGLISH) -> None:
         """Send everything from now on, in one of LANGUAGES; the window knows nothing yet."""
         self.greeted = True
-        self._language = language
+        self.language = language
         self._sent.clear()
 
     def answer(self, answer: Answer | ErrorAnswer) -> None:
         """Send an answer; everything that was pushed before goes first."""
-        self._answers.append(encode(answer, self._language))
+        self._answers.append(encode(answer, self.language))
         self._filled.set()
 
     def push(self, push: Push) -> None:
@@ -128,7 +129,7 @@ class Window:
                 for message in self._news():
                     await send(message.decode())
                 if self._output and self._showing is None and not self._filled.is_set():
-                    output = encode(self._take_output(next(iter(self._output))), self._language)
+                    output = encode(self._take_output(next(iter(self._output))), self.language)
                     self._showing = asyncio.get_running_loop().call_later(_SHOWN, self.output_shown)
                     await send(output.decode())
         finally:
@@ -144,7 +145,7 @@ class Window:
             if isinstance(news, RunPush) and news.status == "ended" and news.tab in self._output:
                 messages.append(self._take_output(news.tab))  # its last lines say why it ended
             messages.append(self._document(news) if isinstance(news, Tab) else news)
-        return [*(encode(each, self._language) for each in messages), *answers]
+        return [*(encode(each, self.language) for each in messages), *answers]
 
     def _take_output(self, tab: int) -> Output:
         output = self._output.pop(tab)

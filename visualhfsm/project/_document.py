@@ -23,6 +23,7 @@ from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Findings, Problem, Proof
 from visualhfsm._editing.serialization import copy_states, written
 from visualhfsm._errors import EditError, UnsavedError
+from visualhfsm._languages import ENGLISH
 from visualhfsm._sessions import imports
 from visualhfsm._sessions.files import write_file
 from visualhfsm._sessions.session import Change, Choice, DocumentSession, Resolution
@@ -217,15 +218,25 @@ class OpenDocument:
         *,
         origin: int | None = None,
         trigger: TransitionType = "condition",
+        name: str = "",
+        language: str = ENGLISH,
     ) -> Change:
         """Draw one of the project's ready states at a place, as a copy.
 
-        With `origin`, a transition of the type `trigger` leads to it from there.
+        It is called `name`, by default as it is on the shelf. With `origin`, a transition of the type
+        `trigger` leads to it from there, with a name in a language such as `es`.
         """
         title, content = self._owner.ready_state(id)
-        name = title[:1].lower() + title[1:]
+        wanted = name or title
         command = AddReadyState(
-            automaton=automaton, content=content, name=name, x=x, y=y, origin=origin, trigger=trigger
+            automaton=automaton,
+            content=content,
+            name=wanted[:1].lower() + wanted[1:],
+            x=x,
+            y=y,
+            origin=origin,
+            trigger=trigger,
+            language=language,
         )
         return self.apply(command)
 

@@ -18,6 +18,7 @@ from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._editing.serialization import import_scxml, parse
 from visualhfsm._errors import EditError, MissingError, TooManyError, WouldOverwriteError
+from visualhfsm._languages import ENGLISH, known_language
 from visualhfsm._sessions.files import read_file
 from visualhfsm._sessions.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm._sessions.session import DocumentSession
@@ -162,11 +163,14 @@ class Project:
                 return self._import(name, content)
             return self._add(make)
 
-    def new(self, template: str = EMPTY) -> OpenDocument:
-        """Make a document from a template: an empty one, or one of the behaviors that are installed."""
+    def new(self, template: str = EMPTY, language: str = ENGLISH) -> OpenDocument:
+        """Make a document from a template: an empty one, or one of the behaviors that are installed.
+
+        An empty one is called `untitled`, in a language such as `es`.
+        """
 
         def make() -> DocumentSession:
-            name, document = make_template(template)
+            name, document = make_template(template, known_language(language))
             return DocumentSession.new(document, self._free_title(name), journals=self.journals)
 
         with self._opening:

@@ -16,7 +16,7 @@ from visualhfsm._errors import EditError
 from . import automata, component, group, items, notes, paste, states, text, transitions, variables
 from .base import Command
 
-__all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command"]
+__all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command", "in_language"]
 
 COMMANDS: Final[tuple[type[Command], ...]] = tuple(
     found
@@ -45,6 +45,12 @@ else:
     """The type of any command in JSON."""
 
 _DECODER: Final[msgspec.json.Decoder[Command]] = msgspec.json.Decoder(AnyCommand)
+
+
+def in_language(command: Command, language: str) -> Command:
+    """Return a command with the language of the names that it makes up, if it has none yet."""
+    is_open = getattr(command, "language", None) == ""
+    return msgspec.structs.replace(command, language=language) if is_open else command
 
 
 def decode_command(content: bytes | str | msgspec.Raw) -> Command:

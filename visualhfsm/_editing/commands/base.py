@@ -11,12 +11,15 @@ from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.native import MAX_ID
 from codegen.messages import Message
 from visualhfsm._errors import EditError
+from visualhfsm._languages import known_language, said
 
 from ..nodes import with_automaton
 
 Id = Annotated[int, msgspec.Meta(ge=0, le=MAX_ID)]
 Index = Annotated[int, msgspec.Meta(ge=0, le=1_000_000)]
 Ids = tuple[Id, ...]
+Language = Annotated[str, msgspec.Meta(max_length=40)]
+"""The language of a name that a command makes up; blank is English."""
 
 
 def _tag(name: str) -> str:
@@ -100,6 +103,11 @@ class AutomatonCommand(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         """Return the document with the changed automaton."""
         return with_automaton(document, self.automaton, self.change)
+
+
+def made_up(name: Message, language: Language) -> str:
+    """Return a name in the language of a command."""
+    return said(name, known_language(language))
 
 
 def only_text(command: Command, fields: Sequence[str]) -> str:

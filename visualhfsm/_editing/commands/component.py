@@ -12,6 +12,7 @@ from typing import Any, Final, Literal, NamedTuple, Self, TypeVar, get_args
 
 import msgspec
 
+from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import (
     NO_CHILD,
     Automaton,
@@ -30,7 +31,7 @@ from codegen.messages import Message
 from visualhfsm._errors import EditError
 
 from ..nodes import changed, find_automaton, free_name, with_automaton
-from .base import Command, Id, Index, only_text
+from .base import Command, Id, Index, Language, made_up, only_text
 
 ListName = Literal[
     "parameters", "events", "properties", "libraries", "interfaces", "ros", "inputs", "outputs"
@@ -128,6 +129,7 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
     """Add an entry to a list; without a name it gets a free one."""
 
     fields: dict[str, str] = msgspec.field(default_factory=dict)
+    language: Language = ""
 
     def apply(self, document: Document) -> Document:
         if self.list in _OF_AUTOMATON and find_automaton(document, self.automaton).imported is not None:
@@ -141,7 +143,10 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
             noun, _, blank, _, separator = _LISTS[self.list]
             fields = _checked_fields(self.list, self.fields)
             if separator and not fields.get("name"):
-                fields["name"] = free_name(str(noun), {each.name for each in entries}, separator)
+                name = made_up(noun, self.language)
+                if separator == "_":  # code calls it by that, and so do options of the command line
+                    name = component_name(name)
+                fields["name"] = free_name(name, {each.name for each in entries}, separator)
             return (*entries, changed(blank, **fields))
 
         return self.changed_list(document, add)

@@ -28,10 +28,9 @@ from ..nodes import (
     swapped,
 )
 from ..subtrees import owners
-from .base import Command, Id, Ids
+from .base import Command, Id, Ids, Language, made_up
 from .items import describe
 
-_DEFAULT_NAME: Final = "group"
 _WORD: Final = re.compile(r"[^\W\d]\w*")
 _LINE: Final = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")  # as Python's parser counts them
 
@@ -48,6 +47,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
     automaton: Id
     states: Ids
     name: str = ""
+    language: Language = ""
 
     def apply(self, document: Document) -> Document:
         source = find_automaton(document, self.automaton)
@@ -65,7 +65,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
         group = State(
             id=next(state_ids(source)),
             name=checked(self.name, Message("the name"))
-            or free_name(_DEFAULT_NAME, {state.name for state in source.states}),
+            or free_name(made_up(Message("group"), self.language), {state.name for state in source.states}),
             initial=any(state.initial for state in chosen),
             children=(number,),
             history=Text("restart"),

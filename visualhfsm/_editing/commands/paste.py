@@ -41,7 +41,7 @@ from ..nodes import (
 )
 from ..serialization import parse
 from ..subtrees import hanging, renumbered, renumbered_state, without_automata
-from .base import Command, Id, step_name
+from .base import Command, Id, Language, step_name
 from .states import AddState
 from .transitions import TransitionType
 
@@ -137,6 +137,7 @@ class AddReadyState(Command, frozen=True, kw_only=True):
     y: float
     origin: Id | None = None
     trigger: TransitionType = "condition"
+    language: Language = ""
 
     def apply(self, document: Document) -> Document:
         what = Message("Cannot draw {name}", name=self.name[:40])
@@ -153,7 +154,12 @@ class AddReadyState(Command, frozen=True, kw_only=True):
         _require_same_declarations(document, fragment, what)
         former = find_automaton(document, self.automaton)
         document = AddState(
-            automaton=former.id, x=self.x, y=self.y, origin=self.origin, trigger=self.trigger
+            automaton=former.id,
+            x=self.x,
+            y=self.y,
+            origin=self.origin,
+            trigger=self.trigger,
+            language=self.language,
         ).apply(document)
         target = find_automaton(document, self.automaton)
         added = target.states[-1]

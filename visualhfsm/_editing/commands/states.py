@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar, Final, Literal
+from typing import ClassVar, Literal
 
 from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Result, State, Text
 from codegen.messages import NO_MESSAGE, Message
@@ -23,10 +23,8 @@ from ..nodes import (
     swapped,
     with_automaton,
 )
-from .base import AutomatonCommand, Command, Id
+from .base import AutomatonCommand, Command, Id, Language, made_up
 from .transitions import AddTransition, TransitionType
-
-_DEFAULT_NAME: Final = "state"
 
 
 class AddState(Command, frozen=True, kw_only=True):
@@ -41,6 +39,7 @@ class AddState(Command, frozen=True, kw_only=True):
     name: str = ""
     origin: Id | None = None
     trigger: TransitionType = "condition"
+    language: Language = ""
 
     def apply(self, document: Document) -> Document:
         number = next(state_ids(find_automaton(document, self.automaton)))
@@ -56,7 +55,8 @@ class AddState(Command, frozen=True, kw_only=True):
             taken = {state.name for state in automaton.states}
             state = State(
                 id=number,
-                name=checked(self.name, Message("the name")) or free_name(f"{_DEFAULT_NAME} {number}", taken),
+                name=checked(self.name, Message("the name"))
+                or free_name(made_up(Message("state {number}", number=number), self.language), taken),
                 initial=not any(state.initial for state in automaton.states),
                 x=coordinate(self.x),
                 y=coordinate(self.y),
@@ -67,7 +67,11 @@ class AddState(Command, frozen=True, kw_only=True):
         if self.origin is None:
             return drawn
         led = AddTransition(
-            automaton=self.automaton, origin=self.origin, destination=number, type=self.trigger
+            automaton=self.automaton,
+            origin=self.origin,
+            destination=number,
+            type=self.trigger,
+            language=self.language,
         )
         return led.apply(drawn)
 

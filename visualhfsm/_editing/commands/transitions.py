@@ -21,7 +21,7 @@ from ..nodes import (
     swapped,
     transition_ids,
 )
-from .base import AutomatonCommand, Id, Index
+from .base import AutomatonCommand, Id, Index, Language, made_up
 
 _DEFAULT_TIME: Final = "1000"  # ms
 
@@ -37,12 +37,14 @@ class AddTransition(AutomatonCommand, frozen=True, kw_only=True):
     name: str = ""
     x: float | None = None
     y: float | None = None
+    language: Language = ""
 
     def change(self, automaton: Automaton) -> Automaton:
         number = next(transition_ids(automaton))
         transition = Transition(
             id=number,
-            name=checked(self.name, Message("the name")) or f"transition {number}",
+            name=checked(self.name, Message("the name"))
+            or made_up(Message("transition {number}", number=number), self.language),
             origin=find_state(automaton, self.origin).id,
             destination=find_state(automaton, self.destination).id,
             type=self.type,

@@ -105,6 +105,7 @@ export interface Commands {
     list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
     automaton?: number;
     fields?: Record<string, string>;
+    language?: string;
   };
   /** Change fields of an entry. */
   changeEntry: {
@@ -127,7 +128,7 @@ export interface Commands {
     to: number;
   };
   /** Move states into a new automaton below a new state that takes their place. */
-  groupStates: {automaton: number; states: number[]; name?: string};
+  groupStates: {automaton: number; states: number[]; name?: string; language?: string};
   /** Delete states, transitions and annotations. */
   deleteItems: {automaton: number; states?: number[]; transitions?: number[]; annotations?: number[]; cut?: boolean};
   /** Move states, handles and annotations by some pixels. */
@@ -179,6 +180,7 @@ export interface Commands {
     y: number;
     origin?: number | null;
     trigger?: "condition" | "event" | "finished" | "time";
+    language?: string;
   };
   /** Replace the content of an automaton by that of the first one of a document, with all below it. */
   fillAutomaton: {automaton: number; content: string; name?: string};
@@ -192,6 +194,7 @@ export interface Commands {
     name?: string;
     origin?: number | null;
     trigger?: "condition" | "event" | "finished" | "time";
+    language?: string;
   };
   /** Rename a state. */
   renameState: {automaton: number; state: number; name: string};
@@ -222,6 +225,7 @@ export interface Commands {
     name?: string;
     x?: number | null;
     y?: number | null;
+    language?: string;
   };
   /** Rename a transition. */
   renameTransition: {automaton: number; transition: number; name: string};
@@ -714,6 +718,7 @@ export interface Requests {
     y: number;
     origin?: number | null;
     trigger?: "condition" | "event" | "finished" | "time";
+    name?: string;
   };
   /** Follow a running component. */
   attach: {component: string};

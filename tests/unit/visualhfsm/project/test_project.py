@@ -19,6 +19,7 @@ from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
 from visualhfsm import (
     AddEntry,
     AddState,
+    AddTransition,
     EditError,
     ForbiddenPathError,
     MissingError,
@@ -140,6 +141,19 @@ def test_new_documents_have_names_of_their_own(project: Project) -> None:
     assert project.open_text("waver.xml", text).version.title == "waver 2"
     kept = project.open_text("waver.mcap", text, kept=True)
     assert (kept.version.title, kept.version.dirty) == ("waver.mcap", False)
+
+
+def test_a_new_document_in_spanish_can_be_saved_and_generated(project: Project) -> None:
+    document = project.new(language="es-ES")
+    assert document.version.title == "sin título"
+    assert project.new(language="es").version.title == "sin título 2"
+    document.apply([AddState(automaton=1, x=x, y=0, language="es") for x in (0, 200)])
+    document.apply(AddTransition(automaton=1, origin=1, destination=2, language="es"))
+    document.save(f"{document.version.title}.xml")
+    component = document.generate()
+    code = component.read_text("utf-8")
+    assert "transición 1" in code
+    compile(code, str(component), "exec")
 
 
 def test_scxml_is_opened_as_a_new_document_with_remarks(project: Project, root: Path) -> None:

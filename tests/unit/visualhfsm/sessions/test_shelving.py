@@ -82,6 +82,11 @@ def test_a_state_with_an_automaton_is_that_automaton_with_what_it_uses(
     assert not found.trouble
     greeting.add_ready_state(found.id, automaton=1, x=500, y=100)
     assert greeting.automata[0].states[-1].name == "wave, and wait!"
+    greeting.add_ready_state(
+        found.id, automaton=1, x=500, y=300, origin=1, name="Saludar y esperar", language="es"
+    )
+    assert greeting.automata[0].states[-1].name == "saludar y esperar"
+    assert greeting.automata[0].transitions[-1].name.startswith("transición ")
 
 
 def test_states_with_code_are_with_their_transitions_and_variables(greeting: OpenDocument) -> None:

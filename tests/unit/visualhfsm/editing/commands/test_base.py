@@ -4,9 +4,20 @@ from __future__ import annotations
 
 import pytest
 
+from codegen.hfsm.document import Document
 from tests.support.editing import tree
+from visualhfsm._editing.commands import Command, in_language
+from visualhfsm._editing.commands.automata import AddRoot
+from visualhfsm._editing.commands.component import AddEntry
+from visualhfsm._editing.commands.group import GroupStates
 from visualhfsm._editing.commands.items import MoveItems
-from visualhfsm._editing.commands.states import MarkInitial, RemoveArgument, RenameState, SetStateCode
+from visualhfsm._editing.commands.states import (
+    AddState,
+    MarkInitial,
+    RemoveArgument,
+    RenameState,
+    SetStateCode,
+)
 from visualhfsm._editing.commands.transitions import RetargetTransition
 from visualhfsm._errors import EditError
 
@@ -28,3 +39,29 @@ def test_a_command_that_changes_nothing_returns_the_document_itself() -> None:
         RemoveArgument(automaton=1, state=1, name="x"),
     ):
         assert command.apply(document) is document, command
+
+
+def test_names_that_are_made_up_are_in_the_language_of_the_page() -> None:
+    commands: list[Command] = [
+        AddState(automaton=1, x=0, y=0),
+        AddState(automaton=1, x=200, y=0, origin=1),
+        GroupStates(automaton=1, states=(2,)),
+        *(AddEntry(list=each) for each in ("parameters", "interfaces", "events", "properties")),
+        *(AddEntry(list=each, automaton=2) for each in ("inputs", "outputs")),
+    ]
+    document = AddRoot().apply(Document())
+    for command in commands:
+        document = in_language(command, "es").apply(document)
+    root, group = document.automata
+    assert [each.name for each in (*root.states, *group.states)] == ["estado 1", "grupo", "estado 2"]
+    assert [each.name for each in root.transitions] == ["transición 1"]
+    lists = (document.events, document.properties, document.parameters, document.interfaces)
+    names = [each.name for entries in (*lists, group.inputs, group.outputs) for each in entries]
+    assert names == ["evento", "propiedad", "parametro", "interfaz", "entrada", "salida"]
+
+
+def test_a_command_keeps_the_language_that_it_came_with() -> None:
+    asked = AddState(automaton=1, x=0, y=0, language="en")
+    assert in_language(asked, "es") is asked
+    move = MoveItems(automaton=1, states=(1,), dx=0, dy=0)
+    assert in_language(move, "es") is move
