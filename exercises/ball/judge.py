@@ -22,7 +22,7 @@ def comes_near(run):
     nearest = min(away(moment) for moment in before(run))
     return float(nearest <= NEAR), {
         "en": f"comes as near as {nearest:.2f} m to the ball; asked: {NEAR} m",
-        "es": f"se acerca hasta {nearest:.2f} m de la pelota; se pide: {NEAR} m",
+        "es": f"se acerca hasta {nearest:.2f} m del balón; se pide: {NEAR} m",
     }
 
 
@@ -30,7 +30,7 @@ def follows(run):
     nearest = min(away(moment) for moment in run.moments[len(before(run)) + 1 :])
     return float(nearest <= NEAR), {
         "en": f"after the ball is moved it comes as near as {nearest:.2f} m; asked: {NEAR} m",
-        "es": f"después de mover la pelota se acerca hasta {nearest:.2f} m; se pide: {NEAR} m",
+        "es": f"después de mover el balón se acerca hasta {nearest:.2f} m; se pide: {NEAR} m",
     }
 
 
@@ -44,5 +44,5 @@ def careful(run):
         return 0.0, {"en": "stays where it is", "es": "se queda donde está"}
     return float(rolled < 0.05), {
         "en": f"the ball rolls {rolled:.2f} m; asked: that it stays where it is",
-        "es": f"la pelota rueda {rolled:.2f} m; se pide: que se quede donde está",
+        "es": f"el balón rueda {rolled:.2f} m; se pide: que se quede donde está",
     }

@@ -25,7 +25,7 @@ def kicks(run):
     played = any(call.error is None for call in run.calls("Motions.play"))
     return float(played and far[0] > KICKED), {
         "en": f"moves the ball by up to {far[0]:.2f} m within a second; asked: a kick, more than {KICKED} m",
-        "es": f"mueve la pelota hasta {far[0]:.2f} m en un segundo; se pide: un chut, más de {KICKED} m",
+        "es": f"mueve el balón hasta {far[0]:.2f} m en un segundo; se pide: un chut, más de {KICKED} m",
     }
 
 
@@ -37,7 +37,7 @@ def scores(run):
     way = math.hypot(max(0.0, LINE + RADIUS - x), max(0.0, abs(y) - POST))
     return 0.0, {
         "en": f"the ball ends {way:.2f} m before the goal",
-        "es": f"la pelota acaba a {way:.2f} m de la portería",
+        "es": f"el balón acaba a {way:.2f} m de la portería",
     }
 
 

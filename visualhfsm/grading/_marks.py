@@ -57,11 +57,16 @@ class Marks(Struct, frozen=True, kw_only=True):
     def summary(self) -> str:
         """Why points are lost, in one line."""
         if self.reason:
-            return f"{say(self.language, 'broken')}: {' '.join(self.reason.split())}"
+            return f"{say(self.language, 'broken')}: {self._reason_in_one_line()}"
         lost = [each.words for each in self.earned if each.points < each.of]
         if self.error:
             lost.append(" ".join(self.error.split()))
         return "; ".join(dict.fromkeys(lost)) or say(self.language, "all")
+
+    def _reason_in_one_line(self) -> str:
+        """Return what the compiler said, without the lines of the document and the carets below them."""
+        said = [line for line in self.reason.splitlines() if line == line.lstrip()]
+        return "; ".join(filter(None, said))
 
     @classmethod
     def broken(cls, exercise: Exercise, name: str, language: str, reason: str) -> Marks:

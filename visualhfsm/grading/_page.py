@@ -30,7 +30,7 @@ _POLICY: Final = (
 
 def write_page(path: Path, exercise: Exercise, marks: Marks, recording: Path | None = None) -> None:
     """Write the page of a submission, perhaps with a recording. Raises VisualHfsmError."""
-    frame = "" if recording is None else _frame(marks, recording)
+    frame = "" if recording is None else _frame(exercise, marks, recording)
     write_html(
         path,
         _page(marks.language, f"{marks.name}: {_title(exercise, marks)}", _marks(exercise, marks) + frame),
@@ -116,13 +116,19 @@ def _words(text: str) -> str:
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
 
 
-def _frame(marks: Marks, recording: Path) -> str:
+def _frame(exercise: Exercise, marks: Marks, recording: Path) -> str:
     """Return the page of a recording as a frame, with the policy of that page."""
     run = open_recording(recording)
     document = parse(run.document, Message("The document cannot be read")) if run.document else None
     page = html.escape(run_page(run.exported(document)))
     title = say(marks.language, "all good" if marks.points == marks.of else "worst")
-    where = say(marks.language, "trial", plan=marks.worst_plan, number=marks.worst_number)
+    where = say(
+        marks.language,
+        "trial of" if len(exercise.plans) > 1 else "trial",
+        plan=marks.worst_plan,
+        number=marks.worst_number + 1,
+        count=exercise.plans[marks.worst_plan].runs,
+    )
     return f"""
 <h2>{title} <small>({html.escape(where)})</small></h2>
 <iframe title="{title}" srcdoc="{page}"></iframe>"""

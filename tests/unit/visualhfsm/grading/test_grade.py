@@ -32,7 +32,7 @@ points = 1
 judge = "judge.py:good"
 
 [events]
-gone = { en = "the ball is gone", es = "desaparece la pelota" }
+gone = { en = "the ball is gone", es = "desaparece el balón" }
 """
 TRIALS = """
 robot = "fake"
@@ -99,7 +99,7 @@ def test_a_state_in_time_earns_its_points(folder: Path) -> None:
 def test_words_are_in_the_language_that_is_asked_for(folder: Path) -> None:
     marks = grade(folder, waits(1300), "es")
     assert [each.words for each in marks.earned] == [
-        "pasa a `done` en 0,3 s cuando desaparece la pelota; se pide: en 0,5 s como máximo",
+        "pasa a `done` en 0,3 s cuando desaparece el balón; se pide: en 0,5 s como máximo",
         "empieza en `waiting`",
         "31 momentos",
     ]
@@ -153,6 +153,15 @@ def test_a_document_that_cannot_be_run_has_no_points_and_a_reason(folder: Path) 
     assert (marks.points, marks.of) == (0.0, 7.0)
     assert marks.reason.startswith("wait.xml:")
     assert str(folder.parent) not in marks.reason
+
+
+def test_a_reason_in_one_line_has_no_excerpt_of_the_document(folder: Path) -> None:
+    marks = grade(folder, waits(1300).replace("</SubAutomata>", "</Sub>"))
+    assert "    </Sub>\n" in marks.reason
+    assert re.fullmatch(
+        r"It cannot be run, so there are no points: wait\.xml:\d+:\d+: error\[E502\]: .*mismatched tag",
+        marks.summary,
+    )
 
 
 def test_the_marks_are_the_same_twice(folder: Path) -> None:
