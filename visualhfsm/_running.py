@@ -142,7 +142,7 @@ class RunningComponents:
         origins = run.origins if run is not None else None
         if origins is None and source.path is not None:
             path = source.path
-            origins = await asyncio.to_thread(read_origins, path, component_path(path, None))
+            origins = await asyncio.to_thread(read_origins, path, component_path(path, None), self._include)
         found = None if origins is None else origins.find(text, automaton=automaton, state=state)
         return None if found is None else {"place": found.place, "line": found.line}
 
@@ -305,17 +305,8 @@ class _Run:
     def _report_failures(self, found: Iterable[Failure]) -> None:
         origins = self._generated.origins if self._generated else None
         for each in found:
-            place, line, file, file_line = each.origin
-            texts = origins.texts(place) if origins else ()
-            failed = Failed(
-                tab=self._tab,
-                place=place,
-                line=line or file_line,
-                message=each.message,
-                texts=texts,
-                file=file,
-            )
-            self._publish(failed)
+            texts = origins.texts(each.origin.place) if origins else ()
+            self._publish(Failed(tab=self._tab, origin=each.origin, message=each.message, texts=texts))
 
     def _take(self, written: Lines) -> None:
         lines = [self._line(stream, text) for stream, text in written.lines]
@@ -367,7 +358,8 @@ class _Directory:
         if component is None:
             raise VisualHfsmError(summary(diagnostics))
         self._target = target
-        return _Generated(component, read_origins(file, component), unsaved=file != path)
+        origins = read_origins(file, component, include, home=path)
+        return _Generated(component, origins, unsaved=file != path)
 
     def file_for_last_cycle(self) -> Path:
         """Make the file in which a component that starts keeps what it executes. Raises OSError."""

@@ -26,6 +26,7 @@ from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._editing.places import Place
 from visualhfsm._monitoring.follower import LiveStructure
 from visualhfsm._monitoring.run_log import LiveSnapshot
+from visualhfsm._origins import Origin
 from zenoh_ice.settings import ENVIRONMENT_PREFIX, host_and_port, is_loopback
 
 R = TypeVar("R")
@@ -53,18 +54,15 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """An error while the component of a tab ran, at a line of a place; line 0 is the element as a whole.
+    """An error while the component of a tab ran.
 
-    `texts` are those at the place as they ran: in other code the error is no longer there.
+    `texts` are those at its place as they ran: in other code the error is no longer there.
     """
 
     tab: int
-    place: Place
-    line: int
+    origin: Origin
     message: Message
     texts: tuple[str, ...]
-    file: str = ""
-    """The file of imported code, of which `line` is one; the place is the state below which it runs."""
 
 
 @dataclass(frozen=True, slots=True)

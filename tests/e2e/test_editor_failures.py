@@ -159,18 +159,81 @@ IMPORTED = """<VisualHFSM><SubAutomata id="1" idFather="0"><state id="1" initial
 1 / 0</code></state></SubAutomata></VisualHFSM>"""
 
 
+def look_at(folder: Path, text: str = IMPORTED) -> None:
+    (folder / "parts").mkdir(exist_ok=True)
+    (folder / "parts" / "look.xml").write_text(text)
+
+
 @pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
 def test_an_error_in_an_imported_automaton_marks_its_state_and_leads_to_its_file(
     shown: EditorPage, tmp_path: Path
 ) -> None:
     page = shown.page
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "look.xml").write_text(IMPORTED)
+    look_at(tmp_path)
     shown.press("F5")
     expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
+    expect(shown.state("wait")).to_have_attribute(
+        "aria-label", re.compile("error: In parts/look.xml, code of look, line 2: ZeroDivisionError")
+    )
     shown.press("Control+m")
     problem = page.get_by_role("list", name="Problems").get_by_role("button", name="ZeroDivisionError")
-    expect(problem).to_contain_text(re.compile("division by zero.*look.xml › line 3", re.DOTALL))
+    expect(problem).to_contain_text(
+        re.compile("division by zero.*parts/look.xml › code of look, line 2", re.DOTALL)
+    )
     problem.click()
     expect(page.get_by_role("tab", name="look", selected=True)).to_be_visible()
     expect(page.get_by_role("textbox", name="Code of the state look")).to_be_focused()
+
+
+@pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
+def test_the_end_of_a_run_in_imported_code_shows_that_code_until_its_file_changes(
+    shown: EditorPage, tmp_path: Path
+) -> None:
+    page = shown.page
+    look_at(tmp_path)
+    shown.press("F5")
+    expect(status(shown)).to_have_text("Ended: division by zero in look")
+    page.locator(".live-bar").get_by_role("button", name="line 2").click()
+    field = page.get_by_role("textbox", name="Code of the state look")
+    expect(field).to_have_attribute("aria-readonly", "true")
+    expect(page.locator(".cm-failed")).to_have_text(re.compile("ZeroDivisionError: division by zero$"))
+    expect(page.locator(".cm-failedLine")).to_have_text("1 / 0")
+    expect(shown.state("look")).to_have_class(re.compile(r"\bfailed\b"))
+    expect(page.get_by_role("tab", name="walk", selected=True)).to_be_visible()
+    assert not shown.violations("hfsm-code-panel")
+
+    look_at(tmp_path, IMPORTED.replace("1 / 0", "1 / 1"))
+    expect(page.locator(".cm-failed")).to_have_count(0)
+    expect(field).to_have_text(re.compile("1 / 1"))
+    expect(shown.state("look")).not_to_have_class(re.compile(r"\bfailed\b"))
+
+
+@pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
+def test_what_checks_find_in_an_imported_file_marks_its_state_its_code_and_leads_to_its_file(
+    shown: EditorPage, tmp_path: Path
+) -> None:
+    page = shown.page
+    look_at(tmp_path, IMPORTED.replace("1 / 0", "print(unknown)"))
+    words = "In parts/look.xml, code of look, line 2: `unknown` is not defined"
+    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile(f"warning: {words}"))
+    shown.state("wait").click()
+    shown.edit_code()
+    expect(page.locator("hfsm-code-panel")).to_contain_text(words)
+    shown.press("Escape", "Enter")
+    shown.state("look").click()
+    expect(shown.state("look")).to_have_attribute(
+        "aria-label", re.compile("warning: `unknown` is not defined")
+    )
+    shown.edit_code()
+    expect(page.locator(".cm-lintRange-warning")).to_have_text("unknown")
+    shown.press("Control+m")
+    problems = page.get_by_role("list", name="Problems").get_by_role(
+        "button", name="`unknown` is not defined"
+    )
+    expect(problems).to_have_count(1)
+    problems.focus()
+    shown.press("Enter")
+    expect(page.get_by_role("tab", name="look", selected=True)).to_be_visible()
+    field = page.get_by_role("textbox", name="Code of the state look")
+    expect(field).to_be_focused()
+    expect(field).not_to_have_attribute("aria-readonly", "true")

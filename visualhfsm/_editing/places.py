@@ -123,8 +123,9 @@ def _automaton(automaton: Automaton) -> Iterator[Spot]:
     fields = ("name", "type", "default", "description")
     yield from _list(place, "inputs", automaton.inputs, fields)
     yield from _list(place, "outputs", automaton.outputs, fields)
-    if automaton.imported is not None:
-        yield from _text(_part(place, "import"), automaton.imported.file)
+    if (imported := automaton.imported) is not None:
+        yield Spot(_part(place, "import"), None, imported.line, imported.column)
+        yield from _text(_part(place, "import"), imported.file)
     yield from _text(_part(place, "period"), automaton.iteration_time)
     yield from _text(_part(place, "variables"), automaton.variables)
     yield from _text(_part(place, "functions"), automaton.functions)

@@ -5,7 +5,7 @@ The editor never waits for a check: `CheckProcess` runs this module as a separat
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -16,10 +16,11 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.loading import check_document
-from codegen.messages import Message
+from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._languages import encode_message
 from visualhfsm._line_process import answer_lines
 
+from .imported_places import ImportedPlaces, shown_path
 from .places import Locator, Place
 
 if TYPE_CHECKING:
@@ -59,9 +60,11 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     """One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`.
 
     Line, column and length are those in the text at the place; both count from 1, line 0 means the element as
-    a whole. Without a place it is about the document. `file` and `line` name another file if it is about
-    that; its place is the state below which the automaton of that file runs, if there is one. A violated
-    property has a `counterexample`.
+    a whole. Without a place it is about the document, or about another `file`. The path of an imported file
+    is that from the folder of the document. There, the place is that of the automaton in the document;
+    `source` is that in the file, in words `where`, `copies` are further places, of an automaton that is
+    imported several times, and `owners` the states that own the imported automata. A violated property has a
+    `counterexample`.
     """
 
     code: str
@@ -73,6 +76,10 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     column: int = 0
     length: int = 0
     file: str = ""
+    source: Place | None = None
+    where: Message = NO_MESSAGE
+    copies: tuple[Place, ...] = ()
+    owners: tuple[Place, ...] = ()
     counterexample: CounterexampleView | None = None
 
 
@@ -122,12 +129,12 @@ def check(
     if document is not None and not diagnostics.has_errors:
         report = check_document(file, diagnostics, include, limit=limit, document=document)
     locator = Locator(document or Document())
-    importers = dict(_importers(document, file)) if document is not None else {}
+    imports = ImportedPlaces(document or Document(), file, include)
     order = {"error": 0, "warning": 1, "note": 2}
     reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
     found = sorted(reported, key=lambda each: order[each.severity])[:_MOST_PROBLEMS]
     return Findings(
-        problems=tuple(_with_steps(_problem(each, file, locator, importers), report) for each in found),
+        problems=tuple(_with_steps(_problem(each, file, locator, imports), report) for each in found),
         proofs=None if report is None else tuple(map(_proof, report.properties)),
     )
 
@@ -163,10 +170,10 @@ def _view(result: PropertyResult) -> CounterexampleView | None:
     return msgspec.convert(found, CounterexampleView, from_attributes=True)
 
 
-def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Path, Place]) -> Problem:
+def _problem(found: Diagnostic, file: Path, locator: Locator, imports: ImportedPlaces) -> Problem:
     location = found.location
     notes = tuple(
-        Message("{note} ({place})", note=note.message, place=_where(note.location, file, locator))
+        Message("{note} ({place})", note=note.message, place=_where(note.location, file, locator, imports))
         if note.location
         else note.message
         for note in found.notes
@@ -179,38 +186,51 @@ def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Pa
         length=location.length,
     )
     if location.path != file:
-        place = importers.get(location.path.resolve())
-        name = str(location.path)
-        return msgspec.structs.replace(
-            problem, place=place, file=name, line=location.line, column=location.column
-        )
+        return _elsewhere(problem, location, imports)
     located = locator.find(location.line, location.column) if location.line else None
     if located is None:
         return problem
     place, line, column = located
-    return msgspec.structs.replace(problem, place=place, line=line, column=column)
+    importing = imports.whole.automaton(place.automaton) if place.kind == "automaton" else None
+    owners = () if importing is None else imports.owners(importing)
+    return msgspec.structs.replace(problem, place=place, line=line, column=column, owners=owners)
 
 
-def _importers(document: Document, file: Path) -> Iterator[tuple[Path, Place]]:
-    """Yield the files that a document imports, each with the automaton that does."""
-    for automaton in document.automata:
-        name = "" if automaton.imported is None else automaton.imported.file.text.strip()
-        if name and "\0" not in name:
-            place = Place(kind="automaton", automaton=automaton.id, part="import")
-            yield (file.parent / name).resolve(), place
+def _elsewhere(problem: Problem, location: Location, imports: ImportedPlaces) -> Problem:
+    """Return a problem with its place in another file, and in the document if that imports it."""
+    found = imports.find(location.path, location.line, location.column)
+    if found is None or found.source is None:
+        problem = msgspec.structs.replace(problem, line=location.line, column=location.column)
+        if found is None:
+            return msgspec.structs.replace(problem, file=str(location.path))
+        place = found.owners[0] if found.owners else None
+        return msgspec.structs.replace(problem, file=found.file, place=place, owners=found.owners)
+    place, *copies = found.places or (found.owners or (None,))[:1]
+    return msgspec.structs.replace(
+        problem,
+        place=place,
+        copies=tuple(each for each in copies if each is not None),
+        owners=found.owners,
+        file=found.file,
+        source=found.source.place,
+        where=found.name,
+        line=found.source.line,
+        column=found.source.column,
+    )
 
 
-def _where(location: Location, file: Path, locator: Locator) -> Message:
-    """Return the place of a note in words: in this document, or a line of another file."""
-    if location.path != file:
-        name = location.path.name
-        return (
-            Message("{file}, line {line}", file=name, line=location.line)
-            if location.line
-            else Message.verbatim(name)
-        )
-    located = locator.find(location.line, location.column) if location.line else None
-    return locator.name(located) if located else Message("in this document")
+def _where(location: Location, file: Path, locator: Locator, imports: ImportedPlaces) -> Message:
+    """Return the place of a note in words: in this document, or in another file."""
+    if location.path == file:
+        located = locator.find(location.line, location.column) if location.line else None
+        return locator.name(located) if located else Message("in this document")
+    name = shown_path(location.path, file)
+    found = imports.find(location.path, location.line, location.column)
+    if found is not None and found.name:
+        return Message("{file}: {place}", file=name, place=found.name)
+    if location.line:
+        return Message("{file}, line {line}", file=name, line=location.line)
+    return Message.verbatim(name)
 
 
 class Question(msgspec.Struct, frozen=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from codegen.messages import Message
 from visualhfsm._editing.commands import Command
 from visualhfsm._editing.commands.automata import ExtractAutomaton
 from visualhfsm._editing.commands.paste import FillAutomaton
+from visualhfsm._editing.imported_places import shown_path
 from visualhfsm._editing.nodes import changed, find_automaton
 from visualhfsm._editing.serialization import written
 from visualhfsm._editing.subtrees import below
@@ -118,15 +120,16 @@ def _file_of(document: Document, automaton: int) -> str:
     return stub.imported.file.text.strip()[:60]
 
 
-def imported_views(document: Document, path: Path) -> list[dict[str, Any]]:
+def imported_views(document: Document, path: Path, include: Sequence[Path] = ()) -> list[dict[str, Any]]:
     """Return the content of all automata that are imported, each before those below it.
 
     They have the ids that a component of the document, whose file is `path`, gives them. Each has the file,
     relative to the document, and the automaton of it that it comes from. Unreadable imports are left out.
+    `include` are as for `resolve`.
     """
     own = {automaton.id: automaton for automaton in document.automata}
     views = []
-    for automaton in resolve(document, path, Diagnostics()).automata:
+    for automaton in resolve(document, path, Diagnostics(), include).automata:
         stub = own.get(automaton.id)
         if automaton.imported is None and (stub is None or stub.imported is not None):
             views.append(view(automaton) | {"imported": _source_of(automaton, stub, path)})
@@ -136,6 +139,4 @@ def imported_views(document: Document, path: Path) -> list[dict[str, Any]]:
 def _source_of(automaton: Automaton, stub: Automaton | None, path: Path) -> dict[str, Any]:
     if stub is not None and stub.imported is not None:
         return {"file": stub.imported.file.text, "automaton": stub.imported.automaton}
-    file = automaton.path or path
-    shown = file.relative_to(path.parent) if file.is_relative_to(path.parent) else file
-    return {"file": shown.as_posix(), "automaton": automaton.id}
+    return {"file": shown_path(automaton.path or path, path), "automaton": automaton.id}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from functools import partial
 from typing import Final
 
 from visualhfsm._errors import VisualHfsmError
@@ -60,7 +61,8 @@ class CheckScheduler:
 
     async def _check(self, tab: Tab) -> None:
         try:
-            await self._threads.do(tab.document.check)
+            again = await tab.look_at_imports()
+            await self._threads.do(partial(tab.document.check, again=again))
         except VisualHfsmError as error:
             _logger.warning("%s was not checked: %s", tab.shown.title, error)
         except Exception:  # an internal error of one check must not end all checks

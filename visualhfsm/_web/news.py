@@ -66,6 +66,8 @@ class News:
             case Checked(version=version, findings=findings):
                 tab.findings = Problems(tab=tab.id, revision=version.revision, items=findings.problems)
                 self._show_problems(tab)
+                if (tests := tab.tests.compare(tab.shown.document, tab.content)) is not None:
+                    self._windows.push(tests)
             case FileChanged(state=state, message=message):
                 outside = Outside(tab=tab.id, state=state, message=message)
                 tab.outside = outside if state in {"changed", "deleted"} else None
@@ -94,7 +96,7 @@ class News:
                 self._windows.push(tab.trials.take(news, tab.shown.document))
             case TestsPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
-                self._windows.push(tab.tests.take(news, tab.shown.document))
+                self._windows.push(tab.tests.take(news, tab.shown.document, tab.content))
             case Failed(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 tab.failures.append(news)

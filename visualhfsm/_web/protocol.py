@@ -568,11 +568,12 @@ class DocumentPush(Push, tag="document"):
 
 
 class Problems(Push):
-    """The problems of a revision of a document."""
+    """The problems of a revision of a document; `imports` counts the changes of imported files."""
 
     tab: int
     revision: int
     items: Sequence[Problem]
+    imports: int = 0
 
 
 class Outside(Push):

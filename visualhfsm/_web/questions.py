@@ -96,7 +96,7 @@ async def imported_by(workspace: Workspace, tab: Tab) -> list[dict[str, Any]]:
     shown = tab.shown
     if (path := shown.path) is None:
         return []  # imports are relative to the file
-    return await workspace.threads.do(lambda: imported_views(shown.document, path))
+    return await workspace.threads.do(lambda: imported_views(shown.document, path, workspace.project.include))
 
 
 async def locate(workspace: Workspace, _: Window, request: p.Locate) -> object:

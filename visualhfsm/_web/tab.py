@@ -23,6 +23,7 @@ from visualhfsm.project._events import Changed, Event
 from visualhfsm.project._version import Version
 from visualhfsm.trials._messages import TrialsPush
 
+from .imports import Imports
 from .protocol import Outside, Problems
 
 FAILED: Final = "run"
@@ -78,19 +79,24 @@ class Dated(Generic[Report]):
         self._reported: Report | None = None
         self._difference = _Difference()
 
-    def take(self, reported: Report, document: Document) -> Report:
-        """Return what the windows get of a report, while they show a document."""
+    def take(self, reported: Report, document: Document, content: Document | None = None) -> Report:
+        """Return what the windows get of a report, while they show a document.
+
+        `content` is the document with all that it imports.
+        """
         self._reported = reported
         differs = self.of is not None and self._difference.between(self.of, document)
-        self.now = replace(self._present(reported, document), outdated=reported.outdated or differs)
+        self.now = replace(
+            self._present(reported, content or document), outdated=reported.outdated or differs
+        )
         return self.now
 
-    def compare(self, document: Document) -> Report | None:
+    def compare(self, document: Document, content: Document | None = None) -> Report | None:
         """Return what the windows get while they show another version, if that is new."""
         if self._reported is None:
             return None
         former = self.now
-        now = self.take(self._reported, document)
+        now = self.take(self._reported, document, content)
         return None if now == former else now
 
     def _present(self, report: Report, document: Document) -> Report:  # noqa: ARG002
@@ -144,6 +150,7 @@ class Tab:
         self.trials: Dated[TrialsPush] = Dated()
         self.tests = DatedTests()
         self._from_run = _Difference()
+        self._imports = Imports()
         self._threads = threads
         self._changed = changed
         self._lock = asyncio.Lock()
@@ -160,11 +167,17 @@ class Tab:
     @property
     def problems(self) -> Problems | None:
         """What the checks found, after the errors of the last run in code that has not changed since."""
-        findings, document = self.findings, self.shown.document
+        findings, document = self.findings, self.content
         if findings is None:
             return None
-        present = (each for each in self.failures if texts_at(document, each.place) == each.texts)
-        return replace(findings, items=[*map(_problem, present), *findings.items])
+        present = (each for each in self.failures if texts_at(document, each.origin.place) == each.texts)
+        items = [*map(_problem, present), *findings.items]
+        return replace(findings, items=items, imports=self._imports.number)
+
+    @property
+    def content(self) -> Document:
+        """The shown document with what it imports, as that was looked at last."""
+        return self._imports.within(self.shown.document)
 
     @property
     def is_running(self) -> bool:
@@ -175,6 +188,17 @@ class Tab:
     def component(self) -> str:
         """The name of the component that was started from it and runs, or else of the one it would become."""
         return self.run.component if self.run is not None and self.is_running else self.shown.component
+
+    async def look_at_imports(self) -> bool:
+        """Read the imported files, and return whether they have changed since this was done before."""
+        former, document = self._imports, self.document
+        self._imports = await self._threads.do(lambda: Imports.read(document.imports(), former))
+        return self._imports is not former
+
+    async def imports_changed(self) -> bool:
+        """Return whether an imported file has changed since they were read."""
+        imports = self._imports
+        return bool(imports.stamps) and await self._threads.do(imports.differ)
 
     def take_generated(self) -> None:
         """Remember that the running component has loaded the last generated document."""
@@ -220,23 +244,19 @@ class Tab:
 
 def _problem(failed: Failed) -> Problem:
     """Return a failure as a problem, of the whole line."""
-    if failed.file:
-        return Problem(
-            code=FAILED,
-            severity=Severity.ERROR,
-            message=failed.message,
-            place=failed.place,
-            line=failed.line,
-            file=failed.file,
-        )
-    lines = failed.texts[0].split("\n") if failed.line and failed.texts else []
-    written = lines[failed.line - 1] if failed.line <= len(lines) and failed.line else ""
+    place, line, file, source, where, owners = failed.origin
+    lines = failed.texts[0].split("\n") if line and failed.texts else []
+    written = lines[line - 1] if line <= len(lines) and line else ""
     return Problem(
         code=FAILED,
         severity=Severity.ERROR,
         message=failed.message,
-        place=failed.place,
-        line=failed.line,
-        column=len(written) - len(written.lstrip()) + 1 if failed.line else 0,
+        place=place,
+        line=line,
+        column=len(written) - len(written.lstrip()) + 1 if line else 0,
         length=len(written.strip()),
+        file=file,
+        source=source,
+        where=where,
+        owners=owners,
     )

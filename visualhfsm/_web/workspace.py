@@ -145,7 +145,7 @@ class Workspace:
         self.publish_state()  # first: a window gets a tab before its document
         self.windows.show(tab)
         for dated in (tab.trials, tab.tests):
-            if (report := dated.compare(tab.shown.document)) is not None:
+            if (report := dated.compare(tab.shown.document, tab.content)) is not None:
                 self.windows.push(report)
         self._checks.check(tab)
 
@@ -188,6 +188,8 @@ class Workspace:
             for tab in self.tabs:
                 try:
                     await tab.edit(OpenDocument.refresh)
+                    if await tab.imports_changed():
+                        self._checks.check(tab)
                 except Exception:
                     if tab.id in self.tabs:
                         _logger.exception("the file of %s cannot be watched", tab.shown.title)

@@ -15,8 +15,9 @@ from codegen.reasons import reason
 from visualhfsm._code_help.question import Wanted
 from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._editing.check_process import CheckProcess
+from visualhfsm._editing.imported_places import ImportedPlaces
 from visualhfsm._editing.places import Place, spots
-from visualhfsm._editing.problems import Findings, Proof
+from visualhfsm._editing.problems import UNTITLED, Findings, Proof
 from visualhfsm._editing.serialization import parse_file, written
 from visualhfsm._errors import EditError, MissingError, VisualHfsmError
 from visualhfsm._generate import generate_component, summary
@@ -75,6 +76,11 @@ class Analyses:
             self._kept = version, findings
         self._checked(version, findings)
         return findings
+
+    def imports(self, version: Version) -> ImportedPlaces:
+        """Return the places of the files that the document imports, read now."""
+        path = version.path or self._tools.root.directory / UNTITLED
+        return ImportedPlaces(version.document, path, self._tools.include)
 
     def prove(self, version: Version) -> list[Proof]:
         """Return the verdict on each property; raises EditError when the model checker did not run."""

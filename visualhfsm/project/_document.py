@@ -19,6 +19,7 @@ from visualhfsm._code_help.answers import Completions, Explanation, Signature
 from visualhfsm._editing.commands import Command, decode_command
 from visualhfsm._editing.commands.paste import AddReadyState
 from visualhfsm._editing.commands.transitions import TransitionType
+from visualhfsm._editing.imported_places import ImportedPlaces
 from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Findings, Problem, Proof
 from visualhfsm._editing.serialization import copy_states, written
@@ -346,6 +347,10 @@ class OpenDocument:
         ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
         """
         return self._analyses.check(self._version, again=again)
+
+    def imports(self) -> ImportedPlaces:
+        """Return the places of the files that the document imports, read now."""
+        return self._analyses.imports(self._version)
 
     def problems(self) -> list[Problem]:
         """Return what is wrong, doubtful or worth knowing, errors first; see `check`."""

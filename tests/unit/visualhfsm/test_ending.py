@@ -57,7 +57,7 @@ def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
     document = tree()
     automaton = document.automata[0]
     state = automaton.states[0]
-    origins = Origins(document, "walk.xml", SOMEWHERE, SourceMap())
+    origins = Origins(document, Path("walk.xml"), SOMEWHERE, SourceMap())
     error = words((f"{LOGGED} ERROR    walk: at walk.py:9 (walk.xml:4)", CALLED))
     cut_short = LastCycle(automaton.id, state.id, 0, running=True)
     message, origin, _ = describe_end(KILLED, error, cut_short, origins, stopped=False)
@@ -95,7 +95,7 @@ def test_a_crash_is_in_the_state_whose_cycle_it_cut_short() -> None:
     document = tree()
     automaton = document.automata[0]
     state = automaton.states[0]
-    origins = Origins(document, "walk.xml", SOMEWHERE, SourceMap())
+    origins = Origins(document, Path("walk.xml"), SOMEWHERE, SourceMap())
     crash = words(
         ("Fatal Python error: Segmentation fault", None), ('  File "walk.py", line 9 in state_go', HERE)
     )

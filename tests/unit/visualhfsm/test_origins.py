@@ -8,6 +8,7 @@ from typing import Literal
 import pytest
 
 from codegen.diagnostics import Diagnostics
+from codegen.messages import Message
 from tests.support.documents import document, state, sub, transition
 from visualhfsm._editing.places import Place
 from visualhfsm._generate import generate_component
@@ -160,23 +161,62 @@ def test_pieces_that_share_a_line_are_distinguished(tmp_path: Path) -> None:
     assert reported.place == automaton(2, "state", 1, "code")
 
 
-def test_imported_code_is_led_back_to_the_state_that_owns_it_and_to_its_file(tmp_path: Path) -> None:
-    (tmp_path / "parts.xml").write_text(TEXT, encoding="utf-8")
-    path = tmp_path / "above.xml"
+def importing(directory: Path) -> tuple[Path, Path]:
+    """Write a document whose state `top` imports TEXT, and generate it; return it and its component."""
+    (directory / "parts.xml").write_text(TEXT, encoding="utf-8")
+    path = directory / "above.xml"
     imported = '<SubAutomata id="2" idFather="1"><import>parts.xml</import></SubAutomata>'
-    text = document(sub(1, 0, state(1, "top", initial=True, child=2))).replace(
-        "</SubAutomata>", f"</SubAutomata>{imported}", 1
-    )
-    path.write_text(text, encoding="utf-8")
+    path.write_text(document(sub(1, 0, state(1, "top", initial=True, child=2)), imported), encoding="utf-8")
     component = generate_component(path, None, Diagnostics())
     assert component is not None
+    return path, component
+
+
+def test_imported_code_is_led_back_to_its_automaton_in_the_document_and_to_its_file(tmp_path: Path) -> None:
+    path, component = importing(tmp_path)
     origins = read_origins(path, component)
     assert origins is not None
     number = line_of("raise ValueError", component.read_text())
     line = line_of("raise ValueError", TEXT)
-    expected = Origin(Place(kind="state", automaton=1, id=1), 0, "parts.xml", line)
+    place = Place(kind="state", automaton=2, id=1, part="code")
+    source = Place(kind="state", automaton=1, id=1, part="code")
+    owners = (Place(kind="state", automaton=1, id=1),)
+    expected = Origin(place, 3, "parts.xml", source, Message("code of go, line 3"), owners)
     assert origins.find(f'  File "{component}", line {number}, in run_go') == expected
     assert (
         origins.find(f"ERROR above: go: ValueError: 1 at {component.name}:{number} (parts.xml:{line})")
         == expected
     )
+    assert origins.texts(place) == ("\nx += 1\nraise ValueError(x)\n",)
+
+
+def test_what_was_executed_last_in_an_imported_automaton_is_found(tmp_path: Path) -> None:
+    origins = read_origins(*importing(tmp_path))
+    assert origins is not None
+    found = origins.element(2, 1, 0)
+    assert found is not None
+    assert (found.place, found.file) == (Place(kind="state", automaton=2, id=1), "parts.xml")
+    assert found.owners == (Place(kind="state", automaton=1, id=1),)
+    assert origins.state_name(2, 1) == "go"
+
+
+def test_a_library_of_an_imported_file_is_at_the_state_that_imports_it(tmp_path: Path) -> None:
+    origins = read_origins(*importing(tmp_path))
+    assert origins is not None
+    line = line_of("<lib>json", TEXT)
+    found = origins.find(f"above.py: error: parts.xml:{line}: No module named 'json'")
+    assert found is not None
+    assert found.place == Place(kind="state", automaton=1, id=1)
+    assert found.source == Place(kind="document", part="libraries", index=1, name="name")
+
+
+def test_a_copy_of_a_document_imports_what_the_document_does(tmp_path: Path) -> None:
+    path, component = importing(tmp_path)
+    copy = tmp_path / "copy" / path.name
+    copy.parent.mkdir()
+    copy.write_text(path.read_text())
+    origins = read_origins(copy, component, [tmp_path], home=path)
+    assert origins is not None
+    found = origins.find(f'  File "{component}", line {line_of("raise", component.read_text())}, in x')
+    assert found is not None
+    assert found.file == "parts.xml"

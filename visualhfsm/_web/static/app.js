@@ -572,9 +572,9 @@ function takeDrops(element) {
 /* Imported automata are drawn and followed like others, and edited in their own file. */
 
 /**
- * The shown imports of each tab: the imports that were requested, and the answer.
+ * The shown imports of each tab: the imports that were requested, the answer, and the number of their last change.
  *
- * @type {Map<number, {asked: string, content: import("./protocol.js").Automaton[]}>}
+ * @type {Map<number, {asked: string, content: import("./protocol.js").Automaton[], number?: number}>}
  */
 const imported = new Map();
 
@@ -582,6 +582,12 @@ const imported = new Map();
 function showImports() {
   store.addEventListener("document", ({detail}) => detail.tab === page.tab && lookAtImports(detail.tab));
   store.addEventListener("closed", ({detail}) => imported.delete(detail.tab));
+  store.addEventListener("problems", ({detail}) => {
+    const known = imported.get(detail.tab);
+    if (!known || known.number === detail.imports) return;
+    known.number = detail.imports;
+    if (detail.tab === page.tab) lookAtImports(page.tab, true);
+  });
   page.addEventListener("tab", () => lookAtImports(page.tab, true)); // the other file may have been changed there
   store.addEventListener("connection", () => store.online && lookAtImports(page.tab, true)); // not asked while offline
 }
@@ -592,10 +598,10 @@ async function lookAtImports(tab, again = false) {
   const asked = importsOf(document);
   const known = imported.get(tab);
   if (!document || (!asked && !known) || (known?.asked === asked && !again)) return;
-  imported.set(tab, {asked, content: known?.content ?? []});
+  imported.set(tab, {asked, content: known?.content ?? [], number: known?.number});
   const content = asked ? await store.request("imported", {tab}).catch(() => []) : [];
   if (imported.get(tab)?.asked !== asked) return; // the imports have changed meanwhile
-  imported.set(tab, {asked, content});
+  imported.set(tab, {asked, content, number: imported.get(tab)?.number});
   store.showContent(tab, content);
 }
 

@@ -77,12 +77,19 @@ export async function openFile() {
   if (path) await openPath(path);
 }
 
-/** Open the file of an import of the shown document, at one of its lines. @param {string} file @param {number} line */
-export async function openImport(file, line) {
-  await openPath((page.tabState?.path ?? "").replace(/[^/]*$/, "") + file);
-  const text = `(${file.replace(/^.*\//, "")}:${line})`;
-  const found = await store.request("locate", {tab: page.tab, text}).catch(() => null);
-  if (found) page.jump(found.place, {line: found.line});
+/**
+ * Open a file that the shown document imports, at a place in it.
+ *
+ * @param {string} file relative to the document
+ * @param {import("./protocol.js").Place} [place]
+ * @param {import("./page.js").At} at
+ */
+export async function openImport(file, place, at = {}) {
+  const from = page.tab;
+  const {path} = page.tabState ?? {};
+  if (!path) return;
+  await openPath(/^\//.test(file) ? file : path.replace(/[^/]*$/, "") + file);
+  if (place && page.tab !== from) page.jump(place, at);
 }
 
 /** Whether all states of an automaton have the same position. @param {import("./protocol.js").Automaton} automaton */

@@ -631,15 +631,20 @@ export interface Problem {
   column?: number;
   length?: number;
   file?: string;
+  source?: Place | null;
+  where?: string;
+  copies?: Place[];
+  owners?: Place[];
   counterexample?: Counterexample | null;
 }
 
-/** The problems of a revision of a document. */
+/** The problems of a revision of a document; `imports` counts the changes of imported files. */
 export interface ProblemsPush {
   push: "problems";
   tab: number;
   revision: number;
   items: Problem[];
+  imports: number;
 }
 
 /** A property of the automata that the model checker tries to prove. */

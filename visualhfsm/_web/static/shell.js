@@ -314,9 +314,8 @@ class Breadcrumbs extends PageElement {
  * @param {string} file relative to the document
  */
 export function importLink(file) {
-  const path = page.tabState?.path;
-  if (!path) return file;
-  const open = async () => (await import("./files.js")).openPath(path.replace(/[^/]*$/, "") + file);
+  if (!page.tabState?.path) return file;
+  const open = async () => (await import("./files.js")).openImport(file);
   return html`<button type="button" class="link" title=${t("Open {file}", {file})} @click=${open}>${file}</button>`;
 }
 

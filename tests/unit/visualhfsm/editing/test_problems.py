@@ -14,8 +14,7 @@ import psutil
 import pytest
 
 from codegen.diagnostics import Severity
-from codegen.hfsm import write_document
-from codegen.hfsm.document import Automaton, Document, Import, Interface, Library, State, Text, Transition
+from codegen.hfsm.document import Automaton, Document, Interface, Library, State, Text, Transition
 from codegen.messages import Message
 from tests.support.editing import large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
@@ -110,18 +109,6 @@ def test_what_is_behind_a_text_belongs_to_the_element() -> None:
     text = '<VisualHFSM>\n<SubAutomata id="1">\n<state id="3"><code>a</code>\n<ours>\n</ours></state></SubAutomata></VisualHFSM>'
     located = Locator(parse(text, Message("Cannot read"))).find(4, 1)
     assert located == (Place(kind="state", automaton=1, id=3), 0, 0)
-
-
-def test_a_problem_in_an_imported_file_leads_to_who_imports_it(tmp_path: Path) -> None:
-    bad = SetStateCode(automaton=1, state=1, part="code", text="a = = 1").apply(clean())
-    (tmp_path / "bad.xml").write_text(write_document(bad))
-    automata = (
-        Automaton(id=1, states=(State(id=1, name="a", initial=True, children=(2,)),)),
-        Automaton(id=2, father=1, imported=Import(file=Text("bad.xml"))),
-    )
-    problem = only(find_problems(written(Document(automata=automata)), tmp_path / "main.xml"), "E520")
-    assert problem.place == Place(kind="automaton", automaton=2, part="import")
-    assert problem.file == str(tmp_path / "bad.xml")
 
 
 def test_a_document_that_was_never_saved_is_checked_as_it_is(tmp_path: Path) -> None:

@@ -11,9 +11,11 @@ from typing import Any
 import pytest
 
 from codegen.messages import Message
+from tests.support.documents import document, state, sub
 from tests.support.limits import FOREVER, RUN_LIMIT
 from visualhfsm import AddState, OpenDocument, Project, SetStateCode
 from visualhfsm._editing.places import Place, texts_at
+from visualhfsm._origins import Origin
 from visualhfsm._services import Failed, RecentLines
 from visualhfsm._test_results import PassedCode, TestsPush, version_of
 from visualhfsm._web.protocol import Problems
@@ -170,7 +172,7 @@ def test_a_failure_is_a_problem_until_its_code_changes(run: Callable[[Test, list
         await tab.edit(lambda _: write("x = 1\n  y = 1 / 0"))
         texts = texts_at(tab.shown.document, place)
         tab.failures.append(
-            Failed(tab=1, place=place, line=2, message=Message("division by zero"), texts=texts)
+            Failed(tab=1, origin=Origin(place, 2), message=Message("division by zero"), texts=texts)
         )
         assert tab.problems is None
         tab.findings = Problems(tab=1, revision=tab.shown.revision, items=[])
@@ -184,6 +186,41 @@ def test_a_failure_is_a_problem_until_its_code_changes(run: Callable[[Test, list
         assert tab.problems.items == [problem]
 
     run(test, [])
+
+
+def test_a_failure_in_imported_code_is_a_problem_until_the_file_changes(tmp_path: Path) -> None:
+    look = tmp_path / "look.xml"
+    imported = '<SubAutomata id="2" idFather="1"><import>look.xml</import></SubAutomata>'
+    file = tmp_path / "robot.xml"
+    file.write_text(document(sub(1, 0, state(1, "top", initial=True, child=2)), imported))
+
+    def write(code: str) -> None:
+        look.write_text(document(sub(1, 0, state(1, "look", code, initial=True))))
+
+    async def go() -> None:
+        threads = Threads(2)
+        project = Project(tmp_path, journals=tmp_path)
+        tab = Tab(1, project.open(file), threads, changed=lambda _: None, output=RecentLines(1, 100))
+        write("1 / 0")
+        assert await tab.look_at_imports()
+        assert not await tab.imports_changed()
+        place = Place(kind="state", automaton=2, id=1, part="code")
+        owners = (Place(kind="state", automaton=1, id=1),)
+        origin = Origin(place, 1, "look.xml", owners=owners)
+        tab.failures.append(Failed(tab=1, origin=origin, message=Message("zero"), texts=("1 / 0",)))
+        tab.findings = Problems(tab=1, revision=tab.shown.revision, items=[])
+        assert tab.problems is not None
+        (problem,) = tab.problems.items
+        assert (problem.file, problem.owners, problem.line) == ("look.xml", owners, 1)
+        write("1 / 1.0")
+        assert await tab.imports_changed()
+        assert await tab.look_at_imports()
+        assert tab.problems.items == []
+        tab.document.close(discard=True)
+        project.close()
+        await threads.close()
+
+    asyncio.run(go())
 
 
 def test_lines_that_tests_passed_are_shown_beside_the_text_that_they_ran(

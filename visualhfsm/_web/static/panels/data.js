@@ -27,6 +27,7 @@ import {
   rosSuggestions,
   servedList,
 } from "./known-interfaces.js";
+import {placed} from "../problems.js";
 import {importLink} from "../shell.js";
 import {language, rich, t} from "../texts.js";
 import {placeOf} from "./places.js";
@@ -75,7 +76,7 @@ class DataPanel extends PageElement {
     const {document, automaton} = page;
     if (!document || !automaton)
       return html`<div class="data-panel"><p class="empty">${t("No document is open.")}</p></div>`;
-    const problems = document.problems;
+    const problems = placed(document.problems);
     const ofAutomaton = problems.filter(
       (each) => placeOf(each).kind === "automaton" && placeOf(each).automaton === automaton.id,
     );
@@ -198,7 +199,7 @@ function automatonData({tab, document, automaton}) {
                   .automaton=${automaton.id}
                   .of=${LISTS.inputs}
                   .entries=${automaton.inputs}
-                  .problems=${document.problems}
+                  .problems=${placed(document.problems)}
                 ></hfsm-entries>`
           }
           <hfsm-entries
@@ -207,7 +208,7 @@ function automatonData({tab, document, automaton}) {
             .automaton=${automaton.id}
             .of=${LISTS.outputs}
             .entries=${automaton.outputs}
-            .problems=${document.problems}
+            .problems=${placed(document.problems)}
           ></hfsm-entries>`
   }
   ${isRoot || !document.own.has(automaton.id) ? "" : importSection(tab, automaton, place)}`;

@@ -6,6 +6,7 @@
  */
 
 import {ownerOf, pathTo, titleOf} from "../outline.js";
+import {placed} from "../problems.js";
 import {t} from "../texts.js";
 
 const LISTS = new Set(["parameters", "inputs", "outputs", "events", "properties", "libraries", "interfaces", "ros"]);
@@ -64,7 +65,7 @@ export const placeOf = (problem) => problem.place ?? {kind: "document"};
 
 /** The problems at a piece of text. @param {Place} place @param {Problem[]} problems */
 export function problemsAt(problems, place) {
-  return problems.filter((problem) => samePlace(placeOf(problem), place));
+  return placed(problems).filter((problem) => samePlace(placeOf(problem), place));
 }
 
 /**

@@ -106,8 +106,8 @@ class Problems extends PageElement {
   #row(document, problem) {
     const place = placeOf(problem);
     const words = [
-      ...(problem.file ? [problem.file] : wordsFor(document, place)),
-      problem.line && t("line {line}", {line: problem.line}),
+      ...(problem.file ? [problem.file, problem.where] : wordsFor(document, place)),
+      !problem.where && problem.line && t("line {line}", {line: problem.line}),
     ];
     const key = keyOf(problem);
     const {played} = this;
@@ -166,11 +166,15 @@ class Problems extends PageElement {
   }
 
   /** @param {Problem} problem @param {Place} place */
-  #go(problem, place) {
-    page.jump(place, problem.file ? {} : {line: problem.line || 1, column: problem.column || 1});
-    const file = problem.file && importOf(place, problem.file);
-    if (file) import("../files.js").then(({openImport}) => openImport(file, problem.line ?? 0));
-    else if (place.id !== undefined && !place.part) page.dispatchEvent(new Event("focus-canvas"));
+  async #go({file, source, owners: [owner] = [], line = 0, column = 1}, place) {
+    if (file && owner) {
+      page.jump(owner);
+      const {openImport} = await import("../files.js");
+      await openImport(file, source ?? undefined, line ? {line, column} : {});
+      return;
+    }
+    page.jump(place, {line: line || 1, column: column || 1});
+    if (place.id !== undefined && !place.part) page.dispatchEvent(new Event("focus-canvas"));
   }
 
   /** @param {Played | null} played @param {Step[]} steps */
@@ -183,13 +187,5 @@ class Problems extends PageElement {
 
 /** The key of a problem, which stays the same when the checks run again. @param {Problem} problem */
 const keyOf = (problem) => `${problem.code} ${JSON.stringify(placeOf(problem))} ${problem.line} ${problem.message}`;
-
-/** The path of a file that a state imports, by its name. @param {Place} place @param {string} name */
-function importOf({automaton = 0, id}, name) {
-  const {automata} = page.shownDocument;
-  const {children = []} = automata.get(automaton)?.states.find((each) => each.id === id) ?? {};
-  const files = children.map((child) => automata.get(child)?.imported?.file ?? "");
-  return files.find((file) => file === name || file.endsWith(`/${name}`));
-}
 
 customElements.define("hfsm-problems", Problems);

@@ -11,6 +11,7 @@
 
 import {html, live, nothing} from "lit";
 import {apply} from "../commands.js";
+import {placed} from "../problems.js";
 import {t, translated} from "../texts.js";
 import {placeOf} from "./places.js";
 import {badge, problemLines} from "./tabs.js";
@@ -61,7 +62,7 @@ function rowsOf({results}, outputs) {
 /** @param {About} about @param {Place} place @param {Row} row @param {string[]} variables */
 function rowOf({document, automaton, state, readonly}, place, {name, child, output, taken, words}, variables) {
   const where = {automaton: automaton.id, state: state.id, name, child};
-  const problems = document.problems.filter((each) => {
+  const problems = placed(document.problems).filter((each) => {
     const other = placeOf(each);
     return (
       other.kind === "state" &&

@@ -13,6 +13,7 @@
 import {html, keyed, live, nothing} from "lit";
 import {apply} from "../commands.js";
 import {iconButton} from "../icons.js";
+import {placed} from "../problems.js";
 import {t, translated} from "../texts.js";
 import {keyOf, placeOf} from "./places.js";
 import {outputsOf, resultList} from "./results.js";
@@ -39,7 +40,7 @@ export function stateEditor(about) {
   const {tab, document, automaton, state, choose, readonly} = about;
   /** @type {Place} */
   const place = {kind: "state", automaton: automaton.id, id: state.id};
-  const problems = document.problems.filter((each) => isAt(placeOf(each), place));
+  const problems = placed(document.problems).filter((each) => isAt(placeOf(each), place));
   const inputs = inputsOf(document, state);
   /** @type {Tab[]} */
   const tabs = PARTS.map((id) => ({
@@ -213,7 +214,7 @@ function argumentList({tab, document, state, readonly}, place, inputs) {
     <ul class="entries">
       ${rows.map(({name, child, input, given, words}) => {
         const where = {...place, part: "argument", name, child};
-        const problems = document.problems.filter((each) => {
+        const problems = placed(document.problems).filter((each) => {
           const other = placeOf(each);
           return isAt(other, place) && other.part === "argument" && other.name === name;
         });

@@ -14,6 +14,7 @@ import {apply} from "../commands.js";
 import {iconButton} from "../icons.js";
 import {outgoing} from "../outline.js";
 import {page} from "../page.js";
+import {placed} from "../problems.js";
 import {rich, t} from "../texts.js";
 import {placeOf} from "./places.js";
 import {problemLines} from "./tabs.js";
@@ -31,7 +32,7 @@ export function transitionEditor(about) {
   const {tab, document, automaton, transition, readonly} = about;
   /** @type {Place} */
   const place = {kind: "transition", automaton: automaton.id, id: transition.id};
-  const own = document.problems.filter((each) => {
+  const own = placed(document.problems).filter((each) => {
     const other = placeOf(each);
     return other.kind === "transition" && other.automaton === automaton.id && other.id === transition.id && !other.part;
   });
