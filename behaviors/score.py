@@ -35,6 +35,7 @@ from functools import cached_property
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import ActionStatus
 from naoserver.body import read_body
+from naoserver.errors import RobotError
 from naoserver.gaze import Gaze
 from naoserver.soccer_field.localization import Localizer
 from naoserver.soccer_field.model import Field
@@ -77,7 +78,10 @@ class Score(Component, document="score.xml", on_error="stop"):
     @cached_property
     def body(self):
         """The robot's description: its cameras, its neck, and where a ball must lie for its kicks."""
-        return read_body(self.Description.getBody(), "Description")
+        body = read_body(self.Description.getBody(), "Description")
+        if not body.kicks:
+            raise RobotError(f"{body.title or body.name} cannot play football: its body has no kicks")
+        return body
 
     @cached_property
     def gaze(self):
@@ -645,6 +649,9 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
     ),
     ("library from naoserver.body import read_body",
         0, "library from naoserver.body import read_body", 0,
+    ),
+    ("library from naoserver.errors import RobotError",
+        0, "library from naoserver.errors import RobotError", 0,
     ),
     ("library from naoserver.gaze import Gaze",
         0, "library from naoserver.gaze import Gaze", 0,

@@ -11,12 +11,13 @@ from typing import Any, Final
 
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
+from zenoh_ice.interface import Interface
 from zenoh_ice.text import few
 
 from .component import Component, proxies_of, ros_of
 from .errors import ComponentError
 
-_ROBOT: Final = "Safety"
+ROBOT: Final = "Safety"
 """A servant that every robot has."""
 _START_LIMIT: Final = 2.0
 """The longest wait in wall seconds for a robot that is starting in a realm with other programs."""
@@ -47,7 +48,7 @@ def connect(component: Component, communicator: Communicator) -> None:
         untyped = communicator.stringToProxy(declared.identity)
         realm = untyped.ice_getRealm()
         identity = untyped.ice_getIdentity()
-        need = f"self.{name} needs {identity} ({declared.type.ice_interface.type_id.rpartition('::')[2]})"
+        need = f"self.{name} needs {servant_of(identity, declared.type.ice_interface)}"
         if realm in lacking and _robot_lacks(untyped):
             lacking[realm][need] = identity  # the wait for the first one was long enough for all
             continue
@@ -69,13 +70,18 @@ def connect(component: Component, communicator: Communicator) -> None:
         raise ComponentError("the component cannot start: " + "; ".join(problems))
 
 
+def servant_of(identity: str, interface: Interface) -> str:
+    """Return how errors name a servant: its identity, and its interface as documents write it."""
+    return f"{identity} ({interface.type_id.rpartition('::')[2]})"
+
+
 def _cast(kind: type[ObjectPrx], proxy: ObjectPrx, given_up: float) -> ObjectPrx:
     """Return a proxy of a type, as `checkedCast` does.
 
     Where other programs but no robot are in the realm, it may be starting: wait for it until `given_up`.
     """
     while True:
-        last = _ROBOT in _served_with(proxy) or time.monotonic() >= given_up
+        last = ROBOT in _served_with(proxy) or time.monotonic() >= given_up
         try:
             return kind.checkedCast(proxy)
         except ObjectNotExistException:
@@ -87,7 +93,7 @@ def _cast(kind: type[ObjectPrx], proxy: ObjectPrx, given_up: float) -> ObjectPrx
 def _robot_lacks(proxy: ObjectPrx) -> bool:
     """Return whether there is a robot in the realm of a proxy, but not its servant."""
     served = _served_with(proxy)
-    return _ROBOT in served and proxy.ice_getIdentity() not in served
+    return ROBOT in served and proxy.ice_getIdentity() not in served
 
 
 def _served_with(proxy: ObjectPrx) -> list[str]:

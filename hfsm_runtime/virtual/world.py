@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from zenoh_ice import Object
 
+from .._robot import ROBOT, servant_of
 from ..component import Component, proxies_of, ros_of
 from ._stubs import StandIns, make_stub
 from .clock import TaskClock
@@ -53,6 +54,7 @@ class VirtualWorld:
 
     def connect(self, component: Component) -> None:
         """Connect what a component declares and that is not connected yet."""
+        has_robot = self.network.servant(ROBOT) is not None
         for name, declared in proxies_of(component).items():
             if name in vars(component):
                 continue
@@ -60,7 +62,11 @@ class VirtualWorld:
             servant = self.network.servant(identity)
             if self._stand_ins and (servant is None or interface not in servant.ice_interface.lineage):
                 self._stand_ins.serve(identity, interface)
-                _logger.warning("self.%s is a stand-in, which answers with zeros and empty texts", name)
+                _logger.warning(
+                    "self.%s is a stand-in, which answers with zeros and empty texts%s",
+                    name,
+                    f"; this robot does not serve {servant_of(identity, interface)}" if has_robot else "",
+                )
             served = self.network.servant(identity) is not None
             # Without a servant only calls fail: a test need not stub interfaces that it does not reach.
             cast = declared.type.checkedCast if served else declared.type.uncheckedCast

@@ -6,7 +6,7 @@ import pytest
 
 from hfsm_runtime import Automaton, Component, Proxy, Ros, State
 from hfsm_runtime.virtual import VirtualWorld, make_stub
-from interfaces.nao import HeadPose, PoseHeadPrx
+from interfaces.nao import HeadPose, PoseHeadPrx, SafetyPrx
 from tests.support.automata import automaton
 from tests.support.gripper import GripperPrx
 from zenoh_ice import ObjectNotExistException
@@ -45,6 +45,21 @@ def test_a_stand_in_answers_with_blank_values_and_streams_them() -> None:
     sample = component.Head.getPose.latest()
     assert sample is not None
     assert sample.value == HeadPose()
+    world.close()
+
+
+@pytest.mark.parametrize(
+    ("robot", "lacks"), [([], ""), (["Safety"], "; this robot does not serve Head (PoseHead)")]
+)
+def test_a_stand_in_for_what_a_robot_lacks_says_so(
+    caplog: pytest.LogCaptureFixture, robot: list[str], lacks: str
+) -> None:
+    world, component = VirtualWorld(stand_ins=True), Uses()
+    world.stub(component, "Hand", {})
+    for identity in robot:
+        world.network.serve(identity, *make_stub(identity, SafetyPrx.ice_interface, {}))
+    world.connect(component)
+    assert caplog.messages == [f"self.Head is a stand-in, which answers with zeros and empty texts{lacks}"]
     world.close()
 
 
