@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -43,11 +43,24 @@ class Location:
 
 
 @dataclass(frozen=True, slots=True)
+class Misspelt:
+    """A name that is written at the place of a diagnostic, and the one that is probably meant.
+
+    At the place of an element it is the value of one of its fields.
+    """
+
+    name: str
+    meant: str
+    field: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Note:
-    """An explanation of a diagnostic, perhaps with another place in a file."""
+    """An explanation of a diagnostic, perhaps with another place in a file, or with what would correct it."""
 
     message: Message
     location: Location | None = None
+    misspelt: Misspelt | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +126,7 @@ class Diagnostics:
         self, severity: Severity, code: str, message: Message, location: Location, notes: Iterable[Note]
     ) -> None:
         located = tuple(
-            note if note.location is None else Note(note.message, self._in_file(note.location))
+            note if note.location is None else replace(note, location=self._in_file(note.location))
             for note in notes
         )
         self._add(Diagnostic(severity, code, message, self._in_file(location), located))
@@ -192,13 +205,22 @@ class Diagnostics:
         return [f"    {_printable(text)}", f"    {indent}{caret}"]
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> tuple[Note, ...]:
-    """Return a note that suggests the known name closest to `name`, or no note if none is similar."""
+def did_you_mean(name: str, known: Iterable[str], field: str | None = None) -> tuple[Note, ...]:
+    """Return a note that suggests the known name closest to `name`, or no note if none is similar.
+
+    With a `field` as in `Misspelt` it also says what would correct the name, unless another known name is as
+    close.
+    """
     candidates = sorted(set(known))
-    near = difflib.get_close_matches(name, candidates, n=1, cutoff=0.65)
+    near = difflib.get_close_matches(name, candidates, n=2, cutoff=0.65)
     if not near:
         near = [candidate for candidate in candidates if candidate.lower() == name.lower()]
-    return (Note(Message("did you mean `{name}`?", name=near[0])),) if near else ()
+    if not near:
+        return ()
+    likeness = [difflib.SequenceMatcher(None, each, name).ratio() for each in near[:2]]
+    is_clear = len(near) == 1 or likeness[0] > likeness[1]
+    misspelt = Misspelt(name, near[0], field) if is_clear and field is not None else None
+    return (Note(Message("did you mean `{name}`?", name=near[0]), misspelt=misspelt),)
 
 
 def _printable(text: str) -> str:

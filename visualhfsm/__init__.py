@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from ._editing.commands.component import RemoveEntry as RemoveEntry
     from ._editing.commands.component import ReorderEntry as ReorderEntry
     from ._editing.commands.component import SetComponentText as SetComponentText
+    from ._editing.commands.corrections import Correction as Correction
+    from ._editing.commands.corrections import CorrectName as CorrectName
     from ._editing.commands.group import GroupStates as GroupStates
     from ._editing.commands.items import AlignStates as AlignStates
     from ._editing.commands.items import DeleteItems as DeleteItems
@@ -122,6 +124,8 @@ _MODULES: Final = {
     "Command": "._editing.commands.base",
     "Completion": "._code_help.answers",
     "Completions": "._code_help.answers",
+    "CorrectName": "._editing.commands.corrections",
+    "Correction": "._editing.commands.corrections",
     "CounterexampleView": "._editing.problems",
     "DeleteItems": "._editing.commands.items",
     "DistributeStates": "._editing.commands.items",

@@ -150,6 +150,48 @@ def test_the_list_of_problems_offers_the_fixes_of_the_code(shown: EditorPage) ->
     row.get_by_role("button", name="Write self.count in both").wait_for()
 
 
+MISSPELT = DOCUMENT.replace(
+    "<name>look</name>",
+    "<name>look</name><entry>pose = 1.0\nself.Head.setPosse(pose, pose)</entry>"
+    "<code>self.Head.setPosse(0.0, 1.0)</code>",
+).replace(
+    "</VisualHFSM>",
+    "<config><iceinterface><nameinterface>Head</nameinterface><interface>PoseHead</interface></iceinterface></config>"
+    "</VisualHFSM>",
+)
+
+
+@pytest.mark.parametrize("shown", [MISSPELT], indirect=True)
+def test_a_misspelt_operation_is_corrected_in_the_code_and_in_the_list(shown: EditorPage) -> None:
+    page = shown.page
+    shown.press("Control+m")
+    problems = page.get_by_role("list", name="Problems")
+    rows = problems.locator(":scope > li").filter(has_text="did you mean `setPose`?")
+    expect(rows).to_have_count(2)
+    assert shown.violations("hfsm-problems") == []
+    rows.filter(has_text="› code").get_by_role("button", name="`").first.click()
+    field = page.get_by_role("textbox", name="Code of the state look")
+    expect(field.locator(".cm-lintRange")).to_have_text("setPosse")
+    field.click()
+    shown.press("Control+.")
+    expect(field).to_have_text("self.Head.setPose(0.0, 1.0)")
+    expect(rows).to_have_count(1)
+    shown.press("Control+z")
+    expect(field).to_have_text("self.Head.setPosse(0.0, 1.0)")
+    expect(rows).to_have_count(2)
+
+    rows.first.get_by_role("button", name="Write setPose in all 2 places").click()
+    expect(rows).to_have_count(0)
+    expect(field).to_have_text("self.Head.setPose(0.0, 1.0)")
+    shown.press("Control+z")
+    expect(rows).to_have_count(2)
+    field.locator(".cm-lintRange").hover()
+    page.locator(".cm-tooltip").get_by_role("button", name="Write setPose").first.click()
+    expect(rows).to_have_count(1)
+    rows.get_by_role("button", name="Write setPose").click()
+    expect(rows).to_have_count(0)
+
+
 IMPORTING = DOCUMENT.replace('<trans type="time">240000', '<trans type="time">24000000')
 IMPORTING = IMPORTING[: IMPORTING.index('<SubAutomata id="2"')] + (
     '<SubAutomata id="2" idFather="1"><import>parts/look.xml</import></SubAutomata></VisualHFSM>'

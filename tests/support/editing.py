@@ -168,6 +168,10 @@ def _value(
             return automaton.id
         case "place":
             return {"kind": "state", "automaton": automaton.id, "id": random.choice(states), "part": "code"}
+        case "at":
+            place = {"kind": "state", "automaton": automaton.id, "id": random.choice(states), "part": "code"}
+            at = {"place": place, "line": random.randint(0, 2), "column": random.randint(0, 2)}
+            return [at] * random.randint(0, 2)
         case "line":
             return random.randint(0, 2)
         case "state" | "origin" | "destination":

@@ -140,6 +140,7 @@ def _state(automaton: Automaton, state: State) -> Iterator[Spot]:
     yield from _text(_part(place, "exit"), state.exit)
     for argument in state.arguments:
         at = msgspec.structs.replace(place, part="argument", name=argument.name, child=argument.child)
+        yield Spot(at, None, argument.line, argument.column)
         yield from _text(at, argument.value)
     for result in state.results:
         at = msgspec.structs.replace(place, part="result", name=result.name, child=result.child)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import msgspec
 
-from codegen.diagnostics import Diagnostic, Diagnostics, Location, Severity
+from codegen.diagnostics import Diagnostic, Diagnostics, Location, Note, Severity
 from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
@@ -56,6 +56,17 @@ class CounterexampleView(msgspec.Struct, frozen=True, kw_only=True, rename="came
     repeats: int | None = None
 
 
+class Misspelt(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """The `name` that is written at a place, and the one that is probably meant.
+
+    At an element as a whole it is the value of a `field`.
+    """
+
+    name: str
+    meant: str
+    field: str = ""
+
+
 class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`.
 
@@ -64,7 +75,7 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     is that from the folder of the document. There, the place is that of the automaton in the document;
     `source` is that in the file, in words `where`, `copies` are further places, of an automaton that is
     imported several times, and `owners` the states that own the imported automata. A violated property has a
-    `counterexample`.
+    `counterexample`, a name that is probably another one is `misspelt`.
     """
 
     code: str
@@ -81,6 +92,7 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     copies: tuple[Place, ...] = ()
     owners: tuple[Place, ...] = ()
     counterexample: CounterexampleView | None = None
+    misspelt: Misspelt | None = None
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
@@ -184,6 +196,7 @@ def _problem(found: Diagnostic, file: Path, locator: Locator, imports: ImportedP
         message=found.message,
         notes=notes,
         length=location.length,
+        misspelt=next(filter(None, map(_misspelt, found.notes)), None),
     )
     if location.path != file:
         return _elsewhere(problem, location, imports)
@@ -194,6 +207,11 @@ def _problem(found: Diagnostic, file: Path, locator: Locator, imports: ImportedP
     importing = imports.whole.automaton(place.automaton) if place.kind == "automaton" else None
     owners = () if importing is None else imports.owners(importing)
     return msgspec.structs.replace(problem, place=place, line=line, column=column, owners=owners)
+
+
+def _misspelt(note: Note) -> Misspelt | None:
+    found = note.misspelt
+    return None if found is None else Misspelt(name=found.name, meant=found.meant, field=found.field)
 
 
 def _elsewhere(problem: Problem, location: Location, imports: ImportedPlaces) -> Problem:

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from ...diagnostics import Note, did_you_mean
+from ...diagnostics import Location, Note, did_you_mean
 from ...messages import Message, all_of
 from .._old_names import CLIENT_METHODS, LOCK
 from ..analysis import Access, Analysis, Piece
@@ -81,7 +81,7 @@ def _check_known(found: Iterable[Access], names: set[str], known: KnownInterface
         name = access.name
         if name in names or name.startswith("__"):
             continue
-        notes = list(did_you_mean(name, names))
+        notes = list(did_you_mean(name, names, ""))
         if len(access.path) > 1 and (interface := _guess(name, known)):
             advice = Message(
                 "a proxy of `{interface}` has to be declared as an interface", interface=interface
@@ -123,7 +123,7 @@ def _check_calls(
                 interface=interface.scoped_name,
                 name=access.path[1],
             )
-            notes = did_you_mean(access.path[1], available)
+            notes = did_you_mean(access.path[1], available, "")
             report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), notes)
         elif len(access.path) == 2:
             check_call(access, operation, report)
@@ -164,7 +164,7 @@ def _check_stream(access: Access, operation: Operation, report: Report) -> None:
             name=name,
             offered=", ".join([_BEGIN, *STREAM]),
         )
-        report.warning(Code.UNKNOWN_OPERATION, message, access.place(2), did_you_mean(name, STREAM))
+        report.warning(Code.UNKNOWN_OPERATION, message, access.place(2), did_you_mean(name, STREAM, ""))
     elif len(access.path) == 3:
         check_call(access, STREAM[name], report)
 
@@ -200,9 +200,20 @@ def check_call(access: Access, operation: Operation, report: Report) -> None:
         message = Message("`{operation}` gets `{name}` twice", operation=operation.name, name=repeated[0])
     else:
         return
+    place = access.place(-1)
+    notes: tuple[Note, ...] = ()
+    if wrong is not None and len(call.args) <= len(parameters):
+        place = _keyword_place(access, call, wrong)
+        notes = did_you_mean(wrong, {*parameters[len(given) :], *operation.by_name} - {*names}, "")
     example = f"`{operation.name}({', '.join(parameters)})`"
     note = Note(Message("call it as {example}", example=example))
-    report.warning(Code.BAD_CALL, message, access.place(-1), [note])
+    report.warning(Code.BAD_CALL, message, place, [*notes, note])
+
+
+def _keyword_place(access: Access, call: ast.Call, name: str) -> Location:
+    """Return the place of the name of an argument."""
+    keyword = next(each for each in call.keywords if each.arg == name)
+    return access.piece.at(keyword.lineno, keyword.col_offset, len(name))
 
 
 def _count(parameters: Sequence[str]) -> Message:

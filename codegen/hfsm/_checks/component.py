@@ -275,7 +275,7 @@ def _check_type(interface: Interface, known: KnownInterfaces, report: Report) ->
         report.error(Code.UNKNOWN_INTERFACE, message, place)
         return
     notes = [
-        *did_you_mean(interface.type, known.by_name),
+        *did_you_mean(interface.type, known.by_name, "type"),
         Note(Message("run codegen on its IDL; proxies outside the package `interfaces` are found with -I")),
     ]
     message = Message("there is no proxy for an interface `{type}`", type=interface.type)

@@ -46,7 +46,7 @@ def check_events(effects: CodeEffects, report: Report) -> None:
                     transition=who,
                     name=name,
                 )
-                known = did_you_mean(name, {*sent, *declared})
+                known = did_you_mean(name, {*sent, *declared}, "")
                 report.warning(
                     Code.UNSENT_EVENT, message, report.place(transition, transition.trigger), known
                 )
@@ -60,7 +60,9 @@ def check_events(effects: CodeEffects, report: Report) -> None:
     for name, place in {**sent, **declared}.items():
         if name not in awaited:
             message = Message("no transition waits for the event `{name}`", name=name)
-            report.warning(Code.UNUSED_EVENT, message, place, did_you_mean(name, awaited))
+            report.warning(
+                Code.UNUSED_EVENT, message, place, did_you_mean(name, awaited, "" if name in sent else "name")
+            )
 
 
 class _Senders:

@@ -135,7 +135,7 @@ def target_of(
         message = Message("no automaton of {state} has an input `{name}`", state=label, name=name)
     else:
         message = Message("no automaton of {state} has an output `{name}`", state=label, name=name)
-    known = did_you_mean(name, [item.name for _, item in below])
+    known = did_you_mean(name, [item.name for _, item in below], "name")
     report.error(code, message, argument, known)
     return None
 

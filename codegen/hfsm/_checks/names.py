@@ -66,7 +66,7 @@ def check_names(
         place = piece.at(message.lineno, message.col, len(name))
         if above is not None and above.report(name, place, report):
             continue
-        notes = did_you_mean(name, {*known, *_BUILTINS} - {name})
+        notes = did_you_mean(name, {*known, *_BUILTINS} - {name}, "")
         if name in functions:
             notes = (Note(Message("the function of the document is `self.{name}`", name=name)),)
         report.warning(Code.UNDEFINED_NAME, Message("`{name}` is not defined", name=name), place, notes)

@@ -89,7 +89,9 @@ def _variable_problem(code: AutomatonCode, variable: str) -> tuple[Message, Sequ
         return Message("the result names no variable"), []
     if variable in known or code.broken:
         return NO_MESSAGE, []
-    notes = did_you_mean(variable, known) or [Note(Message("give it an initial value in the variables"))]
+    notes = did_you_mean(variable, known, "variable") or [
+        Note(Message("give it an initial value in the variables"))
+    ]
     return Message("the automaton has no variable `{name}` for the result", name=variable[:60]), notes
 
 

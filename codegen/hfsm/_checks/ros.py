@@ -67,7 +67,7 @@ def check_ros(document: Document, types: RosTypes, report: Report) -> None:
         if problem := types.problem(each.type.strip(), each.kind):
             folder = FOLDERS[each.kind]
             notes = [
-                *did_you_mean(each.type.strip(), types.names(each.kind)),
+                *did_you_mean(each.type.strip(), types.names(each.kind), "type"),
                 Note(
                     Message(
                         "its own types a project has in .{kind} files beside the document, in a folder such "
@@ -141,7 +141,7 @@ def _check_use(access: Access, interface: RosInterface, types: RosTypes, report:
             name=name,
             offered=", ".join(offered),
         )
-        report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), did_you_mean(name, offered))
+        report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), did_you_mean(name, offered, ""))
     elif len(access.path) == 2 and access.call is not None:
         fields = types.fields(interface.type.strip(), name) if name in _TAKE_FIELDS else {}
         if fields is None:
@@ -172,7 +172,7 @@ def _check_value(access: Access, value: ast.expr, type_name: str, types: RosType
         else:
             place: Location = access.piece.place(key)
             message = Message("`{type}` has no field `{name}`", type=type_name, name=key.value[:40])
-            notes = did_you_mean(key.value, fields) or [
+            notes = did_you_mean(key.value, fields, "") or [
                 Note(Message("it has {fields}", fields=", ".join(fields)))
             ]
             report.warning(Code.BAD_CALL, message, place, notes)

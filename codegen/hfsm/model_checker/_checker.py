@@ -358,6 +358,7 @@ class _Reporter:
             error = result.error
             place = _within(place, stated.expression, error.offset, error.length)
             notes = [Note(hint) for hint in error.hints]
+            notes[:1] = [replace(each, misspelt=error.misspelt) for each in notes[:1]]
             message = Message("{name}: {problem}", name=name, problem=error.message)
             self._report.error(Code.BAD_EXPRESSION, message, place, notes)
         elif result.problem:

@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from ...diagnostics import did_you_mean
+from ...diagnostics import Misspelt, did_you_mean
 from ...messages import Message, any_of
 from ._exploration import Holds
 from .model import AutomatonModel, Model
@@ -44,13 +44,19 @@ class ExpressionError(Exception):
     """An expression is not valid, from the character at the index `offset`, for `length` characters."""
 
     def __init__(
-        self, message: Message, offset: int, length: int = 1, hints: tuple[Message, ...] = ()
+        self,
+        message: Message,
+        offset: int,
+        length: int = 1,
+        hints: tuple[Message, ...] = (),
+        misspelt: Misspelt | None = None,
     ) -> None:
         super().__init__(message)
         self.message = message
         self.offset = offset
         self.length = max(1, length)
         self.hints = hints
+        self.misspelt = misspelt
 
 
 @dataclass(frozen=True)
@@ -206,7 +212,8 @@ class _Parser:
     def _unknown(self, token: _Token, automata: list[AutomatonModel]) -> ExpressionError:
         names = [state.source.name for automaton in automata for state in automaton.states]
         where = self._model.label(automata[0].index) if automata else Message("the document")
-        hints = [note.message for note in did_you_mean(token.text, names)]
+        near = did_you_mean(token.text, names, "")
+        hints = [note.message for note in near]
         hints += [
             Message('write `"{name}"`', name=name) for name in names if name.startswith(f"{token.text} ")
         ][:1]
@@ -221,6 +228,7 @@ class _Parser:
             token.offset,
             token.length,
             tuple(hints),
+            near[0].misspelt if near else None,
         )
 
     def _numbered(self) -> AutomatonModel:

@@ -13,7 +13,19 @@ from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._errors import EditError
 
-from . import automata, component, group, items, notes, paste, states, text, transitions, variables
+from . import (
+    automata,
+    component,
+    corrections,
+    group,
+    items,
+    notes,
+    paste,
+    states,
+    text,
+    transitions,
+    variables,
+)
 from .base import Command
 
 __all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command", "in_language"]
@@ -23,6 +35,7 @@ COMMANDS: Final[tuple[type[Command], ...]] = tuple(
     for module in (
         automata,
         component,
+        corrections,
         group,
         items,
         notes,

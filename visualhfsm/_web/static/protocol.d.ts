@@ -127,6 +127,8 @@ export interface Commands {
     index: number;
     to: number;
   };
+  /** Replace a name by the one that is meant, once at each of some places. */
+  correctName: {name: string; meant: string; at: Correction[]};
   /** Move states into a new automaton below a new state that takes their place. */
   groupStates: {automaton: number; states: number[]; name?: string; language?: string};
   /** Delete states, transitions and annotations. */
@@ -293,6 +295,14 @@ export interface ComponentStructure {
   parameters: ParameterStructure[];
   automata: AutomatonStructure[];
   events: string[];
+}
+
+/** Where a name is written: from a `column` of a line on, both from 1, or as the value of a `field`. */
+export interface Correction {
+  place: Place;
+  line?: number;
+  column?: number;
+  field?: string;
 }
 
 /** The steps until a property is violated; from the index `repeats` on they may go on forever. */
@@ -489,6 +499,13 @@ export interface Mark {
   label: string;
 }
 
+/** The `name` that is written at a place, and the one that is probably meant. */
+export interface Misspelt {
+  name: string;
+  meant: string;
+  field?: string;
+}
+
 /** The explanation of a name: its parameters and result, and its documentation. */
 export interface NameExplanation {
   name: string;
@@ -636,6 +653,7 @@ export interface Problem {
   copies?: Place[];
   owners?: Place[];
   counterexample?: Counterexample | null;
+  misspelt?: Misspelt | null;
 }
 
 /** The problems of a revision of a document; `imports` counts the changes of imported files. */

@@ -6,7 +6,16 @@
  * @typedef {{complete: Completions, explain: NameExplanation, signature: Signature, lint: Problem[]}} Wanted
  */
 
-import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linter, showTooltip} from "codemirror";
+import {
+  EditorView,
+  StateEffect,
+  StateField,
+  autocompletion,
+  forEachDiagnostic,
+  hoverTooltip,
+  linter,
+  showTooltip,
+} from "codemirror";
 import {store} from "../store.js";
 import {fixesFor, learnFixes} from "./fixes.js";
 import {problemsAt} from "./places.js";
@@ -38,6 +47,27 @@ export function assistance({tab, place, problems}) {
     hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500}),
     signatures(help),
   ];
+}
+
+/**
+ * Do the first fix of what is wrong at the cursor, else in its line; false if there is none.
+ *
+ * @param {EditorView} view
+ */
+export function fixAtCursor(view) {
+  const {state} = view;
+  const {head} = state.selection.main;
+  const line = state.doc.lineAt(head);
+  /** @type {Diagnostic[]} */
+  const found = [];
+  forEachDiagnostic(state, (each, from, to) => {
+    if (!each.actions?.length || from > line.to || to < line.from) return;
+    if (from <= head && head <= to) found.unshift(each);
+    else found.push(each);
+  });
+  const [mark] = found;
+  mark?.actions?.[0].apply(view, mark.from, mark.to);
+  return Boolean(mark);
 }
 
 class Help {
@@ -118,7 +148,9 @@ class Help {
     for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
     await learnFixes([...marks.values()]);
     const {automaton = 0} = this.place;
-    return [...marks.values()].map((each) => asMark(doc, each, automaton)).sort((one, other) => one.from - other.from);
+    return [...marks.values()]
+      .map((each) => asMark(doc, each, automaton, items))
+      .sort((one, other) => one.from - other.from);
   }
 
   /**
@@ -149,9 +181,10 @@ class Help {
  * @param {Text} doc
  * @param {Problem} problem
  * @param {number} automaton
+ * @param {Problem[]} problems those of the document
  * @returns {Diagnostic}
  */
-function asMark(doc, problem, automaton) {
+function asMark(doc, problem, automaton, problems) {
   const {line = 1, column = 1, length = 0, severity, message} = problem;
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
   // A problem at the end of a line is marked at its last character.
@@ -159,7 +192,7 @@ function asMark(doc, problem, automaton) {
   const rest = doc.sliceString(from, at.to);
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
   const name = doc.sliceString(from, to);
-  const actions = fixesFor(problem, name, automaton);
+  const actions = fixesFor(problem, name, automaton, problems);
   return {from, to, severity: severity === "note" ? "info" : severity, message, actions};
 }
 

@@ -39,7 +39,7 @@ import {
   tooltips,
 } from "codemirror";
 import {t} from "../texts.js";
-import {assistance, recheck} from "./assistance.js";
+import {assistance, fixAtCursor, recheck} from "./assistance.js";
 import {isTooLong} from "./draft.js";
 import {failedLines} from "./failed-lines.js";
 import {PHRASES} from "./phrases.js";
@@ -306,6 +306,7 @@ export class Editor {
             {key: "Mod-z", run: run(undo), preventDefault: true},
             {key: "Mod-y", run: run(redo), preventDefault: true},
             {key: "Mod-Shift-z", run: run(redo), preventDefault: true},
+            {key: "Mod-.", run: fixAtCursor},
             {key: "Escape", run: cancelPendingCompletion},
           ]),
         ),
