@@ -246,3 +246,37 @@ def test_a_recording_becomes_a_test_of_the_document_as_it_is(browser: Browser, p
         text = path.with_name("test_waits_run.py").read_text()
         assert f'parameters={{"patience": {recorded.values["parameters.patience"]}}}' in text
         assert 'b.run_until("done"' in text
+
+
+IMPORTING = """<VisualHFSM><SubAutomata id="1" idFather="0"><state id="1" initial="true"><posx>100</posx><posy>100</posy>
+<name>top</name><idSubautomataSon>2</idSubautomataSon></state></SubAutomata>
+<SubAutomata id="2" idFather="1"><import>waits.xml</import></SubAutomata></VisualHFSM>"""
+
+
+def test_lines_that_tests_passed_are_marked_beside_imported_code(
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else their process is measured already
+    path.write_text(WAITS.replace("self.waited += 0.5", BRANCHES))
+    top = path.with_name("top.xml")
+    top.write_text(IMPORTING)
+    path.with_name("test_top.py").write_text(
+        'def test_it_waits(behavior):\n    behavior("top.xml").advance(0.1)\n'
+    )
+    with editor_in(browser, top, realm="test-imported-lines") as shown:
+        page = shown.page
+        shown.state("top").wait_for()
+        shown.press("Alt+x")
+        panel = page.get_by_role("region", name="Panel below the canvas")
+        panel.get_by_role("button", name="Run all tests").click()
+        expect(panel).to_contain_text("1 passed", timeout=ENDED)
+        panel.get_by_role("list", name="Not passed yet").get_by_role(
+            "button", name=re.compile("waiting")
+        ).click()
+        code = page.get_by_role("textbox", name="Code of the state waiting")
+        expect(code).to_be_focused()
+        expect(code).to_have_attribute("aria-readonly", "true")
+        expect(page.locator(".cm-tested.missed")).to_have_count(1)
+        expect(page.locator(".cm-tested.passed")).to_have_count(4)
+        path.write_text(WAITS)  # other code
+        expect(page.locator(".cm-tested")).to_have_count(0)
