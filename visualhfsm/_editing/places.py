@@ -268,6 +268,10 @@ class Locator:
                 words = Message("{part} of {name}", part=part, name=name)
             else:
                 words = Message("{part} of {owner}", part=part, owner=words)
+        elif name:
+            words = Message("state {label}", label=name)
+            if place.kind == "transition":
+                words = Message("transition `{name}`", name=name)
         return Message("{place}, line {line}", place=words, line=line) if line > 1 else words
 
     def _owner(self, place: Place, automaton: Automaton | None) -> Message:

@@ -92,12 +92,12 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
         _check_literal(argument, declared, report)
     for child, item in below:
         if item.default.is_blank and (child, item.name) not in given:
-            message = Message(
-                "{state} has to pass `{name}` to automaton {child}: it has no default",
-                state=named(state),
-                name=item.name,
-                child=child,
-            )
+            values: dict[str, Value] = {"state": named(state), "name": item.name, "child": child}
+            message = Message("{state} has to pass `{name}` to its automaton: it has no default", **values)
+            if len(children) > 1:
+                message = Message(
+                    "{state} has to pass `{name}` to automaton {child}: it has no default", **values
+                )
             note = Note(Message("the input is here"), report.place(item))
             report.error(Code.BAD_INPUT, message, state, [note])
 

@@ -223,7 +223,7 @@ def test_a_note_names_its_place_in_words() -> None:
 @pytest.mark.parametrize(
     ("place", "expected"),
     [
-        (Place(kind="state", automaton=1, id=1), "state 1"),
+        (Place(kind="state", automaton=1, id=1), "state a"),
         (Place(kind="state", automaton=1, id=1, part="entry"), "entry of a"),
         (Place(kind="transition", automaton=1, id=2, part="trigger"), "trigger of back"),
         (Place(kind="automaton", automaton=1, part="variables"), "variables of the root automaton"),

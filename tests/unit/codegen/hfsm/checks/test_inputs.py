@@ -110,6 +110,13 @@ X = value("input", "x", "int", "1")
             'the default of the input `x`: `"1"` is not of type int',
         ),
         (with_inputs(value("input", "x", "int")), "`use` has to pass `x` to automaton 2"),
+        (
+            document(
+                sub(1, 0, state(1, "use", initial=True, child=2)),
+                sub(2, 1, state(1, "a", initial=True), value("input", "x", "int")),
+            ),
+            "`use` has to pass `x` to its automaton: it has no default",
+        ),
         (with_inputs(X, arguments=argument("y")), "no automaton of state `use` has an input `y`"),
         (with_inputs(X, arguments=argument("y", child=2)), "automaton 2 has no input `y`"),
         (with_inputs(X, arguments=argument("x", child=9)), "state `use` does not own automaton 9"),
