@@ -279,3 +279,51 @@ def test_what_checks_find_in_an_imported_file_marks_its_state_its_code_and_leads
     field = page.get_by_role("textbox", name="Code of the state look")
     expect(field).to_be_focused()
     expect(field).not_to_have_attribute("aria-readonly", "true")
+
+
+@pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
+def test_an_import_that_cannot_be_read_is_said_once_and_leads_to_what_is_wrong(
+    shown: EditorPage, tmp_path: Path
+) -> None:
+    page = shown.page
+    shown.press("Control+m")
+    problems = page.get_by_role("list", name="Problems").locator("button.row")
+    missing = problems.filter(has_text="`parts/look.xml` is not found")
+    expect(missing).to_have_count(1)
+    missing.click()
+    expect(page.get_by_role("textbox", name="File")).to_be_focused()
+
+    look_at(tmp_path, "<VisualHFSM>\n<SubAutomata")
+    broken = problems.filter(has_text="parts/look.xml › line 2")
+    expect(broken).to_have_count(1)
+    expect(missing).to_have_count(0)
+    broken.click()
+    expect(page.locator(".notice.error")).to_contain_text("Cannot open look.xml: line 2")
+    expect(shown.state("wait")).to_have_attribute(
+        "aria-label", re.compile("error: In parts/look.xml, line 2: malformed XML")
+    )
+    look_at(tmp_path)
+    expect(broken).to_have_count(0)
+    expect(shown.state("wait")).not_to_have_attribute("aria-label", re.compile("error"))
+
+
+PAUSING = IMPORTED.replace("</state>", """</state><state id="2"><posx>200</posx><posy>9</posy><name>rest</name>
+<code>pass</code></state><transition id="1"><origin>1</origin><destiny>2</destiny><name>late</name>
+<trans type="time">300</trans></transition>""").replace("1 / 0", "")  # fmt: skip
+
+
+@pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
+def test_a_breakpoint_in_an_imported_automaton_halts_there(shown: EditorPage, tmp_path: Path) -> None:
+    page = shown.page
+    look_at(tmp_path, PAUSING)
+    shown.state("wait").click()
+    shown.press("Enter")
+    shown.state("rest").click()
+    shown.press("b", "Backspace", "F5")
+    expect(status(shown)).to_have_text("At a breakpoint")
+    page.locator(".live-bar").get_by_role("button", name="State rest").click()
+    shown.state("rest").click()
+    shown.edit_code()
+    expect(page.get_by_role("textbox", name="Code of the state rest")).to_have_attribute(
+        "aria-readonly", "true"
+    )

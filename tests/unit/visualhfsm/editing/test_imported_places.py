@@ -26,7 +26,9 @@ def check(directory: Path, *imports: str, include: tuple[Path, ...] = ()) -> lis
     names = ("first", "second")[: len(imports)]
     states = [state(n, name, initial=n == 1, child=n + 1) for n, name in enumerate(names, 1)]
     root = sub(1, 0, *states, *(transition(1, 1, 2, "10", type="time") for _ in imports[1:]))
-    return find_problems(document(root, *imports), directory / "robot.xml", include)
+    text = document(root, *imports)
+    (directory / "robot.xml").write_text(text)
+    return find_problems(text, directory / "robot.xml", include)
 
 
 def owner(id: int, automaton: int = 1) -> Place:
@@ -111,3 +113,30 @@ def test_notes_about_other_files_say_the_place_in_words(parts: Path) -> None:
     ]
     assert found[0].file == "parts/walk.xml"
     assert found[0].owners == (owner(2),)
+
+
+def test_files_that_import_one_another_are_one_problem_where_the_circle_closes(parts: Path) -> None:
+    back = document(sub(1, 0, state(4, "back", initial=True, child=2)), imported(2, "../robot.xml"))
+    (parts / "parts" / "back.xml").write_text(back)
+    (problem,) = check(parts, imported(2, "parts/back.xml"))
+    assert problem.code == "E552"
+    assert (problem.file, problem.where) == ("parts/back.xml", "import of the automaton of back")
+    assert problem.owners == (owner(1), owner(4, automaton=2))
+    assert problem.notes == ("imported here (import of the automaton of first)",)
+
+
+INPUT = "<input><name>color</name><type>str</type></input>\n"
+
+
+def test_an_input_that_is_not_set_is_a_problem_of_the_state_that_has_to_set_it(parts: Path) -> None:
+    low = document(sub(1, 0, INPUT, state(1, "low", "print(color)", initial=True)))
+    (parts / "parts" / "low.xml").write_text(low)
+    (problem,) = check(parts, imported(2, "parts/low.xml"))
+    assert problem.place == owner(1)
+    assert problem.message == "state `first` has to pass `color` to its automaton: it has no default"
+    assert problem.notes == ("the input is here (parts/low.xml: inputs of the root automaton)",)
+    middle = document(sub(1, 0, state(4, "middle", initial=True, child=2)), imported(2, "low.xml"))
+    (parts / "parts" / "middle.xml").write_text(middle)
+    (problem,) = check(parts, imported(2, "parts/middle.xml"))
+    assert (problem.place, problem.owners) == (owner(4, automaton=2), (owner(1),))
+    assert (problem.file, problem.where) == ("parts/middle.xml", "state middle")
