@@ -5,12 +5,13 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from typing import Final
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import Automaton, Document
 from codegen.messages import Message
-from visualhfsm._drawing.annotations import box_of, draw_annotations
+from visualhfsm._drawing.annotations import box_of, draw_annotations, occupied
 from visualhfsm._drawing.arcs import RADIUS, Box, arc, handles, place
 from visualhfsm._drawing.elements import element, pixels, written
 from visualhfsm._drawing.labels import place_labels
@@ -49,7 +50,12 @@ def svg(document: Document, automaton_id: int, *, component: str = "root") -> st
     transitions = list(_transitions(automaton))
     labels = [each.label() for each in transitions]
     middles = [place(state) for state in automaton.states]
-    spots = place_labels(labels, middles, [each.arc for each in transitions])
+    spots = place_labels(
+        labels,
+        middles,
+        [each.arc for each in transitions],
+        occupied=chain.from_iterable(map(occupied, automaton.annotations)),
+    )
     boxes = [Box.around(middle, 2 * RADIUS, 2 * RADIUS) for middle in middles]
     boxes += [each.arc.box for each in transitions]
     boxes += [

@@ -37,7 +37,11 @@ DRAWN = """<VisualHFSM><SubAutomata id="1" idFather="0">
 <transition id="5"><origin>1</origin><destiny>1</destiny><trans type="time">60000</trans></transition>
 <transition id="6"><origin>3</origin><destiny>1</destiny><priority>2</priority><trans type="time">20</trans></transition>
 <transition id="7"><origin>3</origin><destiny>2</destiny><priority>1</priority><trans type="time">30</trans>
-<posx>500</posx><posy>400</posy></transition></SubAutomata>
+<posx>500</posx><posy>400</posy></transition>
+<annotation id="1" kind="note"><posx>100</posx><posy>380</posy><width>120</width><height>24</height><text>first
+it looks around until somebody comes</text></annotation>
+<annotation id="2" kind="frame"><posx>40</posx><posy>-40</posy><width>500</width><height>300</height><text>all of it</text></annotation>
+</SubAutomata>
 <SubAutomata id="2" idFather="1"><state id="4" initial="true"><name>one</name></state></SubAutomata>
 <SubAutomata id="3" idFather="1"><state id="5" initial="true"><name>other</name></state></SubAutomata></VisualHFSM>"""
 
@@ -387,7 +391,7 @@ def test_python_draws_what_the_page_exports(shown: EditorPage) -> None:
     shown.page.evaluate("window.print = () => {}")
     shown.press("Control+e")
     shown.page.get_by_role("button", name="The whole component").click()
-    pictures = shown.page.locator("body > .pages figure svg")
+    pictures = shown.page.locator("body > .pages figure > svg")
     expect(pictures).to_have_count(3)
     for automaton, picture in zip(document.automata, pictures.all(), strict=True):
         text = picture.evaluate("(each) => new XMLSerializer().serializeToString(each)")

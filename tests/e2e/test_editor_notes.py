@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, saved, shared_address
+from tests.support.browser import Box, EditorPage, saved, shared_address
+
+NOTHING_COVERED = """() => {
+    const boxes = (words) => [...document.querySelectorAll(words)].map((each) => each.getBoundingClientRect());
+    const taken = boxes("hfsm-canvas .note .paper, hfsm-canvas .frame text");
+    return boxes("hfsm-canvas .label text:last-child").every((name) => taken.every((other) =>
+      name.right < other.left || other.right < name.left || name.bottom < other.top || other.bottom < name.top));
+}"""
 
 
 @pytest.fixture
@@ -45,6 +52,77 @@ def test_undo_in_a_note_ends_where_its_text_began(shown: EditorPage) -> None:
     shown.press(*["Control+z"] * 5)
     expect(field).to_have_value("")
     expect(field).to_be_focused()
+
+
+def test_a_note_grows_while_it_is_written_and_keeps_its_own_height_in_the_document(
+    shown: EditorPage, root: Path
+) -> None:
+    page = shown.page
+    shown.press("n", "Enter")
+    field = page.get_by_role("textbox", name="Text of the note")
+    expect(field).to_be_focused()
+    shown.insert("why")
+    low = Box.of(field).height
+    shown.insert("\none\nmore\nline\nand\nanother\nfor\nthe\nrobot")
+    assert Box.of(field).height > low + 40
+    assert field.evaluate("field => field.scrollHeight <= field.clientHeight")
+    shown.press("Escape")
+    note = page.get_by_role("button", name="Note: why")
+    expect(note.locator("tspan")).to_have_text(
+        ["why", "one", "more", "line", "and", "another", "for", "the", "robot"]
+    )
+    paper = Box.of(note.locator(".paper"))
+    last = Box.of(note.locator("tspan").last)
+    assert last.y + last.height < paper.y + paper.height
+    shown.press("Shift+ArrowRight")
+    expect(page.locator(".last-step")).to_have_text("Resize the note “why one more line and another…”")
+    document = saved(shown, root / "dance_and_follow.xml")
+    assert document.root is not None
+    (written,) = document.root.annotations
+    assert (written.width, written.height) == (220.0, 96.0)
+
+
+def test_no_name_of_a_transition_is_on_a_note_or_a_title(shown: EditorPage) -> None:
+    page = shown.page
+    label = page.locator(".label text:last-child").first
+    x, y = shown.middle(label)
+    shown.press("n")
+    expect(page.locator("hfsm-canvas .hint")).to_contain_text("New note")
+    page.mouse.click(x, y)
+    expect(page.get_by_role("textbox", name="Text of the note")).to_be_focused()
+    shown.insert("in the way")
+    shown.press("Escape")
+    note = page.get_by_role("button", name="Note: in the way")
+    expect(note).to_be_focused()
+    page.wait_for_function(NOTHING_COVERED)
+    shown.press("Delete")
+    expect(note).to_have_count(0)
+    page.mouse.click(x, y + 200)  # on the ground: nothing is selected then
+    shown.press("Control+Shift+g")
+    expect(page.locator("hfsm-canvas .hint")).to_contain_text("New frame")
+    page.mouse.click(x + 110, y + 110)
+    expect(page.get_by_role("textbox", name="Title of the frame")).to_be_focused()
+    shown.insert("in the way of every name")
+    shown.press("Enter")
+    expect(page.get_by_role("button", name="Frame in the way")).to_be_focused()
+    page.wait_for_function(NOTHING_COVERED)
+
+
+def test_a_title_stays_legible_from_far_away_and_covers_no_state(shown: EditorPage) -> None:
+    page = shown.page
+    shown.press("Control+a", "Control+Shift+g")
+    page.keyboard.type("dance and follow")
+    shown.press("Enter")
+    title = page.get_by_role("button", name="Frame dance and follow").locator("text")
+    expect(title).to_have_text("dance and follow")
+    height = Box.of(title).height
+    for _ in range(4):
+        shown.press("-")
+    expect(page.locator("hfsm-status .zoom")).not_to_have_text("100 %")
+    seen = Box.of(title)
+    assert seen.height > 0.6 * height
+    for name in ("followBall", "dance"):
+        assert not seen.overlaps(Box.of(shown.state(name).locator(".body"))), name
 
 
 def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:

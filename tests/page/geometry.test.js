@@ -150,8 +150,17 @@ test("no arc crosses a name that has a place without one", () => {
   const isIn = ({left, right, top, bottom}, {x, y}) => x > left && x < right && y > top && y < bottom;
   const careless = placeLabels(labels, states).get(1);
   assert.ok(through.some((point) => isIn(boxOf(careless), point)));
-  const careful = placeLabels(labels, states, [own, crossing]).get(1);
+  const careful = placeLabels(labels, states, {arcs: [own, crossing]}).get(1);
   assert.ok(!through.some((point) => isIn(boxOf(careful), point)));
+});
+
+test("no name stands on other words, and words everywhere end no search", () => {
+  const labels = [{key: 1, handle: {x: 200, y: 0}, normal: {x: 0, y: -1}, sizes: [SIZES[1]]}];
+  const title = boxOf(placeLabels(labels, [A, B]).get(1));
+  const placed = boxOf(placeLabels(labels, [A, B], {occupied: [title]}).get(1));
+  assert.ok(placed.top >= title.bottom || placed.bottom <= title.top || placed.left >= title.right);
+  const everywhere = {left: -1e6, right: 1e6, top: -1e6, bottom: 1e6};
+  assert.deepEqual(boxOf(placeLabels(labels, [A, B], {occupied: [everywhere]}).get(1)), title);
 });
 
 test("the points of an arc lie on it, from end to end", () => {

@@ -1,4 +1,4 @@
-"""Notes and frames of a picture, below states and transitions."""
+"""Notes and frames of a picture, below states and transitions. A note is as high as its text needs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from visualhfsm._editing.nodes import FARTHEST_PLACE
 from .arcs import Box
 from .elements import element, moved
 from .symbols import Colors
-from .text import shortened, wrapped
+from .text import shortened, width, wrapped
 
 COLORS: Final = MappingProxyType(
     {
@@ -31,15 +31,54 @@ _LINE: Final = 18.0
 _PADDING: Final = 10.0
 _TITLE_AT: Final = 20.0
 """Pixels from the top of a frame to the foot of its title."""
+_DESCENT: Final = 0.3 * _SIZE
+"""Pixels from there to the bottom of its letters."""
+_MOST_LINES: Final = 200
+"""A note grows for so many lines."""
+_BORDER: Final = 3.0
+"""Pixels on each side of a frame's border where nothing else is written."""
 
 
 def box_of(annotation: Annotation) -> Box:
-    """Return the rectangle that an annotation takes, whatever its file says."""
+    """Return the rectangle that an annotation takes, whatever its file says: a note grows with its text."""
+    box = _own_box(annotation)
+    if annotation.kind == "frame":
+        return box
+    lines = len(wrapped(annotation.text.text, _SIZE, box.right - box.left - 2 * _PADDING))
+    return box._replace(bottom=max(box.bottom, box.top + _height(min(_MOST_LINES, lines))))
+
+
+def occupied(annotation: Annotation) -> list[Box]:
+    """Return where no other words should be: all of a note, the title and the border of a frame."""
+    box = box_of(annotation)
+    if annotation.kind != "frame":
+        return [box]
+    left, top, right, bottom = box
+    sides = (
+        *((left, top, right, top), (left, bottom, right, bottom)),
+        *((left, top, left, bottom), (right, top, right, bottom)),
+    )
+    boxes = [
+        Box(side[0] - _BORDER, side[1] - _BORDER, side[2] + _BORDER, side[3] + _BORDER) for side in sides
+    ]
+    if title := _title_of(annotation, right - left):
+        wide = 2 * _PADDING + width(title, _SIZE)
+        boxes.insert(0, Box(left, top, left + wide, top + _TITLE_AT + _DESCENT + _BORDER))
+    return boxes
+
+
+def _own_box(annotation: Annotation) -> Box:
+    """Return the rectangle with the size that a file says, as far as a picture can have it."""
     left, top = (max(-FARTHEST_PLACE, min(FARTHEST_PLACE, at)) for at in (annotation.x, annotation.y))
     wide, high = (
         max(SMALLEST_ANNOTATION, min(FARTHEST_PLACE, size)) for size in (annotation.width, annotation.height)
     )
     return Box(left, top, left + wide, top + high)
+
+
+def _height(lines: int) -> float:
+    """Return the height that a note needs for some lines."""
+    return lines * _LINE - (_LINE - _SIZE) + 2 * _PADDING
 
 
 def draw_annotations(annotations: Iterable[Annotation]) -> Element:
@@ -69,16 +108,19 @@ def _drawn(annotation: Annotation) -> Element:
         stroke_width=1.5,
     )
     text = annotation.text.text
-    words = _title(text, wide, colors) if is_frame else _lines(text, wide, high, colors)
+    words = _title(annotation, wide, colors) if is_frame else _lines(text, wide, high, colors)
     return element("g", paper, *words, transform=moved(complex(box.left, box.top)))
 
 
-def _title(text: str, wide: float, colors: Colors) -> list[Element]:
-    line = shortened(" ".join(text.split()), _SIZE, wide - 2 * _PADDING)
+def _title_of(frame: Annotation, wide: float) -> str:
+    return shortened(" ".join(frame.text.text.split()), _SIZE, wide - 2 * _PADDING)
+
+
+def _title(frame: Annotation, wide: float, colors: Colors) -> list[Element]:
     return [
         element(
             "text",
-            text=line,
+            text=_title_of(frame, wide),
             x=_PADDING,
             y=_TITLE_AT,
             font_size=_SIZE,
@@ -90,7 +132,7 @@ def _title(text: str, wide: float, colors: Colors) -> list[Element]:
 
 def _lines(text: str, wide: float, high: float, colors: Colors) -> list[Element]:
     lines = wrapped(text, _SIZE, wide - 2 * _PADDING)
-    fitting = max(1, int((high - 2 * _PADDING + _LINE - _SIZE) // _LINE))
+    fitting = max(1, int((high - _height(0)) // _LINE))
     if len(lines) > fitting:
         lines = [*lines[: fitting - 1], shortened(f"{lines[fitting - 1]} …", _SIZE, wide - 2 * _PADDING)]
     spans = (

@@ -1,4 +1,4 @@
-"""Put names beside their handles so that none covers another name, a handle or a state, or an arc.
+"""Put names beside their handles, apart from other names, handles, states, arcs, notes and titles of frames.
 
 Each name tries some places around its handle, the best first, and takes the first that is free: at its full
 length, or else shortened.
@@ -7,7 +7,7 @@ length, or else shortened.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -17,6 +17,8 @@ HANDLE: Final = 9.0
 """Radius of the sign of a transition."""
 
 _CELL: Final = 96.0
+_MOST_CELLS: Final = 1024
+"""A box that touches more is looked at each time."""
 _GAP: Final = 5.0
 _CIRCLE: Final = ((2 * RADIUS + 4, RADIUS), (RADIUS, 2 * RADIUS + 4), (1.6 * RADIUS, 1.6 * RADIUS))
 """Width and height of boxes that together are about a state's circle."""
@@ -60,10 +62,10 @@ class Label:
     sizes: tuple[Size, ...]
 
     def places(self, size: Size) -> Iterator[complex]:
-        """Yield the middles that it may have, the best first: beside its handle, then across corners."""
-        for direction in _directions(self.normal):
+        """Yield the middles it may have, the best first: beside its handle, across corners, then further."""
+        directions = _directions(self.normal)
+        for direction in directions:
             yield self._beside(direction, size, 0.0)
-            yield self._beside(direction, size, size.height)
         across, down = size.width / 2 + HANDLE + _GAP, size.height / 2 + _GAP
         for corner in (
             complex(across, -down),
@@ -72,6 +74,13 @@ class Label:
             complex(-across, down),
         ):
             yield self.handle + corner
+        for direction in directions:
+            yield self._beside(direction, size, size.height)
+
+    def last_places(self, size: Size) -> Iterator[complex]:
+        """Yield the middles that it may have where all others are taken."""
+        for direction in _directions(self.normal):
+            yield self._beside(direction, size, 2 * size.height)
 
     def _beside(self, direction: complex, size: Size, far: float) -> complex:
         """Return its middle when it stands in some direction of its handle, and just does not touch it."""
@@ -89,8 +98,13 @@ class _Boxes:
 
     def __init__(self) -> None:
         self._cells: dict[tuple[int, int], list[Box]] = {}
+        self._large: list[Box] = []
 
     def add(self, box: Box) -> None:
+        columns, rows = (box.right - box.left) / _CELL + 1, (box.bottom - box.top) / _CELL + 1
+        if columns * rows > _MOST_CELLS:
+            self._large.append(box)
+            return
         for cell in _cells(box):
             self._cells.setdefault(cell, []).append(box)
 
@@ -98,7 +112,7 @@ class _Boxes:
         """Return the area of a box that others cover, in square pixels; overlaps count twice."""
         near = {id(each): each for cell in _cells(box) for each in self._cells.get(cell, ())}
         area = 0.0
-        for other in near.values():
+        for other in (*self._large, *near.values()):
             width = min(box.right, other.right) - max(box.left, other.left)
             height = min(box.bottom, other.bottom) - max(box.top, other.top)
             area += max(0.0, width) * max(0.0, height)
@@ -124,10 +138,19 @@ class _Points:
 
 
 def place_labels(
-    labels: Sequence[Label], states: Sequence[complex], arcs: Sequence[Arc] = ()
+    labels: Sequence[Label],
+    states: Sequence[complex],
+    arcs: Sequence[Arc] = (),
+    *,
+    occupied: Iterable[Box] = (),
 ) -> list[Placed | None]:
-    """Return where each label stands, given the middles of the states; None for one without sizes."""
+    """Return where each label stands, given the middles of the states; None for one without sizes.
+
+    `occupied` are boxes with other words.
+    """
     taken, crossed = _Boxes(), _Points()
+    for box in occupied:
+        taken.add(box)
     for state in states:
         for width, height in _CIRCLE:
             taken.add(Box.around(state, width, height))
@@ -156,14 +179,21 @@ def _best_place(label: Label, taken: _Boxes, crossed: _Points, room: Box) -> Pla
             box = Box.around(middle, *size)
             if index < last and (box.left < room.left or box.right > room.right):
                 continue
-            cover = taken.covered(box)
-            if cover < least:
-                cover += _CROSSED * crossed.within(box)
+            cover = _cover(box, taken, crossed, least)
             if cover == 0.0:
                 return Placed(middle, index)
             if index == last and cover < least:
                 best, least = Placed(middle, index), cover
-    return best
+    size = label.sizes[last]
+    places = label.last_places(size)
+    free = (each for each in places if not _cover(Box.around(each, *size), taken, crossed))
+    return next((Placed(middle, last) for middle in free), best)
+
+
+def _cover(box: Box, taken: _Boxes, crossed: _Points, most: float = math.inf) -> float:
+    """Return how bad a place is: how much it covers and, unless that is too much already, what of arcs."""
+    cover = taken.covered(box)
+    return cover + _CROSSED * crossed.within(box) if cover < most else cover
 
 
 def _room(states: Sequence[complex]) -> Box:

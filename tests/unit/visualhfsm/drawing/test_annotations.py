@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 import pytest
 
 from codegen.hfsm.document import ANNOTATION_COLORS, Annotation, Text
-from visualhfsm._drawing.annotations import COLORS, box_of, draw_annotations
+from visualhfsm._drawing.annotations import COLORS, box_of, draw_annotations, occupied
 from visualhfsm._drawing.arcs import Box
 
 
@@ -41,8 +41,30 @@ def test_a_word_that_is_wider_than_its_note_is_broken() -> None:
     )
 
 
-def test_what_does_not_fit_is_cut_with_a_sign() -> None:
-    assert lines(note("one\ntwo\nthree", height=60)) == ["one", "two …"]
+def test_a_note_grows_with_its_text_and_keeps_a_larger_height() -> None:
+    long = note("one\ntwo\nthree", height=24)
+    assert box_of(long) == Box(10, 20, 210, 20 + 3 * 18 + 15)
+    assert paper(long).get("height") == "69"
+    assert lines(long) == ["one", "two", "three"]
+    assert box_of(note("one\ntwo\nthree", height=90)).bottom == 20 + 90
+    assert box_of(note("one\ntwo\nthree", kind="frame", height=24)).bottom == 20 + 24
+
+
+def test_what_is_too_long_even_for_a_large_note_is_cut_with_a_sign() -> None:
+    long = note("\n".join(["line"] * 5000))
+    assert lines(long) == ["line"] * 199 + ["line …"]
+    assert box_of(long).bottom == 20 + 200 * 18 + 15
+
+
+def test_no_other_words_are_on_a_note_nor_on_a_title_or_the_border_of_a_frame() -> None:
+    assert occupied(note("why")) == [Box(10, 20, 210, 110)]
+    frame = note("begin", kind="frame", width=300, height=200)
+    taken = occupied(frame)
+    covers = [
+        any(box.left < x < box.right and box.top < y < box.bottom for box in taken)
+        for x, y in ((20, 32), (10, 100), (310, 100), (100, 20), (100, 220), (250, 32), (160, 120))
+    ]
+    assert covers == [True, True, True, True, True, False, False]
 
 
 @pytest.mark.parametrize("color", ANNOTATION_COLORS)

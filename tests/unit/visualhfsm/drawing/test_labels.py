@@ -67,6 +67,29 @@ def test_a_long_name_is_whole_where_there_is_room_and_shorter_where_there_is_not
     assert outside.size == 1, "a picture grows only a little for a name"
 
 
+def test_no_name_is_written_on_other_words() -> None:
+    states = [0j, 400 + 0j]
+    name = label(200 + 0j, -1j, (80, 30))
+    (free,) = place_labels([name], states)
+    title = box_of(free, name)
+    (placed,) = place_labels([name], states, occupied=[title])
+    assert not overlaps(box_of(placed, name), title)
+
+
+def test_words_that_fill_the_plane_end_no_search() -> None:
+    name = label(200 + 0j, -1j, (80, 30))
+    everywhere = Box(-1e6, -1e6, 1e6, 1e6)
+    (placed,) = place_labels([name], [0j, 400 + 0j], occupied=[everywhere])
+    assert placed == Placed(200 - 29j, 0)
+
+
+def test_a_name_beside_its_handle_comes_before_a_longer_way() -> None:
+    handle = label(200 + 0j, -1j, (80, 30))
+    wall = Box(100, -20, 300, -15)
+    (placed,) = place_labels([handle], [0j, 400 + 0j], occupied=[wall])
+    assert placed == Placed(254 + 0j, 0)
+
+
 def test_without_a_free_place_a_name_covers_as_little_as_possible() -> None:
     crowd = [complex(x, y) for x in range(0, 400, 40) for y in range(0, 400, 40)]
     (placed,) = place_labels([label(200 + 200j, 1j, (60, 30))], crowd)

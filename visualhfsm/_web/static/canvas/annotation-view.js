@@ -7,16 +7,14 @@
  */
 
 import {t} from "../texts.js";
-import {areaOf, colorOf, FARTHEST, isFrame, within} from "./areas.js";
+import {fitTitle, LINE, linesOf, occupied, PADDING, SIZE, titleSize} from "./annotation-text.js";
+import {areaOf, colorOf, FARTHEST, grown, isFrame, within} from "./areas.js";
+import {touches} from "./plane.js";
 import {make} from "./svg.js";
-import {shortened, wrapped} from "./text.js";
 
-const SIZE = 13; // of letters
-const LINE = 18;
-const PADDING = 10;
-const TITLE_AT = 20; // the foot of a title, from the top of its frame
-/** The height of the part of a frame that moves it, besides its border. */
-const BAR = 30;
+const BAR = 10; // pixels of the part of a frame that moves it besides its border, below the foot of its title
+const NARROW = 3; // sizes of letters; a frame that is not wider has no room for a title
+const OFFSET = 4; // pixels of the sign of the focus, around the annotation
 
 /** The notes and frames of a drawing. */
 export class AnnotationLayer {
@@ -33,9 +31,10 @@ export class AnnotationLayer {
    *
    * @param {Annotation[]} annotations
    * @param {Map<string, string>} [marks] of a comparison, by key
+   * @returns {boolean} whether any looks different, or is elsewhere
    */
   update(annotations, marks) {
-    if (annotations === this.#shown && marks === this.#marks && !this.#moved) return;
+    if (annotations === this.#shown && marks === this.#marks && !this.#moved) return false;
     [this.#shown, this.#marks, this.#moved] = [annotations, marks, false];
     const former = this.views;
     this.views = new Map();
@@ -51,6 +50,7 @@ export class AnnotationLayer {
       const there = this.group.children[index];
       if (there !== group) this.group.insertBefore(group, there ?? null);
     });
+    return true;
   }
 
   #moved = false;
@@ -68,9 +68,30 @@ export class AnnotationLayer {
     this.views.get(key)?.place(corner);
   }
 
-  /** Write those that are in sight; the others have no text yet. @param {Box} seen */
-  look(seen) {
-    for (const view of this.views.values()) view.look(seen);
+  /**
+   * Write those that are in sight; the others have no text yet.
+   *
+   * @param {Box} seen
+   * @param {number} scale
+   * @param {(box: Box) => Box[]} [inTheWay] what else is in a part of the drawing, which titles do not cover
+   */
+  look(seen, scale = 1, inTheWay = () => []) {
+    const size = titleSize(scale);
+    for (const view of this.views.values()) {
+      if (!touches(view.box, seen)) continue;
+      view.write();
+      if (isFrame(view.annotation)) view.title(size, inTheWay);
+    }
+  }
+
+  /** Fit the titles of frames once more: what was in their way has moved. */
+  refit() {
+    for (const view of this.views.values()) view.wanted = 0;
+  }
+
+  /** Where no other words should be. @returns {Box[]} */
+  occupied() {
+    return [...this.views.values()].flatMap(({annotation, box}) => occupied(annotation.text, box, isFrame(annotation)));
   }
 
   /** @param {Set<number>} ids */
@@ -90,9 +111,11 @@ export class AnnotationView {
   /** The part of a frame besides its border that can be grabbed. */
   bar = make("rect", {class: "bar"});
   text = make("text", {"aria-hidden": "true"});
-  /** Cuts off what is larger than the annotation, as titles of frames that are seen from far away. */
+  /** Cuts off what is larger than the annotation, such as a letter that is higher than a low frame. */
   room = make("svg", {}, this.text);
-  group = make("g", {role: "button", tabindex: "-1"}, this.paper, this.bar, this.room);
+  /** The sign of the focus, unlike that of the selection. */
+  ring = make("rect", {class: "ring", x: -OFFSET, y: -OFFSET});
+  group = make("g", {role: "button", tabindex: "-1"}, this.ring, this.paper, this.bar, this.room);
   selected = false;
   words = "";
   /** @type {Annotation} */
@@ -100,6 +123,8 @@ export class AnnotationView {
   annotation = undefined;
   /** @type {Box} */
   box = {left: 0, top: 0, right: 0, bottom: 0};
+  /** The size of letters for which its title was fitted last. */
+  wanted = 0;
   #mark = "";
   #isWritten = false;
 
@@ -131,18 +156,27 @@ export class AnnotationView {
     this.resize(areaOf(annotation));
   }
 
-  /** Show it with other edges, also while they are dragged. @param {Box} box */
-  resize(box) {
-    this.place({x: box.left, y: box.top});
+  /**
+   * Show it with other edges, also while they are dragged or it is written: a note is always high enough for its text.
+   *
+   * @param {Box} edges
+   * @param {string} [text]
+   */
+  resize(edges, text) {
+    this.place({x: edges.left, y: edges.top});
+    const box = (this.box = grown(this.annotation, edges, text));
     const [width, height] = [box.right - box.left, box.bottom - box.top];
-    this.box = box;
-    for (const each of [this.paper, this.room]) {
-      each.setAttribute("width", String(width));
-      each.setAttribute("height", String(height));
+    const corner = isFrame(this.annotation) ? 10 : 5;
+    for (const [each, more] of /** @type {[SVGElement, number][]} */ ([
+      [this.paper, 0],
+      [this.room, 0],
+      [this.ring, OFFSET],
+    ])) {
+      each.setAttribute("width", String(width + 2 * more));
+      each.setAttribute("height", String(height + 2 * more));
+      if (each !== this.room) each.setAttribute("rx", String(corner + more));
     }
-    this.paper.setAttribute("rx", isFrame(this.annotation) ? "10" : "5");
     this.bar.setAttribute("width", String(width));
-    this.bar.setAttribute("height", String(Math.min(BAR, height)));
     if (this.#isWritten) this.#write();
   }
 
@@ -154,10 +188,9 @@ export class AnnotationView {
     this.group.setAttribute("transform", `translate(${x},${y})`);
   }
 
-  /** @param {Box} seen */
-  look({left, top, right, bottom}) {
-    const {box} = this;
-    if (this.#isWritten || box.left > right || box.right < left || box.top > bottom || box.bottom < top) return;
+  /** Write its text, once it is in sight. */
+  write() {
+    if (this.#isWritten) return;
     this.#isWritten = true;
     this.#write();
   }
@@ -180,24 +213,36 @@ export class AnnotationView {
 
   #write() {
     const {annotation, box, text} = this;
-    const room = box.right - box.left - 2 * PADDING;
     if (isFrame(annotation)) {
-      const title = annotation.text.replace(/\s+/g, " ").trim();
-      text.replaceChildren(shortened(title, SIZE, room, 600));
-      text.setAttribute("x", String(PADDING));
-      text.setAttribute("y", String(TITLE_AT));
+      const size = this.wanted || SIZE;
+      this.wanted = 0;
+      this.title(size);
       return;
     }
-    let lines = wrapped(annotation.text, SIZE, room);
-    const fitting = Math.max(1, Math.floor((box.bottom - box.top - 2 * PADDING + LINE - SIZE) / LINE));
-    if (lines.length > fitting)
-      lines = [...lines.slice(0, fitting - 1), shortened(`${lines[fitting - 1]} …`, SIZE, room)];
     text.replaceChildren(
-      ...lines.map((line, index) => {
+      ...linesOf(annotation.text, box).map((line, index) => {
         const span = make("tspan", {x: PADDING, y: PADDING + SIZE + index * LINE});
         span.textContent = line;
         return span;
       }),
     );
+  }
+
+  /**
+   * Write the title of a frame in letters of a size, or as large as there is room.
+   *
+   * @param {number} wanted
+   * @param {(box: Box) => Box[]} [inTheWay]
+   */
+  title(wanted, inTheWay = undefined) {
+    const {annotation, box, text} = this;
+    if (wanted === this.wanted) return;
+    this.wanted = wanted;
+    const {line, size, foot} = fitTitle(annotation.text, box, wanted, inTheWay);
+    text.replaceChildren(box.right - box.left < NARROW * wanted ? "" : line);
+    text.setAttribute("x", String(PADDING));
+    text.setAttribute("y", foot.toFixed(1));
+    text.setAttribute("font-size", size.toFixed(2));
+    this.bar.setAttribute("height", String(Math.min(foot + BAR, box.bottom - box.top)));
   }
 }

@@ -2,6 +2,7 @@
  * Make notes and frames, write on them, and drag their edges.
  *
  * @import {HfsmCanvas} from "./canvas.js"
+ * @import {Annotation} from "../protocol.js"
  * @import {AnnotationView} from "./annotation-view.js"
  * @import {Box, Point} from "./geometry.js"
  */
@@ -9,13 +10,17 @@
 import {applyHere} from "../commands.js";
 import {page} from "../page.js";
 import {t} from "../texts.js";
-import {areaOf, isFrame, SMALLEST} from "./areas.js";
+import {LINE, neededHeight, PADDING, SIZE} from "./annotation-text.js";
+import {areaOf, grown, isFrame, SMALLEST} from "./areas.js";
 import {make} from "./svg.js";
+import {wrapped} from "./text.js";
 import {ARROWS, STEP} from "./tools.js";
 
 const TOUCH = 24; // pixels of the window around an edge that is dragged
 const GRIP = 8; // pixels of the window of its sign
-const FONT = 13;
+const LEGIBLE = 12; // pixels of the window of the letters that are written
+const BORDER = 4; // pixels of the field's borders, left and right or above and below
+const FIELD = {width: 120, height: 34}; // its least size
 const FRAME = {width: 360, height: 260};
 const NOTE = {width: 200, height: 96};
 const AROUND = {side: 34, top: 54, bottom: 34}; // pixels between a frame and the states in it
@@ -39,6 +44,7 @@ export class Annotating {
     Object.assign(field, {className: "note-field", hidden: true, spellcheck: true, maxLength: 100_000});
     field.addEventListener("keydown", (event) => this.#key(event));
     field.addEventListener("blur", () => this.commit());
+    field.addEventListener("input", () => this.#grow());
     canvas.append(field);
     canvas.svg.append(this.#edges);
   }
@@ -77,6 +83,15 @@ export class Annotating {
     this.#field.hidden = true;
     const text = this.#field.value;
     if (text !== written.text) applyHere("setAnnotationText", {annotation: written.id, text});
+    const view = this.#view(written.id);
+    view?.resize(areaOf(view.annotation)); // until the answer, and after a refusal
+  }
+
+  /** A note grows while it is written. */
+  #grow() {
+    const view = this.#view(this.#written?.id);
+    view?.resize(areaOf({...view.annotation, text: ""}), this.#field.value);
+    this.follow();
   }
 
   /** Keep field and edges at the annotation while the drawing moves. */
@@ -99,11 +114,19 @@ export class Annotating {
     const start = viewport.toWindow({x: left, y: top});
     const {scale} = viewport;
     const {style} = this.#field;
+    const size = Math.max(LEGIBLE, SIZE * scale);
+    const part = size / SIZE;
+    const wide = Math.max(FIELD.width, (right - left) * scale);
+    const least = Math.max(FIELD.height, isFrame(view.annotation) ? LINE * part : (bottom - top) * scale);
+    const lines = isFrame(view.annotation) ? 0 : wrapped(this.#field.value, size, wide - 2 * PADDING * part).length;
+    const padding = PADDING * part - BORDER / 2;
     style.left = `${start.x}px`;
     style.top = `${start.y}px`;
-    style.width = `${Math.max(120, (right - left) * scale)}px`;
-    style.height = `${Math.max(34, (isFrame(view.annotation) ? 32 : bottom - top) * scale)}px`;
-    style.fontSize = `${Math.max(12, FONT * scale)}px`;
+    style.width = `${wide}px`;
+    // Letters that stay legible need more room than there is in a note that is seen from far away.
+    style.height = `${Math.max(least, lines * LINE * part + 2 * padding + BORDER)}px`;
+    style.padding = `${padding - (LINE - SIZE) * part * 0.5}px ${padding}px`;
+    style.fontSize = `${size}px`;
   }
 
   #followEdges() {
@@ -154,10 +177,10 @@ export class Annotating {
       scrolls: true,
       move: (/** @type {PointerEvent} */ now) => {
         const point = this.canvas.point(now);
-        show((box = resized(former, edge, Math.round(point.x - start.x), Math.round(point.y - start.y))));
+        show((box = dragged(annotation, edge, Math.round(point.x - start.x), Math.round(point.y - start.y))));
       },
       end: async () => {
-        if (box !== former) await resize(annotation.id, box);
+        if (box !== former) await resize(annotation, edge, box);
         this.#dragged = undefined;
         this.canvas.redraw(); // even after a refusal, to move everything back
         this.#view(annotation.id)?.resize(areaOf(page.annotation ?? annotation));
@@ -186,29 +209,36 @@ export class Annotating {
 }
 
 /**
- * A box whose edge was dragged by some pixels.
+ * The area of an annotation after one of its edges was dragged by some pixels. What is written on it keeps its room.
  *
- * @param {Box} box
+ * @param {Annotation} annotation
  * @param {string} edge
  * @param {number} dx
  * @param {number} dy
  * @returns {Box}
  */
-export const resized = ({left, top, right, bottom}, edge, dx, dy) => ({
-  left: edge.includes("w") ? Math.min(left + dx, right - SMALLEST) : left,
-  right: edge.includes("e") ? Math.max(right + dx, left + SMALLEST) : right,
-  top: edge.includes("n") ? Math.min(top + dy, bottom - SMALLEST) : top,
-  bottom: edge.includes("s") ? Math.max(bottom + dy, top + SMALLEST) : bottom,
-});
+function dragged(annotation, edge, dx, dy) {
+  const box = areaOf(annotation);
+  const left = edge.includes("w") ? Math.min(box.left + dx, box.right - SMALLEST) : box.left;
+  const right = edge.includes("e") ? Math.max(box.right + dx, box.left + SMALLEST) : box.right;
+  const least = isFrame(annotation) ? SMALLEST : Math.max(SMALLEST, neededHeight(annotation.text, right - left));
+  const top = edge.includes("n") ? Math.min(box.top + dy, box.bottom - least) : box.top;
+  // Where its height is not dragged, a note keeps its own one, so that it gets lower when it gets wider.
+  const own = edge.includes("s") ? box.bottom + dy : edge.includes("n") ? box.bottom : top + annotation.height;
+  return grown(annotation, {left, right, top, bottom: Math.max(own, top + SMALLEST)});
+}
 
-/** @param {number} annotation @param {Box} box */
-const resize = (annotation, {left, top, right, bottom}) =>
-  applyHere("resizeAnnotation", {annotation, x: left, y: top, width: right - left, height: bottom - top});
+/** @param {Annotation} annotation @param {string} edge that was dragged @param {Box} box @returns {Promise<unknown>} */
+function resize({id, height}, edge, {left, top, right, bottom}) {
+  const high = /[ns]/.test(edge) ? bottom - top : height;
+  return applyHere("resizeAnnotation", {annotation: id, x: left, y: top, width: right - left, height: high});
+}
 
 /** Make the selected annotation wider and higher by some pixels. @param {number} dx @param {number} dy */
 export async function grow(dx, dy) {
   const {annotation} = page;
-  if (annotation) await resize(annotation.id, resized(areaOf(annotation), "se", dx, dy));
+  const edge = `${dy ? "s" : ""}${dx ? "e" : ""}`;
+  if (annotation) await resize(annotation, edge, dragged(annotation, edge, dx, dy));
 }
 
 /** Draw a frame around the selection, and write its title. @param {HfsmCanvas} canvas */

@@ -6,6 +6,7 @@
  * @typedef {{states: Iterable<number>, transitions: Iterable<number>, annotations: Iterable<number>}} Selection
  */
 
+import {neededHeight} from "./annotation-text.js";
 import {contains} from "./geometry.js";
 
 /** The colors that there are; the first is that of a note whose color is blank or unknown. */
@@ -28,10 +29,37 @@ export function colorOf(annotation) {
   return COLORS.includes(color) ? color : COLORS[0];
 }
 
-/** The rectangle that it takes, whatever its file says. @param {Annotation} annotation @returns {Box} */
-export function areaOf({x, y, width, height}) {
-  const [left, top] = [within(x, -FARTHEST), within(y, -FARTHEST)];
-  return {left, top, right: left + within(width, SMALLEST), bottom: top + within(height, SMALLEST)};
+/** Areas that were calculated. @type {WeakMap<Annotation, Box>} */
+const areas = new WeakMap();
+
+/**
+ * The rectangle that it takes, whatever its file says: a note grows with its text.
+ *
+ * @param {Annotation} annotation
+ * @returns {Box}
+ */
+export function areaOf(annotation) {
+  let known = areas.get(annotation);
+  if (!known) {
+    const {x, y, width, height} = annotation;
+    const [left, top] = [within(x, -FARTHEST), within(y, -FARTHEST)];
+    const area = {left, top, right: left + within(width, SMALLEST), bottom: top + within(height, SMALLEST)};
+    areas.set(annotation, (known = grown(annotation, area)));
+  }
+  return known;
+}
+
+/**
+ * A rectangle in which all of a text has room: that of a note grows downwards.
+ *
+ * @param {Annotation} annotation
+ * @param {Box} box
+ * @param {string} [text] that is written meanwhile
+ * @returns {Box}
+ */
+export function grown(annotation, box, text = annotation.text) {
+  if (isFrame(annotation)) return box;
+  return {...box, bottom: Math.max(box.bottom, box.top + neededHeight(text, box.right - box.left))};
 }
 
 /**

@@ -19,6 +19,7 @@ import {FAR, VERY_FAR} from "./viewport.js";
 
 const LARGE = 1000; // states and transitions; of larger automata only what is seen is on the page
 const AROUND = 400; // pixels around an arc within which states may be in the way of its name
+const BESIDE_ARC = 200; // pixels around an arc within which its name may be
 const MARKED = 200; // views with marks that are drawn one by one in any case
 
 /**
@@ -125,7 +126,7 @@ export class Drawing {
         names.set(state.id, state.name);
       }
     }
-    this.annotations.update(automaton?.annotations ?? [], more.marks);
+    changed = this.annotations.update(automaton?.annotations ?? [], more.marks) || changed;
     for (const [key, {box}] of this.annotations.views) this.places.set(key, {x: box.left, y: box.top});
     const ranks = ranksOf(transitions);
     const grips = handles(transitions, points);
@@ -152,6 +153,32 @@ export class Drawing {
     this.#moved = false;
     this.#stage.draw();
     this.#placeDetails();
+    if (!changed) return;
+    this.annotations.refit();
+    this.#lookAtAnnotations();
+  }
+
+  /** What was last seen. @type {{seen: Box, scale: number} | undefined} */
+  #last = undefined;
+
+  /** Write the annotations that are seen. */
+  #lookAtAnnotations() {
+    if (!this.#last) return;
+    const {seen, scale} = this.#last;
+    this.annotations.look(seen, scale, (box) => this.#inTheWay(box, scale));
+  }
+
+  /** What titles of frames must not cover in a part of the drawing. @param {Box} box @param {number} scale */
+  #inTheWay(box, scale) {
+    const near = [...this.#stage.within(wider(box, BESIDE_ARC))];
+    const states = near.filter((view) => view instanceof StateView);
+    return [
+      ...states.map((view) => view.box),
+      ...this.#labels(
+        scale,
+        near.filter((view) => view instanceof TransitionView),
+      ),
+    ].filter((each) => touches(each, box));
   }
 
   #moved = false;
@@ -213,10 +240,11 @@ export class Drawing {
    * @param {number} scale
    */
   look(seen, scale) {
-    this.annotations.look(seen);
+    this.#last = {seen, scale};
     this.#detailed = scale >= VERY_FAR;
     this.#stage.look(seen, scale);
     this.#placeDetails();
+    this.#lookAtAnnotations();
   }
 
   /** The view rests. */
@@ -253,9 +281,12 @@ export class Drawing {
     const found = placeLabels(
       views.map((view) => view.asLabel()),
       circles,
-      views.map((view) => view.arc),
-      others.map(({arc, nameAt, text}) => ({handle: arc.middle, middle: nameAt, size: text})),
-      roomOf(this.#circles()),
+      {
+        arcs: views.map((view) => view.arc),
+        placed: others.map(({arc, nameAt, text}) => ({handle: arc.middle, middle: nameAt, size: text})),
+        room: roomOf(this.#circles()),
+        occupied: this.annotations.occupied(),
+      },
     );
     for (const view of views) view.placeName(found.get(view)?.middle, found.get(view)?.size);
   }
@@ -360,10 +391,10 @@ export class Drawing {
     );
   }
 
-  /** The boxes of the labels that are visible at a scale. @param {number} scale */
-  #labels(scale) {
+  /** The boxes of the labels that are visible at a scale. @param {number} scale @param {Iterable<TransitionView>} views */
+  #labels(scale, views = this.transitions.values()) {
     if (scale < VERY_FAR) return [];
-    return [...this.transitions.values()].flatMap(({nameAt, text}) => {
+    return [...views].flatMap(({nameAt, text}) => {
       const {name, width, height, nameWidth} = text;
       const wide = scale >= FAR ? width : nameWidth;
       if (!nameAt || !wide) return [];

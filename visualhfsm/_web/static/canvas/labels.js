@@ -1,5 +1,6 @@
 /**
- * Put names beside their handles so that none covers another name, a handle or a state, and no arc crosses it.
+ * Put names beside their handles so that none covers another name, a handle, a state, a note or the title of a frame, and
+ * no arc crosses it.
  *
  * Each name tries some places around its handle, the best first, and takes the first that is free: at its full length,
  * or else shortened.
@@ -23,6 +24,7 @@ import {boxOf, contains, pointsOf, RADIUS} from "./geometry.js";
 
 const CELL = 96;
 const ROW = 65536; // cells in a row
+const MOST_CELLS = 1024; // a box that touches more is looked at each time
 /** @type {never[]} */
 const NONE = [];
 const GAP = 5;
@@ -32,6 +34,7 @@ const CIRCLE = [
   [RADIUS, 2 * RADIUS + 4],
   [1.6 * RADIUS, 1.6 * RADIUS],
 ];
+const CORNERS = 4; // of a handle, across which a label may stand
 const STEP = 12; // pixels between two points of an arc
 const CROSSED = 72; // a point of an arc in a label is as bad as so many covered square pixels
 const MANY = 400; // arcs; of more, none is avoided
@@ -43,11 +46,17 @@ export const HANDLE = 9; // radius
 class Boxes {
   /** The boxes in each cell of the plane, each with the round in which it was last looked at. */
   #cells = /** @type {Map<number, (Box & {round: number})[]>} */ (new Map());
+  /** Those that are too large for cells. @type {(Box & {round: number})[]} */
+  #large = [];
   #round = 0;
 
   /** @param {Box} box */
   add({left, right, top, bottom}) {
     const box = {left, right, top, bottom, round: 0};
+    if (((right - left) / CELL + 1) * ((bottom - top) / CELL + 1) > MOST_CELLS) {
+      this.#large.push(box);
+      return;
+    }
     for (let x = Math.floor(left / CELL); x <= right / CELL; x++)
       for (let y = Math.floor(top / CELL); y <= bottom / CELL; y++) {
         const known = this.#cells.get(x * ROW + y);
@@ -60,15 +69,19 @@ class Boxes {
   covered({left, right, top, bottom}) {
     const round = ++this.#round;
     let area = 0;
+    /** @param {(Box & {round: number})[]} others */
+    const look = (others) => {
+      for (const other of others) {
+        if (other.round === round) continue;
+        other.round = round;
+        const width = Math.min(right, other.right) - Math.max(left, other.left);
+        const height = Math.min(bottom, other.bottom) - Math.max(top, other.top);
+        if (width > 0 && height > 0) area += width * height;
+      }
+    };
+    look(this.#large);
     for (let x = Math.floor(left / CELL); x <= right / CELL; x++)
-      for (let y = Math.floor(top / CELL); y <= bottom / CELL; y++)
-        for (const other of this.#cells.get(x * ROW + y) ?? NONE) {
-          if (other.round === round) continue;
-          other.round = round;
-          const width = Math.min(right, other.right) - Math.max(left, other.left);
-          const height = Math.min(bottom, other.bottom) - Math.max(top, other.top);
-          if (width > 0 && height > 0) area += width * height;
-        }
+      for (let y = Math.floor(top / CELL); y <= bottom / CELL; y++) look(this.#cells.get(x * ROW + y) ?? NONE);
     return area;
   }
 }
@@ -104,13 +117,14 @@ class Points {
  * @template {Size} S
  * @param {Label<K, S>[]} labels
  * @param {Point[]} states
- * @param {Arc[]} arcs
- * @param {Placed[]} placed
+ * @param {{arcs?: Arc[], placed?: Placed[], room?: Box, occupied?: Iterable<Box>}} [around] what else is there: arcs,
+ *   other labels, and boxes with words; and the room for labels at their full length
  * @returns {Map<K, {middle: Point, size: S}>}
  */
-export function placeLabels(labels, states, arcs = [], placed = [], room = roomOf(states)) {
+export function placeLabels(labels, states, {arcs = [], placed = [], room = roomOf(states), occupied = []} = {}) {
   const taken = new Boxes();
   const crossed = new Points();
+  for (const box of occupied) taken.add(box);
   for (const place of states) for (const [width, height] of CIRCLE) taken.add(around(place, width, height));
   for (const {handle} of labels) taken.add(around(handle, HANDLE * 2, HANDLE * 2));
   for (const {handle, middle, size} of placed) {
@@ -127,13 +141,16 @@ export function placeLabels(labels, states, arcs = [], placed = [], room = roomO
     let best = {middle: beside({handle, ...smallest}, normal), size: smallest};
     let least = Infinity;
     for (const size of sizes) {
-      for (let index = 0; index < 2 * sides.length + 4; index++) {
+      const isSmallest = size === smallest;
+      const usual = 2 * sides.length + CORNERS;
+      for (let index = 0; index < usual + (isSmallest ? sides.length : 0); index++) {
         const middle = placeOf(index, {handle, ...size}, sides);
         const box = around(middle, size.width, size.height);
-        if (size !== smallest && !contains(room, box)) continue;
+        if (!isSmallest && !contains(room, box)) continue;
         let cover = taken.covered(box);
         if (cover < least) cover += CROSSED * crossed.within(box);
-        if (cover < least && (size === smallest || !cover)) [best, least] = [{middle, size}, cover];
+        // Further away only where that is free.
+        if (cover < least && (!cover || (isSmallest && index < usual))) [best, least] = [{middle, size}, cover];
         if (!least) break;
       }
       if (!least) break;
@@ -174,8 +191,8 @@ export function beside(label, direction, far = 0) {
 }
 
 /**
- * One of the middles that a label may have, the best first: on the sides of its handle, near and further, and across
- * its corners.
+ * One of the middles that a label may have, the best first: on the sides of its handle, across its corners, and on its
+ * sides further away.
  *
  * @param {number} index
  * @param {Size & {handle: Point}} label
@@ -183,8 +200,12 @@ export function beside(label, direction, far = 0) {
  */
 function placeOf(index, label, sides) {
   const {handle, width, height} = label;
-  const corner = index - 2 * sides.length;
-  if (corner < 0) return beside(label, sides[index >> 1], index % 2 ? height : 0);
+  const corner = index - sides.length;
+  if (corner < 0) return beside(label, sides[index]);
+  if (corner >= CORNERS) {
+    const further = corner - CORNERS;
+    return beside(label, sides[further % sides.length], (1 + Math.floor(further / sides.length)) * height);
+  }
   const [across, down] = [width / 2 + HANDLE + GAP, height / 2 + GAP];
   return {x: handle.x + (corner < 2 ? across : -across), y: handle.y + (corner % 2 ? down : -down)};
 }

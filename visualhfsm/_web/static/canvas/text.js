@@ -20,7 +20,8 @@ const MARGIN = 5; // between a name and its state's rim
 const RING_MARGIN = 10;
 const ELLIPSIS = "…";
 
-const context = required(document.createElement("canvas").getContext("2d"), "canvas");
+/** @type {CanvasRenderingContext2D | undefined} */
+let measuring;
 /** @type {Map<string, number>} */
 const widths = new Map();
 /** @type {Map<string, {lines: string[], size: number}>} */
@@ -32,6 +33,7 @@ export function width(text, size, weight = 400) {
   const key = `${weight} ${size} ${text}`;
   let known = widths.get(key);
   if (known === undefined) {
+    const context = (measuring ??= required(document.createElement("canvas").getContext("2d"), "canvas"));
     context.font = `${weight} ${size}px ${FAMILY}`;
     known = context.measureText(text).width;
     if (widths.size > REMEMBERED) widths.clear();
