@@ -82,6 +82,17 @@ def test_a_note_grows_while_it_is_written_and_keeps_its_own_height_in_the_docume
     assert (written.width, written.height) == (220.0, 96.0)
 
 
+def test_shift_enter_opens_the_panel_of_a_note(shown: EditorPage) -> None:
+    shown.press("n", "Enter")
+    shown.page.keyboard.type("why")
+    expect(shown.page.get_by_role("textbox", name="Text of the note")).to_have_value("why")
+    shown.press("Escape")
+    expect(shown.page.get_by_role("button", name="Note: why")).to_be_focused()
+    shown.press("Shift+Enter")
+    panel = shown.page.get_by_role("region", name="Panel beside the canvas")
+    expect(panel.get_by_role("textbox", name="Text of the note")).to_be_focused()
+
+
 def test_no_name_of_a_transition_is_on_a_note_or_a_title(shown: EditorPage) -> None:
     page = shown.page
     label = page.locator(".label text:last-child").first

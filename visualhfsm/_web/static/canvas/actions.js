@@ -63,6 +63,8 @@ function editCode(field) {
       id: page.transition.id,
       part: field ?? "trigger",
     });
+  else if (page.annotation)
+    page.edit({kind: "annotation", automaton: page.shownAutomaton.id, id: page.annotation.id, part: "text"});
 }
 
 /** @param {Context} context */
@@ -164,7 +166,7 @@ export const canvasActions = [
     icon: "code",
     keys: ["Shift+Enter"],
     scope: "canvas",
-    enabled: () => oneState() || oneTransition(),
+    enabled: () => oneState() || oneTransition() || oneAnnotation(),
     run: () => editCode(),
   },
   {id: "editEntry", label: t("Edit entry code"), icon: "entry", enabled: oneState, run: () => editCode("entry")},

@@ -260,7 +260,7 @@ export function statusOf() {
   if (monitor.ended && monitor.isOver)
     return {status: failedRun() ? "failed" : "ended", word: spokenEnd(monitor.ended)};
   if (isStopping()) return {status: "waiting", word: t("Stopping…")};
-  if (since)
+  if (since && !monitor.ended)
     return {
       status: "stale",
       word: monitor.running.includes(monitor.component)
