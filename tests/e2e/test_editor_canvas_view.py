@@ -85,3 +85,17 @@ def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_sh
     expect(name).to_be_in_viewport()
     crumbs.get_by_role("combobox").select_option(label="level3")
     expect(current).to_have_text("level3")
+
+
+def test_a_bar_above_the_canvas_moves_nothing_in_the_window(shown: EditorPage) -> None:
+    page = shown.page
+    place, radius = shown.middle_of("level1"), shown.radius_of("level1")
+    shown.connections.cut()
+    page.get_by_text("No connection since").wait_for()
+    shown.expect_at("level1", place)
+    assert shown.radius_of("level1") == radius
+    shown.connections.restore()
+    page.get_by_role("button", name="Try now").click()
+    expect(page.get_by_text("No connection since")).to_have_count(0)
+    shown.expect_at("level1", place)
+    assert shown.radius_of("level1") == radius

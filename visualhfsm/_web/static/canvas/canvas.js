@@ -63,6 +63,7 @@ export class HfsmCanvas extends HTMLElement {
   comparison = undefined;
 
   #size = {width: 0, height: 0};
+  #top = 0; // of the canvas in the window
   /** The middle of the view of each automaton that was shown. @type {Map<string, Point & {scale: number}>} */
   #views = new Map();
   #shown = "";
@@ -398,9 +399,19 @@ export class HfsmCanvas extends HTMLElement {
 
   #resized() {
     const before = this.#size;
+    const {top} = this.getBoundingClientRect();
+    const down = top - this.#top;
+    this.#top = top;
     const fitted = this.#unfitted || this.#fitted === this.#view();
     const whole = before.width > 0 && contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale));
     this.#size = {width: this.clientWidth, height: this.clientHeight};
+    const {width, height} = this.#size;
+    if (down && before.width === width && Math.abs(before.height - height - down) < 1 && !this.#unfitted) {
+      // A bar above has come or gone: what is drawn stays where it is in the window.
+      this.viewport.pan(0, -down);
+      if (fitted) this.#fitted = this.#view();
+      return;
+    }
     if (fitted) {
       this.fit();
       return;
