@@ -158,11 +158,29 @@ def test_viewers_go_when_the_address_is_withdrawn(root: Path) -> None:
         cookie = viewer_cookie(running, address)
         with looking_on(running, address) as viewer:
             window.ask("share", shared=False)
-            with pytest.raises(ConnectionClosed):
+            with pytest.raises(ConnectionClosed) as closed:
                 viewer.wait_for(lambda _: False)
-        assert running.get("/view/", {"Cookie": cookie})[0] == 403
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == 4410
+        status, _, refusal = running.get("/view/", {"Cookie": cookie, "Accept": "text/html"})
+        assert status == 403
+        assert b"was withdrawn" in refusal
+        assert b"terminal" not in refusal  # a viewer has none
         assert running.get(f"/{address}")[0] == 403
         assert window.ask("open", path="robot.xml")["tab"]  # the editor goes on
+
+
+def test_a_viewer_who_asks_on_and_on_gets_one_line_of_the_log(
+    root: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with editor(root) as running:
+        for _ in range(10):
+            assert running.get("/view/")[0] == 403
+            assert running.upgrade("/view/ws", headers(running, "")) == 403
+    refused = [each for each in caplog.messages if each.startswith("refused")]
+    assert refused == [
+        "refused a request: Ask for another address: the one that you had for looking on was withdrawn."
+    ]
 
 
 def test_so_many_look_on_that_the_editor_has_room(root: Path) -> None:

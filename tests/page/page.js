@@ -30,15 +30,40 @@ export class Socket extends EventTarget {
     this.dispatchEvent(new Event("open"));
   }
 
+  /** The page closes it. */
+  close() {
+    this.readyState = Socket.CLOSED;
+  }
+
   /** The server sends a message. @param {object} message */
   push(message) {
     this.dispatchEvent(Object.assign(new Event("message"), {data: JSON.stringify(message)}));
   }
 
-  /** The connection is lost. */
-  lose() {
+  /** The connection is lost, or the server closes it with a code. */
+  lose(code = 1006) {
     this.readyState = Socket.CLOSED;
-    this.dispatchEvent(Object.assign(new Event("close"), {code: 1006, reason: ""}));
+    this.dispatchEvent(Object.assign(new Event("close"), {code, reason: ""}));
+  }
+}
+
+/** What joins the pages of a browser: the test is the other pages. */
+export class Channel extends EventTarget {
+  /** @type {Channel[]} */
+  static made = [];
+  /** @type {unknown[]} */
+  posted = [];
+
+  /** @param {string} name */
+  constructor(name) {
+    super();
+    this.name = name;
+    Channel.made.push(this);
+  }
+
+  /** @param {unknown} message */
+  postMessage(message) {
+    this.posted.push(message);
   }
 }
 
@@ -52,4 +77,9 @@ const localStorage = {
 Object.defineProperty(globalThis, "localStorage", {value: localStorage, writable: true, configurable: true});
 /** A page in English. */
 const page = {documentElement: {lang: ""}, querySelector: () => null, getElementById: () => null};
-Object.assign(globalThis, {document: page, WebSocket: Socket, location: new URL("http://127.0.0.1:1/")});
+Object.assign(globalThis, {
+  document: page,
+  WebSocket: Socket,
+  BroadcastChannel: Channel,
+  location: new URL("http://127.0.0.1:1/"),
+});

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import {afterEach, beforeEach, test} from "node:test";
 
-import {Socket, STATIC} from "./page.js";
+import {Channel, Socket, STATIC} from "./page.js";
 
 const {store} = await import(new URL("store.js", STATIC).href);
 
@@ -142,6 +142,49 @@ test("the page connects again, later and later, and greets again", async () => {
   await settled();
   assert.equal(store.online, true);
   assert.deepEqual(store.greeting, {version: "2"});
+});
+
+for (const [code, refusal] of [
+  [4403, "lockedOut"],
+  [4410, "notShared"],
+]) {
+  test(`the page asks no more when the server ends its connection with ${code}, until another page is let in`, async () => {
+    await settled();
+    const before = Socket.made.length;
+    socket.lose(code);
+    pass(3_600_000);
+    assert.equal(Socket.made.length, before);
+    assert.equal(store.refused, refusal);
+    Channel.made[0].dispatchEvent(new Event("message"));
+    assert.equal(Socket.made.length, before + 1);
+    socket = Socket.made.at(-1);
+    socket.open();
+    socket.push({re: socket.sent[0].id, ok: {version: "3"}});
+    await settled();
+    assert.equal(store.refused, undefined);
+    assert.equal(Channel.made[0].posted.at(-1), "admitted");
+  });
+}
+
+test("the page asks no more when the server that answers again does not know it", async (context) => {
+  await settled();
+  const genuine = globalThis.fetch;
+  context.after(() => (globalThis.fetch = genuine));
+  globalThis.fetch = async () => ({status: 403});
+  const before = Socket.made.length;
+  socket.lose();
+  await settled();
+  pass(3_600_000);
+  assert.equal(Socket.made.length, before);
+  assert.equal(store.refused, "unknown");
+});
+
+test("a page that another one lets in connects only if it was refused", async () => {
+  await settled();
+  const before = Socket.made.length;
+  socket.lose();
+  Channel.made[0].dispatchEvent(new Event("message"));
+  assert.equal(Socket.made.length, before);
 });
 
 test("a patch of items changes only what it names", async () => {

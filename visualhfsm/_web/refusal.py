@@ -6,7 +6,6 @@ The language that was chosen in *View* is kept in the browser, and not sent with
 from __future__ import annotations
 
 import html
-import logging
 import secrets
 from typing import Final
 
@@ -47,15 +46,12 @@ _ABOUT_KEYS: Final = (
 )
 """What the owner of the editor may want to know, who alone has a terminal."""
 
-_logger = logging.getLogger(__name__)
-
 
 def refused(headers: Headers, path: str, reason: Message) -> Response:
     """Return the answer to a request that is refused, for people as a page.
 
     `reason`, which says what to do, contains no text of the request.
     """
-    _logger.warning("refused a request: %s", reason)
     if path.startswith(VIEW):
         return _answer(headers, 403, _VIEWER, reason)
     return _answer(headers, 403, _STRANGER, reason, *_ABOUT_KEYS)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import hmac
-import logging
 import secrets
 from collections.abc import Callable
 from contextlib import suppress
@@ -24,12 +23,14 @@ from starlette.types import Message as Event
 from codegen.messages import NO_MESSAGE, Message
 
 from .refusal import refused
+from .refusal_log import RefusalLog
 from .resumption import Resumption
 from .site import Site
 from .viewers import VIEW, Viewers
 
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
-_LOCKED_OUT: Final = 4403  # an own code, which the page knows
+_LOCKED_OUT: Final = 4403  # own codes, which the page knows
+_NOT_SHARED: Final = 4410
 
 _HEADERS: Final = {
     "cache-control": "no-store",
@@ -66,7 +67,6 @@ _WELCOME: Final = """<!doctype html>
 """
 """A page that leads to the editor, for a browser that comes from another site or from the page of the launch:
 along a redirection, it would not send the cookie."""
-_logger = logging.getLogger(__name__)
 
 
 def content_security_policy(host: str, script_hash: str, style_nonce: str) -> str:
@@ -167,9 +167,10 @@ class Credentials:
 class Boundary:
     """Pass to an application only requests for a site that its own page may have sent."""
 
-    def __init__(self, app: ASGIApp, site: Site) -> None:
+    def __init__(self, app: ASGIApp, site: Site, log: RefusalLog) -> None:
         self._app = app
         self._site = site
+        self._log = log
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer or refuse one request."""
@@ -179,6 +180,8 @@ class Boundary:
         scope = self._site.as_asked(scope)
         headers = Headers(scope=scope)
         refusal = self._refusal(scope, headers)
+        if refusal:
+            self._log.add(refusal)
         if scope["type"] == "websocket":
             await (_closed(refusal) if refusal else self._app)(scope, receive, send)
         else:
@@ -212,17 +215,21 @@ class Guard:
     The cookie is for the pages below `path` alone, that of viewers for those below `VIEW` there.
     """
 
-    def __init__(self, app: ASGIApp, credentials: Credentials, path: str = "/") -> None:
+    def __init__(self, app: ASGIApp, credentials: Credentials, log: RefusalLog, path: str = "/") -> None:
         self._app = app
         self._credentials = credentials
+        self._log = log
         self._path = path
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer or refuse one request."""
         headers = Headers(scope=scope)
         if scope["type"] == "websocket":
-            known = self._knows(scope, headers)
-            await (self._serve if known else _closed(_UNKNOWN))(scope, receive, send)
+            if self._knows(scope, headers):
+                await self._serve(scope, receive, send)
+                return
+            self._log.add(_unknown(scope))
+            await _closed(_unknown(scope))(scope, receive, send)
         else:
             await self._answer(scope, headers)(scope, receive, send)
 
@@ -241,9 +248,7 @@ class Guard:
             await asyncio.gather(serving, lockout, return_exceptions=True)
         if is_locked_out:
             with suppress(RuntimeError):  # it is closed already
-                code, reason = (
-                    (_POLICY_VIOLATION, _WITHDRAWN) if is_viewer else (_LOCKED_OUT, _WHY_LOCKED_OUT)
-                )
+                code, reason = (_NOT_SHARED, _WITHDRAWN) if is_viewer else (_LOCKED_OUT, _WHY_LOCKED_OUT)
                 await send({"type": "websocket.close", "code": code, "reason": reason})
         else:
             serving.result()
@@ -253,12 +258,16 @@ class Guard:
         if scope["path"] == _RESUME and scope["method"] == "GET":
             return self._resumed(scope)
         if not self._knows(scope, headers):
-            return refused(headers, scope["path"], _WITHDRAWN if _is_view(scope) else _UNKNOWN)
+            return self._refused(scope, headers, _unknown(scope))
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("only GET and HEAD\n", 405, {"allow": "GET, HEAD"})
         if token := _query(scope).get("token"):
             return self._let_in(token, scope, headers)
         return self._app
+
+    def _refused(self, scope: Scope, headers: Headers, reason: Message) -> Response:
+        self._log.add(reason)
+        return refused(headers, scope["path"], reason)
 
     def _let_in(self, token: str, scope: Scope, headers: Headers) -> Response:
         """Give the browser that opened an address its cookie, and lead it to the page."""
@@ -266,7 +275,7 @@ class Guard:
             return self._led(scope, headers, "./", cookie, is_viewer=True)
         cookie = self._credentials.redeem(token, headers.get("cookie", ""))
         if cookie is None:
-            return refused(headers, scope["path"], _USED_TWICE)
+            return self._refused(scope, headers, _USED_TWICE)
         # Relative: to any other a proxy may add the path that it took off.
         page = "./" + "../" * (scope["path"].count("/") - 1)
         return self._led(scope, headers, page, cookie)
@@ -325,11 +334,15 @@ def _closed(refusal: str) -> ASGIApp:
     """Return the answer to a websocket that is refused."""
 
     async def close(_scope: Scope, receive: Receive, send: Send) -> None:
-        _logger.warning("refused a websocket: %s", refusal)
         await receive()
         await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal})
 
     return close
+
+
+def _unknown(scope: Scope) -> Message:
+    """Return what somebody can do whose request has neither a token nor a cookie of ours."""
+    return _WITHDRAWN if _is_view(scope) else _UNKNOWN
 
 
 def _query(scope: Scope) -> dict[str, str]:

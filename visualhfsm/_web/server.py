@@ -42,6 +42,7 @@ from .documents import open_file
 from .launch import LaunchPage
 from .limits import Limits
 from .refusal import not_found
+from .refusal_log import RefusalLog
 from .resumption import Resumption, kept_key
 from .security import Boundary, Credentials, Guard
 from .services import MakeServices, Services
@@ -384,7 +385,8 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
         )
     ]
     app = Starlette(routes=routes, exception_handlers={404: not_found})
-    return Boundary(Guard(app, credentials, site.path) if credentials else app, site)
+    log = RefusalLog()
+    return Boundary(Guard(app, credentials, log, site.path) if credentials else app, site, log)
 
 
 async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGenerator[bytes, None]]) -> None:

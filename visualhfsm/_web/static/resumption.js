@@ -18,7 +18,11 @@ export class Resumption {
         : undefined;
   }
 
-  /** Get a new cookie; returns whether that was possible. */
+  /**
+   * Get a new cookie.
+   *
+   * @returns {Promise<boolean | undefined>} whether that was possible; undefined if the server was lost meanwhile
+   */
   async resume() {
     const key = this.#key;
     if (!key) return false;
@@ -30,7 +34,7 @@ export class Resumption {
       const answer = digits(new Uint8Array(await crypto.subtle.sign("HMAC", key, text(`page:${challenge}`))));
       return (await fetch(`resume?challenge=${challenge}&proof=${answer}`)).ok;
     } catch {
-      return false; // it is offline again, or is not an editor
+      return undefined; // it is offline again, or is not an editor
     }
   }
 }

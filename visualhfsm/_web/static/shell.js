@@ -395,9 +395,10 @@ class Status extends PageElement {
 export function banner({app, canvas}) {
   if (!store.online && store.offlineSince) {
     const since = new Date(store.offlineSince).toLocaleTimeString(language);
+    const isOver = viewing.on && store.refused;
     return html`<div class="banner error ${viewing.on ? "looking" : ""}" role="alert">
-      ${t("No connection since {since}.", {since})} ${store.whyOffline}
-      <button type="button" @click=${() => store.connect()}>${t("Try now")}</button>
+      ${isOver ? nothing : t("No connection since {since}.", {since})} ${store.whyOffline}
+      ${isOver ? nothing : html`<button type="button" @click=${() => store.connect()}>${t("Try now")}</button>`}
       ${copyUnsent()}
     </div>`;
   }

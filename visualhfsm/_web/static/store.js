@@ -43,8 +43,18 @@ const NO_ROBOT = {
   hasBalls: false,
   trouble: "",
 };
-/** The code with which the server closes the connections of all pages when an address was used twice. */
-const LOCKED_OUT = 4403;
+/**
+ * Why the server does not let this page in, so that it asks no more: an address was used twice, that for looking on was
+ * withdrawn, or the server does not know this page.
+ *
+ * @typedef {"lockedOut" | "notShared" | "unknown"} Refusal
+ */
+
+/** The codes with which the server closes connections for good. @type {Map<number, Refusal>} */
+const FOR_GOOD = new Map([
+  [4403, "lockedOut"],
+  [4410, "notShared"],
+]);
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/_web/workspace.py). */
@@ -87,10 +97,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   online = false;
   /** When the connection was lost, ms since 1970; 0 while connected. */
   offlineSince = 0;
-  /** Whether the server answers but refuses this page: it was restarted, and has new secrets. */
-  refused = false;
-  /** Whether the server has locked out all pages, because two browsers used one address. */
-  lockedOut = false;
+  /** Why this page does not try to connect again, if so. @type {Refusal | undefined} */
+  refused = undefined;
   /** Whether the server was restarted, so that the page is reloaded: the tabs are different. */
   restarted = false;
   /** Typed texts that the server does not have yet, by their keys. @type {Map<string, Unsaved>} */
@@ -115,6 +123,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   #retry = FIRST_RETRY;
   #timer = 0;
   #resumption = new Resumption();
+  /** Joins the pages of one browser that have the same address. @type {BroadcastChannel | undefined} */
+  #admission = undefined;
   /** Settled when the server has greeted, or will not. */
   #greeted = Promise.resolve();
 
@@ -123,6 +133,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     clearTimeout(this.#timer);
     // One at a time, or everything would be reported twice.
     if (this.#socket && this.#socket.readyState !== WebSocket.CLOSED) return;
+    this.#listenForAdmission();
     const socket = new WebSocket(socketAddress("ws"));
     this.#socket = socket;
     socket.addEventListener("open", () => (this.#greeted = this.#greet()));
@@ -144,12 +155,16 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
 
   /** The text for users while there is no connection. */
   get whyOffline() {
-    if (this.lockedOut)
+    if (this.refused === "lockedOut")
       return t(
         "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.",
       );
+    if (this.refused === "notShared")
+      return t("The owner has withdrawn this address. To look on again, ask the owner for a new one.");
     if (viewing.on && this.refused)
-      return t("The address to look on is not valid any more: ask for a new one where it was shared.");
+      return t(
+        "This address is not valid any more: the owner has withdrawn it, or has started the editor again. To look on again, ask the owner for a new one.",
+      );
     if (this.greeting.key === "")
       return t(
         "The editor is offline; your work is kept there. This page connects again by itself when the editor runs again. If that takes long, load it again: you may have to log in, or to start your server.",
@@ -259,9 +274,9 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     await this.#resumption.learn(key);
     this.online = true;
     this.offlineSince = 0;
-    this.refused = false;
-    this.lockedOut = false;
+    this.refused = undefined;
     this.#retry = FIRST_RETRY;
+    this.#admission?.postMessage("admitted");
     this.#emit("connection");
   }
 
@@ -273,8 +288,9 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     this.#waiting.clear();
     if (this.online || !this.offlineSince) this.offlineSince = Date.now();
     this.online = false;
-    if (event.code === LOCKED_OUT) this.lockedOut = true;
+    this.refused ??= FOR_GOOD.get(event.code);
     this.#emit("connection", {code: event.code, reason: event.reason});
+    if (this.refused) return;
     this.#findOutWhy();
     this.#timer = setTimeout(() => this.connect(), this.#retry);
     this.#retry = Math.min(LAST_RETRY, this.#retry * 2);
@@ -283,15 +299,25 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** Browsers do not say why a websocket was refused; a request is answered with the reason. */
   async #findOutWhy() {
     const answer = await fetch("./", {method: "HEAD"}).catch(() => undefined);
-    const isUnknown = answer?.status === 403 && !this.online;
-    if (isUnknown && (await this.#resumption.resume())) {
-      this.connect();
-      return;
-    }
-    const refused = isUnknown && !this.online;
-    if (refused === this.refused) return;
-    this.refused = refused;
+    if (answer?.status !== 403 || this.online) return;
+    const admitted = await this.#resumption.resume();
+    if (admitted) this.connect();
+    // Without a key, others decide who may come, such as a hub, and may let this page in again.
+    else if (admitted === false && !this.online && (viewing.on || this.greeting.key !== "")) this.#giveUp();
+  }
+
+  /** Ask no more: the server will refuse this page until its browser has opened another address. */
+  #giveUp() {
+    clearTimeout(this.#timer);
+    this.refused ??= "unknown";
     this.#emit("connection");
+  }
+
+  /** When a page is let in, the others of its browser have its new cookie, and connect, too. */
+  #listenForAdmission() {
+    if (this.#admission) return;
+    this.#admission = new BroadcastChannel(`visualhfsm ${new URL("./", location.href).pathname}`);
+    this.#admission.addEventListener("message", () => this.refused && this.connect());
   }
 
   /** @param {Answer | Push} message */

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-
-import pytest
 from starlette.datastructures import Headers
 
 from codegen.messages import Message
@@ -35,9 +32,3 @@ def test_people_get_a_page_in_their_language_whose_texts_are_no_html() -> None:
 
 def test_a_viewer_is_not_sent_to_a_terminal() -> None:
     assert "?token=" not in answer("/view/", accept="text/html")[1]
-
-
-def test_a_refusal_is_logged_in_english(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.WARNING):
-        answer(accept="text/html", accept_language="es")
-    assert caplog.messages == ["refused a request: `<b>` is not defined"]

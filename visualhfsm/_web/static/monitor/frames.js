@@ -44,8 +44,14 @@ export function receiveFrames(path, {draw, lost}) {
     mine.addEventListener("close", ({reason}) => {
       if (closed) return;
       lost(reason);
-      timer = setTimeout(open, AGAIN);
+      timer = setTimeout(reopen, AGAIN);
     });
+  };
+  /** A page that is not let in, or has no server, asks for its messages alone: that decides for frames, too. */
+  const reopen = () => {
+    if (closed) return;
+    if (store.online) open();
+    else store.addEventListener("connection", reopen, {once: true});
   };
   open();
   return {

@@ -1,0 +1,61 @@
+"""The page of viewers: what it shows, and how it ends."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.support.browser import EditorPage, new_context, shared_address
+
+
+@pytest.fixture
+def viewer(shown: EditorPage, browser: Browser) -> Iterator[Page]:
+    """The page of somebody who looks on."""
+    with contextlib.closing(new_context(browser)) as context:
+        page = context.new_page()
+        page.clock.install()
+        page.goto(shared_address(shown))
+        expect(page.locator("hfsm-canvas .state")).to_have_count(2)
+        page.wait_for_load_state("networkidle")
+        yield page
+
+
+def test_a_page_whose_address_is_withdrawn_says_so_and_asks_no_more(
+    shown: EditorPage, viewer: Page, caplog: pytest.LogCaptureFixture
+) -> None:
+    withdraw(shown)
+    expect(viewer.locator(".banner")).to_have_text(
+        "The owner has withdrawn this address. To look on again, ask the owner for a new one."
+    )
+    asked: list[str] = []
+    viewer.on("request", lambda request: asked.append(request.url))
+    viewer.on("websocket", lambda socket: asked.append(socket.url))
+    viewer.clock.fast_forward(600_000)
+    viewer.evaluate("fetch('.')")  # whatever the page asked for came before
+    assert [each for each in asked if not each.endswith("/view/")] == []
+    assert len(asked) == 1
+    assert len([each for each in caplog.messages if each.startswith("refused")]) <= 1
+
+
+def test_a_page_that_was_refused_comes_back_by_a_new_address_in_its_browser(
+    shown: EditorPage, viewer: Page
+) -> None:
+    withdraw(shown)
+    alert = viewer.locator(".banner.error")
+    expect(alert).to_contain_text("ask the owner for a new one")
+    with contextlib.closing(viewer.context.new_page()) as other:
+        other.goto(shared_address(shown))
+        expect(alert).to_have_count(0)
+        expect(viewer.locator("hfsm-canvas .state")).to_have_count(2)
+
+
+def withdraw(shown: EditorPage) -> None:
+    """Withdraw the address for viewers."""
+    shown.press("Control+k")
+    shown.page.keyboard.type("Share to look")
+    shown.press("Enter")
+    shown.page.get_by_role("button", name="Withdraw it").click()
+    shown.page.get_by_text("nobody looks on any more").wait_for()

@@ -1,0 +1,30 @@
+import assert from "node:assert/strict";
+import {test} from "node:test";
+
+import {Socket, STATIC} from "./page.js";
+
+/** @type {(() => void)[]} */
+const waiting = [];
+globalThis.setTimeout = (run) => waiting.push(run);
+globalThis.clearTimeout = () => {};
+const {store} = await import(new URL("store.js", STATIC).href);
+const {receiveFrames} = await import(new URL("monitor/frames.js", STATIC).href);
+
+const later = () => waiting.splice(0).forEach((run) => run());
+
+test("frames that are lost are asked for again, and without the server only when it is back", () => {
+  store.online = true;
+  const frames = receiveFrames("poses", {draw() {}, lost() {}});
+  Socket.made.at(-1)?.lose();
+  later();
+  assert.equal(Socket.made.length, 2);
+  store.online = false;
+  Socket.made.at(-1)?.lose();
+  later();
+  store.dispatchEvent(new Event("connection"));
+  assert.equal(Socket.made.length, 2);
+  store.online = true;
+  store.dispatchEvent(new Event("connection"));
+  assert.equal(Socket.made.length, 3);
+  frames.close();
+});
