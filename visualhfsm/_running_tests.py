@@ -32,6 +32,8 @@ from visualhfsm._test_results import Passed, PassedCode, TestResult, TestsPush, 
 from zenoh_ice.application.child import ChildProcess
 
 Publish = Callable[[TestsPush], None]
+Files = dict[Path, tuple[int, int]]
+"""Files with the time of their last change, in nanoseconds, and their size in bytes."""
 
 _FOLDER: Final = "tests"
 _PATTERN: Final = "test_*.py"
@@ -65,6 +67,11 @@ class RunningTests:
     async def look(self, source: Source) -> None:
         """Find the tests of a document, unless they run."""
         await complete(self._of(source.tab).look(source))
+
+    async def refresh(self, source: Source) -> None:
+        """Find the tests of a document again if they were looked for and their files have changed since."""
+        if (tests := self._tabs.get(source.tab)) is not None and source.path is not None:
+            await complete(tests.look(source, unless_same=True))
 
     async def run(self, source: Source, names: Sequence[str] = ()) -> None:
         """Begin to run all tests of a document, or those of some names."""
@@ -114,14 +121,19 @@ class _TabTests:
         self._stopped = False
         self._results: dict[str, TestResult | None] = {}
         """By name; None for those that run again, which keep their place."""
+        self._files: Files = {}
+        """The files of tests when they were last looked for."""
 
-    async def look(self, source: Source) -> None:
-        """Find the tests."""
+    async def look(self, source: Source, *, unless_same: bool = False) -> None:
+        """Find the tests, and forget how those went whose files have changed."""
         async with self._busy:
             if self._child is None:
                 path = _saved(source)
-                found = await asyncio.to_thread(_find, path, self._root)
-                self._results = {name: each for name, each in self._results.items() if _plain(name) in found}
+                files = await asyncio.to_thread(_test_files, path, self._root)
+                if unless_same and files == self._files:
+                    return
+                found = await asyncio.to_thread(_find, files, path, self._root)
+                self._forget_changed(files, _top(path, self._root), found)
                 self._show(path, found)
 
     async def run(self, source: Source, names: Sequence[str]) -> None:
@@ -132,7 +144,8 @@ class _TabTests:
             if importlib.util.find_spec("pytest") is None:
                 raise MissingPackageError("pytest", "test")
             path = _saved(source)
-            found = await asyncio.to_thread(_find, path, self._root)
+            files = await asyncio.to_thread(_test_files, path, self._root)
+            found = await asyncio.to_thread(_find, files, path, self._root)
             chosen = [name for name in names if _plain(name) in found] if names else found
             if not chosen:
                 raise VisualHfsmError(
@@ -143,8 +156,8 @@ class _TabTests:
                         folder=_FOLDER,
                     )
                 )
-            files = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
-            results = Path(files.name, "results")
+            folder = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
+            results = Path(folder.name, "results")
             results.touch()
             top = _top(path, self._root)
             places = (names and chosen) or dict.fromkeys(name.partition("::")[0] for name in chosen)
@@ -153,22 +166,23 @@ class _TabTests:
                 *(f"--rootdir={top}", f"--hfsm-results={results}", *(str(top / place) for place in places)),
             ]
             self._words, self._stopped = "", False
+            self._forget_changed(files, top, found)
             again = set(names) if names else {_plain(name) for name in chosen}
             for name in self._results:
                 if {name, _plain(name)} & again:
                     self._results[name] = None
             child = ChildProcess(self._hear)
             try:
-                await child.start(command, {**child_environment(self._include), "TMPDIR": files.name})
+                await child.start(command, {**child_environment(self._include), "TMPDIR": folder.name})
             except OSError as error:
-                files.cleanup()
+                folder.cleanup()
                 raise VisualHfsmError(
                     Message("pytest cannot be started: {reason}", reason=reason(error))
                 ) from error
             self._child = child
             self._report(status="running", error="")
             self._show(path, found)
-            self._following = asyncio.create_task(self._follow(child, path, found, files), name="tests")
+            self._following = asyncio.create_task(self._follow(child, path, found, folder), name="tests")
 
     async def stop(self) -> None:
         """End them."""
@@ -179,10 +193,10 @@ class _TabTests:
             await self._following
 
     async def _follow(
-        self, child: ChildProcess, path: Path, found: Sequence[str], files: TemporaryDirectory[str]
+        self, child: ChildProcess, path: Path, found: Sequence[str], folder: TemporaryDirectory[str]
     ) -> None:
         """Show results as they come, until the process has ended."""
-        results = Path(files.name, "results")
+        results = Path(folder.name, "results")
         ended = asyncio.create_task(child.wait())
         read = 0
         while not ended.done():
@@ -195,7 +209,7 @@ class _TabTests:
             if read > _MOST_RESULTS:
                 child.kill()
         code = ended.result()
-        await asyncio.to_thread(files.cleanup)
+        await asyncio.to_thread(folder.cleanup)
         self._child = None
         self._results = {name: each for name, each in self._results.items() if each is not None}
         self._show(path, found)
@@ -203,6 +217,20 @@ class _TabTests:
         if code not in (0, 1) and not self._stopped:  # 1: some tests have failed
             error = f"pytest ended with {code}:\n{self._words.strip()}"
         self._report(status="idle", error=error)
+
+    def _forget_changed(self, files: Files, top: Path, found: Sequence[str]) -> None:
+        """Keep only results of tests that are there as they were; `files` are those that are there now."""
+        changed = {
+            file.relative_to(top).as_posix()
+            for file in self._files.keys() & files.keys()
+            if self._files[file] != files[file]
+        }
+        self._files = files
+        self._results = {
+            name: each
+            for name, each in self._results.items()
+            if _plain(name) in found and name.partition("::")[0] not in changed
+        }
 
     def _hear(self, _: int, data: bytes) -> None:
         self._words = (self._words + data.decode(errors="replace"))[-_LONGEST_WORDS:]
@@ -257,14 +285,25 @@ def _saved(source: Source) -> Path:
     return source.path
 
 
-def _find(path: Path, root: Path) -> list[str]:
-    """Return the names of the tests of a document: their file below the top of the project, and function."""
+def _test_files(path: Path, root: Path) -> Files:
+    """Return the files that may contain tests of a document."""
     top = _top(path, root)
     folders = dict.fromkeys((path.parent, path.parent / _FOLDER, path.parent.parent / _FOLDER, top / _FOLDER))
     inside = [folder for folder in folders if folder.is_relative_to(top)]
     files = (file for folder in inside for file in sorted(folder.glob(_PATTERN)))
-    found: list[str] = []
+    states: Files = {}
     for file in islice(dict.fromkeys(files), _MOST_FILES):
+        with contextlib.suppress(OSError):  # it has just gone
+            status = file.stat()
+            states[file] = (status.st_mtime_ns, status.st_size)
+    return states
+
+
+def _find(files: Files, path: Path, root: Path) -> list[str]:
+    """Return the names of the tests of a document: their file below the top of the project, and function."""
+    top = _top(path, root)
+    found: list[str] = []
+    for file in files:
         found += (f"{file.relative_to(top).as_posix()}::{name}" for name in _functions(file, path.name))
     return found[:_MOST_TESTS]
 

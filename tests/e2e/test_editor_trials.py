@@ -159,6 +159,20 @@ def test_tests_run_beside_the_document_and_mark_what_they_pass(
         expect(panel).to_contain_text("2 passed", timeout=ENDED)
 
 
+def test_an_open_panel_shows_files_of_tests_that_come_and_go(browser: Browser, path: Path) -> None:
+    with editor_in(browser, path, realm="test-tests-watched") as shown:
+        shown.state("done").wait_for()
+        shown.press("Alt+x")
+        panel = shown.page.get_by_role("region", name="Panel below the canvas")
+        expect(panel).to_contain_text("No test names waits.xml yet")
+        file = path.with_name("test_waits.py")
+        file.write_text('def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n')
+        expect(panel).to_contain_text("1 test, not run yet")
+        expect(panel).to_contain_text("it waits")
+        file.unlink()
+        expect(panel).to_contain_text("No test names waits.xml yet")
+
+
 def test_lines_that_tests_passed_are_marked_beside_the_code(
     browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -86,6 +86,9 @@ class NoService:
     async def forget(self, tab: int) -> None:
         """Do nothing: nothing runs."""
 
+    async def refresh(self, *_: object) -> None:
+        """Do nothing: there are no tests."""
+
     async def locate(self, *_: object) -> None:
         """Know of nothing."""
 

@@ -178,7 +178,7 @@ class Workspace:
             self.windows.push(shelf)
 
     async def _watch_files(self) -> None:
-        """Watch the files of the open documents and of the shelf, until cancelled."""
+        """Watch the files of the open documents, of their tests and of the shelf, until cancelled."""
         while True:
             await asyncio.sleep(self.limits.file_check_seconds)
             try:
@@ -190,9 +190,10 @@ class Workspace:
                     await tab.edit(OpenDocument.refresh)
                     if await tab.imports_changed():
                         self._checks.check(tab)
+                    await self.services.tests.refresh(tab.source)
                 except Exception:
                     if tab.id in self.tabs:
-                        _logger.exception("the file of %s cannot be watched", tab.shown.title)
+                        _logger.exception("the files of %s cannot be watched", tab.shown.title)
 
     # ---------------------------------------------------------------------------------------- windows
 

@@ -12,7 +12,7 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.processes import assert_gone, children
 from tests.support.running_tests import Tests, go, outcomes
 from visualhfsm._errors import VisualHfsmError
-from visualhfsm._test_results import TestView
+from visualhfsm._test_results import TestsPush, TestView
 
 WAITS = document(
     sub(
@@ -68,6 +68,37 @@ def test_the_tests_of_a_document_are_those_in_files_that_name_it(path: Path) -> 
         ]
         with pytest.raises(VisualHfsmError, match="save the document first"):
             await tests.service.look(replace(tests.source, path=None))
+
+    go(path, work)
+
+
+def test_files_of_tests_that_come_change_and_go_are_noticed_once_they_were_looked_for(path: Path) -> None:
+    async def work(tests: Tests) -> None:
+        await tests.service.refresh(tests.source)
+        assert not tests.pushes.of(TestsPush)  # nobody has asked for them
+        await tests.run()
+        known = len(tests.pushes.of(TestsPush))
+        await tests.service.refresh(tests.source)
+        assert len(tests.pushes.of(TestsPush)) == known  # nothing has changed
+        bad = path.with_name("test_bad.py")
+        bad.write_text(BAD)
+        await tests.service.refresh(tests.source)
+        assert outcomes(tests.now) == {
+            "test_it_is_done_at_once": "",
+            "test_it_waits": "passed",
+            "test_it_is_done_soon": "passed",
+        }
+        good = path.parents[1] / "tests" / "test_waits.py"
+        good.write_text(good.read_text().replace("soon", "later"))
+        await tests.service.refresh(tests.source)
+        assert outcomes(tests.now) == {
+            "test_it_is_done_at_once": "",
+            "test_it_waits": "",  # it passed as it was before
+            "test_it_is_done_later": "",
+        }
+        bad.unlink()
+        await tests.service.refresh(tests.source)
+        assert list(outcomes(tests.now)) == ["test_it_waits", "test_it_is_done_later"]
 
     go(path, work)
 

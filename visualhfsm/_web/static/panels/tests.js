@@ -44,7 +44,7 @@ class TestsPanel extends PageElement {
     this.listen(page, "tab", () => this.#look());
     this.listen(monitor, "mode", () => this.requestUpdate());
     this.listen(store, "connection", () => store.online && this.#look());
-    this.listen(/** @type {import("../events.js").Target<{focus: null}>} */ (window), "focus", () => this.#look());
+    this.listen(store, "tests", ({detail}) => detail.tab === page.tab && (this.refusal = "")); // saved meanwhile
     this.#look();
   }
 
