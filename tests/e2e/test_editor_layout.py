@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -66,9 +67,42 @@ def test_the_drawing_has_most_of_the_window_beside_a_panel(live: EditorPage, wid
     page.evaluate("document.querySelector('hfsm-app').showLive('view')")
     expect(page.locator(".side .stage canvas")).to_be_visible()
     assert Box.of(page.locator(".side .stage")).height > 100
+    if width <= SHEET:
+        assert not Box.of(page.locator(".side .view-tools")).overlaps(Box.of(page.locator(".side .stage")))
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     if (width, height) in {SIZES[0], SIZES[-1]}:
         assert live.violations() == []
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_a_notice_covers_nothing_of_the_panel_below_the_canvas(
+    shown: EditorPage, width: int, height: int
+) -> None:
+    page = shown.page
+    shown.resize(width, height)
+    page.evaluate("document.querySelector('hfsm-app').showBottom('hfsm-output')")
+    panel = page.get_by_role("region", name="Panel below the canvas")
+    expect(panel).to_be_visible()
+    shown.press("Control+s")
+    notice = page.locator(".notice").filter(has_text="Saved")
+    assert not Box.of(notice).overlaps(Box.of(panel))
+    assert not page.evaluate(COVERED)
+
+
+def test_a_finger_has_the_whole_robot_in_the_corner_and_no_buttons_on_it(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (_, running),
+        contextlib.closing(
+            browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        ) as context,
+    ):
+        shown = EditorPage(context.new_page(), running)
+        shown.expect_states("wait", "go")
+        comes_true(shown, "() => document.querySelector('hfsm-robot-view')?.drawing?.body")
+        expect(shown.page.locator(".dock .stage canvas")).to_be_visible()
+        expect(shown.page.locator(".dock .view-tools")).to_be_hidden()
 
 
 def test_eleven_documents_keep_their_names_and_a_menu_has_them_all(shown: EditorPage) -> None:

@@ -36,6 +36,7 @@ import {initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
 import {laterStyles} from "./styles.js";
 import {t} from "./texts.js";
+import {viewing} from "./viewing.js";
 
 /**
  * An element that is loaded when it is first shown: a panel, or a part of the monitor.
@@ -60,6 +61,8 @@ const LAZY = {
   "hfsm-shelf": "./shelf/shelf.js",
   "hfsm-start": "./start.js",
 };
+/** What viewers see of these. */
+const FOR_VIEWERS = new Set(["hfsm-problems", "hfsm-search", "hfsm-output", "hfsm-monitor-timeline"]);
 const UNHURRIED = 500; // ms after the first picture until more is loaded
 const SIDE = [
   ["hfsm-code-panel", t("Code")],
@@ -377,7 +380,11 @@ export class HfsmApp extends PageElement {
                     largest: 700,
                   })}
                   <section class="bottom" aria-label=${t("Panel below the canvas")}>
-                    ${this.#panelTabs(BOTTOM, this.bottom, (tag) => this.showBottom(tag))}
+                    ${this.#panelTabs(
+                      BOTTOM.filter(([tag]) => !viewing.on || FOR_VIEWERS.has(tag)),
+                      this.bottom,
+                      (tag) => this.showBottom(tag),
+                    )}
                     <div class="content">${this.elements.get(this.bottom)}</div>
                   </section>`
               : nothing
@@ -417,6 +424,7 @@ export class HfsmApp extends PageElement {
 
   /** Load what the first picture does not need. */
   async #loadLater() {
+    if (viewing.on) return; // who may not draw needs no shelf
     await this.#load("hfsm-shelf");
     this.requestUpdate();
   }
@@ -551,7 +559,7 @@ function takeDrops(element) {
   render(html`<p><strong>${t("Drop to open")}</strong><br />${t("a document (.xml) or SCXML (.scxml)")}</p>`, sign);
   document.body.append(sign);
   element.addEventListener("dragover", (event) => {
-    if (!holdsFiles(event)) return; // text goes where it is dropped
+    if (!holdsFiles(event) || viewing.on) return; // text goes where it is dropped
     event.preventDefault();
     sign.hidden = false;
   });
@@ -559,6 +567,7 @@ function takeDrops(element) {
   element.addEventListener("drop", async (event) => {
     if (!holdsFiles(event)) return;
     event.preventDefault();
+    if (viewing.on) return;
     sign.hidden = true;
     const files = [...(event.dataTransfer?.files ?? [])]; // the browser empties the list after this handler
     try {

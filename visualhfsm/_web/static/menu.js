@@ -6,6 +6,7 @@ import {selectionActions, selectionTitle} from "./actions.js";
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
 import {actionOf, isPossible} from "./registry.js";
+import {isForbidden} from "./viewing.js";
 import {required} from "./required.js";
 import {laterStyles} from "./styles.js";
 import {t} from "./texts.js";
@@ -69,11 +70,13 @@ const nameOf = ({title, label}) => title || label || selectionTitle() || t("Auto
 export function showMenu({x, y, point, groups: given, label, title = label ? "" : selectionTitle()}, context) {
   hideMenu();
   const here = {...context, point};
-  const groups = (given ?? (title ? selectionActions() : GROUND)).map((all) =>
-    all
-      .map((each) => (typeof each === "string" ? actionOf(each) : each))
-      .filter((action) => !RARE.has(action.id) || isPossible(action, here)),
-  );
+  const groups = (given ?? (title ? selectionActions() : GROUND))
+    .map((all) =>
+      all
+        .map((each) => (typeof each === "string" ? actionOf(each) : each))
+        .filter((action) => !isForbidden(action) && (!RARE.has(action.id) || isPossible(action, here))),
+    )
+    .filter((all) => all.length);
   const menu = (element = document.createElement("div"));
   element.className = "menu";
   element.setAttribute("role", "menu");

@@ -11,15 +11,20 @@ import {MENUS, selectionTitle} from "./actions.js";
 import {PageElement} from "./element.js";
 import {page} from "./page.js";
 import {monitor} from "./monitor/monitor.js";
+import {isOffered} from "./registry.js";
 import {actionButton, menuButton} from "./shell.js";
 import {t} from "./texts.js";
+import {viewing} from "./viewing.js";
 
 const menu = () => import("./menu.js");
+
+/** The menus that have anything for this page. */
+const menus = () => MENUS.filter(({groups}) => groups.flat().some(isOffered));
 
 class Menubar extends PageElement {
   static properties = {at: {state: true}};
   /** @type {typeof PageElement.watches} */
-  static watches = {page: [], store: []};
+  static watches = {page: [], store: ["connection"]};
 
   constructor() {
     super();
@@ -29,7 +34,7 @@ class Menubar extends PageElement {
 
   render() {
     return html`<div role="menubar" aria-label=${t("Menus")} @keydown=${this.#key}>
-        ${MENUS.map(
+        ${menus().map(
           ({title}, index) =>
             html`<button
               type="button"
@@ -58,8 +63,8 @@ class Menubar extends PageElement {
     /** @param {number} at @param {boolean} [remain] */
     const drop = (at, remain = true) => {
       this.at = at;
-      const {title, groups} = MENUS[at];
-      const beside = (/** @type {number} */ step) => drop((at + step + MENUS.length) % MENUS.length);
+      const {title, groups} = menus()[at];
+      const beside = (/** @type {number} */ step) => drop((at + step + menus().length) % menus().length);
       dropMenu(this.#titles[at], {groups, label: title, beside, stay: remain}, this.context);
     };
     drop(index, stay);
@@ -68,7 +73,7 @@ class Menubar extends PageElement {
   /** The list of the menus, in a narrow window. @param {MouseEvent & From<HTMLElement>} event */
   #openAll = async ({currentTarget: button}) => {
     const {dropMenu} = await menu();
-    const titles = MENUS.map(({title, groups}) => ({
+    const titles = menus().map(({title, groups}) => ({
       id: title,
       label: title,
       icon: "",
@@ -81,7 +86,7 @@ class Menubar extends PageElement {
   #key = (event) => {
     const step = /** @type {Record<string, number>} */ ({ArrowLeft: -1, ArrowRight: 1})[event.key];
     if (step) {
-      this.at = (this.at + step + MENUS.length) % MENUS.length;
+      this.at = (this.at + step + menus().length) % menus().length;
       this.#titles[this.at].focus();
     } else if (event.key === "ArrowDown") this.#open(this.at, true);
     else return;
@@ -92,6 +97,9 @@ class Menubar extends PageElement {
 const TOOLS = ["select", "newState", "newTransition", "newNote"];
 
 class Tools extends PageElement {
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: ["change"], store: ["document", "workspace", "connection"]};
+
   connectedCallback() {
     super.connectedCallback();
     this.listen(/** @type {Target<{tool: null}>} */ (this.context.canvas), "tool", () => this.requestUpdate());
@@ -99,7 +107,7 @@ class Tools extends PageElement {
   }
 
   render() {
-    if (!page.document) return nothing;
+    if (!page.document || viewing.on) return nothing;
     const selection = selectionTitle();
     const title = selection
       ? t("Actions on {selection} (right mouse button, Shift+F10)", {selection})

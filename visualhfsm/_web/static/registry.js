@@ -32,6 +32,9 @@ export const isPossible = (action, context) => !isForbidden(action) && (action.e
 /** Whether an action is possible now. @param {string} id @param {Context} context */
 export const isEnabled = (id, context) => isPossible(actionOf(id), context);
 
+/** Whether this page has an action at all: viewers see none that they may not perform. @param {string} id */
+export const isOffered = (id) => !isForbidden(actionOf(id));
+
 /** Perform an action, if it is possible now. @param {string} id @param {Context} context */
 export function perform(id, context) {
   return isEnabled(id, context) ? actionOf(id).run(context) : undefined;

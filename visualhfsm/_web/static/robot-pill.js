@@ -9,6 +9,7 @@ import {notify, notifyError, clearErrors} from "./notices.js";
 import {ROBOT, shownOf, simulate} from "./robot.js";
 import {store} from "./store.js";
 import {t} from "./texts.js";
+import {viewing} from "./viewing.js";
 
 export class RobotPill extends PageElement {
   static properties = {open: {state: true}};
@@ -34,6 +35,15 @@ export class RobotPill extends PageElement {
 
   render() {
     const {word, short, kind} = shownOf(store.robot);
+    if (viewing.on) {
+      return kind === "none"
+        ? nothing
+        : html`<div class="robot-pill ${kind}">
+            <span class="robot-now" role="img" title=${store.robot.trouble || word} aria-label=${word}
+              ><span class="pulse"></span><span class="word">${word}</span><span class="short">${short}</span></span
+            >
+          </div>`;
+    }
     return html`<div class="robot-pill ${kind}">
       <button
         type="button"

@@ -19,7 +19,7 @@ import {monitor} from "./monitor/monitor.js";
 import {notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {countOf} from "./problems.js";
-import {actionOf, isEnabled, perform} from "./registry.js";
+import {actionOf, isEnabled, isOffered, perform} from "./registry.js";
 import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
 import {language, n, rich, t} from "./texts.js";
@@ -35,6 +35,7 @@ import {viewing} from "./viewing.js";
  *   out the key; `words` and `image` replace those of the action
  */
 export function actionButton(id, context, {label = true, kind = "", words, image} = {}) {
+  if (!isOffered(id)) return nothing;
   const action = actionOf(id);
   const name = words ?? action.label;
   const key = action.keys?.[0];
@@ -103,6 +104,8 @@ function folderOf({tab, title, path}, tabs) {
 }
 
 class Tabs extends PageElement {
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: ["change"], store: ["document", "workspace", "connection"]};
   static properties = {overflows: {state: true}};
 
   #revealed = 0;
@@ -141,13 +144,17 @@ class Tabs extends PageElement {
                     : nothing
                 }
               </button>
-              <span
-                class="close-tab"
-                aria-hidden="true"
-                title=${t("Close {title} ({key}, or {other})", {title: each.title, key: spoken("Delete"), other: keyOf("closeTab")})}
-                @click=${() => this.#close(each.tab)}
-                >${icon("close")}</span
-              >
+              ${
+                viewing.on
+                  ? nothing
+                  : html`<span
+                      class="close-tab"
+                      aria-hidden="true"
+                      title=${t("Close {title} ({key}, or {other})", {title: each.title, key: spoken("Delete"), other: keyOf("closeTab")})}
+                      @click=${() => this.#close(each.tab)}
+                      >${icon("close")}</span
+                    >`
+              }
             </div>`,
         )}
       </div>
@@ -166,15 +173,19 @@ class Tabs extends PageElement {
             </button>`
           : nothing
       }
-      <button
-        type="button"
-        class="action bare"
-        aria-label=${t("Start page")}
-        title=${t("Start page: open or create a document")}
-        @click=${() => page.show(0)}
-      >
-        ${icon("add")}
-      </button>`;
+      ${
+        viewing.on
+          ? nothing
+          : html`<button
+              type="button"
+              class="action bare"
+              aria-label=${t("Start page")}
+              title=${t("Start page: open or create a document")}
+              @click=${() => page.show(0)}
+            >
+              ${icon("add")}
+            </button>`
+      }`;
   }
 
   firstUpdated() {
@@ -230,6 +241,7 @@ class Tabs extends PageElement {
 
   /** @param {number} tab */
   async #close(tab) {
+    if (viewing.on) return;
     (await import("./files.js")).closeTab(tab);
   }
 
@@ -404,7 +416,8 @@ export function banner({app, canvas}) {
   }
   if (viewing.on)
     return html`<div class="banner looking" role="status">
-      ${t("You look on: you see every change and run, and can change nothing. STOP works.")}
+      <strong class="read-only">${icon("eye")}${t("Read only")}</strong>
+      <span class="words">${t("You look on: you see every change and run, and can change nothing. STOP works.")}</span>
     </div>`;
   return html`${stoppedBanner()}${unsentBanner(() => app.requestUpdate())}${fileBanner(canvas)}`;
 }

@@ -9,6 +9,7 @@ import {icon, iconButton} from "./icons.js";
 import {bodies, chooseBody, chosenBody} from "./robot.js";
 import {store} from "./store.js";
 import {language, t} from "./texts.js";
+import {viewing} from "./viewing.js";
 
 /** @import {From} from "./element.js" */
 
@@ -71,6 +72,11 @@ class Start extends PageElement {
   render() {
     const recent = recentFiles();
     const {recoverable = []} = store.workspace;
+    if (viewing.on)
+      return html`<div class="start">
+        <h1>${t("No document is open.")}</h1>
+        <p class="lead">${t("You look on. When a document is opened in the editor, this page shows it.")}</p>
+      </div>`;
     return html`<div class="start">
       <h1>${t("Draw what your robot does")}</h1>
       <p class="lead">${t("States, transitions between them, and automata inside states. Press Run and watch.")}</p>

@@ -17,6 +17,7 @@ import {runs, spokenEnd} from "../runs.js";
 import {actionButton, menuButton} from "../shell.js";
 import {store} from "../store.js";
 import {n, t} from "../texts.js";
+import {viewing} from "../viewing.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
 import {monitor, spokenStatus, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
@@ -48,12 +49,16 @@ class MonitorBar extends MonitorElement {
     const paused = monitor.isLive && !monitor.ended && monitor.newest?.component.status === PAUSED;
     return html`<div class="live-bar" role="region" aria-label=${t("Run and stop")}>
       <div class="controls">
-        <div role="group" aria-label=${t("Run and steer")}>
-          ${actionButton("run", this.context, {label: "short", kind: "primary"})}
-          ${menuButton(t("Other ways to run"), "chevron", this.#more)}
-          ${this.#button("pauseResume", paused ? {image: "resume", words: t("Resume")} : {words: t("Pause")})}
-          ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}${this.#record()}
-        </div>
+        ${
+          viewing.on
+            ? nothing
+            : html`<div role="group" aria-label=${t("Run and steer")}>
+                ${actionButton("run", this.context, {label: "short", kind: "primary"})}
+                ${menuButton(t("Other ways to run"), "chevron", this.#more)}
+                ${this.#button("pauseResume", paused ? {image: "resume", words: t("Resume")} : {words: t("Pause")})}
+                ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}${this.#record()}
+              </div>`
+        }
         ${monitor.isShownBeside(page.tab) ? this.#followed() : this.#ended()}
       </div>
       <button
@@ -85,7 +90,7 @@ class MonitorBar extends MonitorElement {
       <span class="time" title=${t("Component time")}>${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
       ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${this.#elsewhere()}
       ${
-        recording
+        recording || viewing.on
           ? nothing
           : html`<button
               type="button"

@@ -10,6 +10,7 @@ import {messageOf, notify} from "../notices.js";
 import {required} from "../required.js";
 import {store} from "../store.js";
 import {t} from "../texts.js";
+import {viewing} from "../viewing.js";
 import {bodyOf} from "./bodies.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
@@ -90,7 +91,7 @@ export class RobotView extends MonitorElement {
             html`<button type="button" title=${title} @click=${() => this.drawing?.look(id)}>${label}</button>`,
         )}
         ${
-          this.simulated && !monitor.looking
+          this.#mayTouch
             ? html`<button
                   type="button"
                   class="push"
@@ -113,11 +114,16 @@ export class RobotView extends MonitorElement {
         }
       </div>
       <div class="stage"></div>
-      ${this.simulated && !monitor.looking && this.says ? this.#sentence() : nothing}
+      ${this.#mayTouch && this.says ? this.#sentence() : nothing}
       <p class="robot-hint faint ${problem === undefined ? "" : "problem"}" role="status">
         ${problem ?? (this.message || this.#hint())}
       </p>
     </div>`;
+  }
+
+  /** Whether the robot that is shown can be pushed and spoken to, and its balls carried. */
+  get #mayTouch() {
+    return this.simulated && !monitor.looking && !viewing.on;
   }
 
   /** The line in which somebody types what the robot is to hear. */
@@ -153,7 +159,7 @@ export class RobotView extends MonitorElement {
     if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
       return t("It has fallen. A real robot reports how far it is tilted, but not to which side.");
     if (this.pushes) return t("Drag the robot to push it, a ball to carry it.");
-    return this.simulated && !monitor.looking
+    return this.#mayTouch
       ? t("Drag to turn, with Shift to move, use the wheel to zoom. Drag a ball to carry it.")
       : t("Drag to turn, with Shift to move, use the wheel to zoom.");
   }
@@ -166,7 +172,7 @@ export class RobotView extends MonitorElement {
     this.#learn();
     this.#showPast();
     if (!this.grabbing) return;
-    this.grabbing.enabled = this.simulated && !monitor.looking && store.online;
+    this.grabbing.enabled = this.#mayTouch && store.online;
     this.grabbing.pushes = this.pushes;
   }
 

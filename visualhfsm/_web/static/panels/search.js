@@ -7,6 +7,7 @@ import {messageOf, notify} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 import {n, t} from "../texts.js";
+import {viewing} from "../viewing.js";
 import {keyOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
@@ -82,16 +83,20 @@ class Search extends PageElement {
           spellcheck="false"
           autocomplete="off"
         />
-        <input
-          type="text"
-          aria-label=${t("Replace by")}
-          placeholder=${t("Replace by")}
-          .value=${this.by}
-          @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (this.by = target.value)}
-          spellcheck="false"
-          autocomplete="off"
-        />
-        ${this.#replaceAll()}
+        ${
+          viewing.on
+            ? nothing
+            : html`<input
+                  type="text"
+                  aria-label=${t("Replace by")}
+                  placeholder=${t("Replace by")}
+                  .value=${this.by}
+                  @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (this.by = target.value)}
+                  spellcheck="false"
+                  autocomplete="off"
+                />
+                ${this.#replaceAll()}`
+        }
         <label
           ><input
             type="checkbox"
