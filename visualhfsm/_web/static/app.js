@@ -203,7 +203,7 @@ export class HfsmApp extends PageElement {
   async run(options = [], {record = false, dryRun = false} = {}) {
     const {tab, tabState, document: shown} = page;
     if (!shown) return;
-    if (!dryRun && !isReadyFor(shown.fields)) {
+    if (!dryRun && (!isReadyFor(shown.fields) || runs.elsewhere.length)) {
       const {settle} = await import("./robot-run.js");
       const settled = await settle(shown.fields);
       if (!settled) return;

@@ -41,6 +41,13 @@ class Runs {
     return ALIVE.includes(this.of(tab)?.status);
   }
 
+  /** The components of the realm that this editor has not started: another editor has, or a terminal. */
+  get elsewhere() {
+    const {tabs, running} = store.workspace;
+    const ours = new Set(tabs.flatMap(({tab}) => this.of(tab)?.component ?? []));
+    return running.map(({component}) => component).filter((name) => !ours.has(name));
+  }
+
   /** Remove the message that the component of a tab has ended. @param {number} tab */
   dismiss(tab) {
     this.#notices.get(tab)?.();

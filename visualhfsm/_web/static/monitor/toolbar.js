@@ -4,6 +4,7 @@ import {html} from "lit";
 
 import {keyOf} from "../keys.js";
 import {required} from "../required.js";
+import {runs} from "../runs.js";
 import {n, t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
@@ -35,7 +36,8 @@ export class MonitorToolbar extends MonitorElement {
     const {running} = monitor;
     const components = running.map((name) => {
       const isFollowed = name === monitor.component;
-      const label = isFollowed ? t("{name} (followed)", {name}) : name;
+      const shown = runs.elsewhere.includes(name) ? t("{name}, started elsewhere", {name}) : name;
+      const label = isFollowed ? t("{name} (followed)", {name: shown}) : shown;
       return {id: name, label, icon: isFollowed ? "properties" : "link", run: () => this.#follow(name)};
     });
     const more = monitor.component ? ["openRecording", "detach"] : ["openRecording"];
