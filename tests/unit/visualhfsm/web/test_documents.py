@@ -6,6 +6,7 @@ import asyncio
 import threading
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from tests.support.editor import no_services
@@ -16,7 +17,7 @@ from visualhfsm._web import protocol as p
 from visualhfsm._web.limits import Limits
 from visualhfsm._web.workspace import Workspace
 
-WINDOW: Any = None
+WINDOW: Any = SimpleNamespace(language="en")
 
 
 def run(folder: Path, test: Callable[[Workspace], Awaitable[None]]) -> None:
