@@ -118,7 +118,7 @@ async def watch_poses(service: Monitoring) -> None:
     """Watch the robot in 3D and both cameras, like a page with all its panels."""
 
     async def drain(name: str) -> None:
-        async for _ in service.camera(name) if name else service.poses():
+        async for _ in service.camera(name) if name else service.poses("en"):
             pass
 
     await asyncio.sleep(1)

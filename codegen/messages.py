@@ -78,6 +78,11 @@ class Message(str):
         """Return a message of the same template with other values."""
         return _make(self._template, self._plural, values)
 
+    @property
+    def values(self) -> Mapping[str, Value]:
+        """The values of the template, by name."""
+        return self._values
+
     def pieces(self) -> Iterable[tuple[str, str | None, str | None, str | None]]:
         """Return the pieces of the template, as `string.Formatter.parse` does."""
         return string.Formatter().parse(self._template or "")

@@ -189,7 +189,7 @@ def known_text(text: str, others: tuple[Message, ...] = ()) -> Message:
         return Message.verbatim(text)
     if exception := _EXCEPTION.fullmatch(text):
         kind, what = exception.groups()
-        return Message("{kind}: {what}", kind=kind, what=known_text(what))
+        return Message("{kind}: {what}", kind=kind, what=known_text(what, others))
     for known, pattern in _patterns(others):
         if found := pattern.fullmatch(text):
             values: dict[str, Value] = found.groupdict()

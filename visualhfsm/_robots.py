@@ -24,6 +24,7 @@ from codegen.reasons import known_text, reason
 from visualhfsm._bodies import body_option, require_body
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.heard import heard
 from visualhfsm._monitoring.robot import RobotPresence
 from visualhfsm._services import Publish, Robot, Simulation, complete, free_endpoint, own_listener
 from visualhfsm._watched_process import Lines, WatchedProcess, describe_exit
@@ -124,7 +125,7 @@ class Robots:
             title=seen.title,
             speed=seen.speed,
             since=self._lost_at,
-            stopped=seen.stopped,
+            stopped=heard(seen.stopped),
             started=self._kind,
             simulation=msgspec.structs.replace(self._simulation, balls=moving or self._simulation.balls),
             has_balls=seen.has_balls,

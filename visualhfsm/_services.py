@@ -174,7 +174,7 @@ class Robot(Push, omit_defaults=True):
     """Measured robot seconds per second of wall time."""
     since: float = 0.0
     """When it was lost, in s of wall time; 0 while it is not."""
-    stopped: str = ""
+    stopped: Message = NO_MESSAGE
     """Why its emergency stop is latched; empty while it is not."""
     started: Literal["", "simulation", "real"] = ""
     """The kind of robot that was started here and runs."""

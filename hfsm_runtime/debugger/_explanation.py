@@ -92,7 +92,7 @@ def _asked(transition: Transition, *, value: bool, ago: float) -> str:
 def _values(run: Run, condition: str) -> str:
     """Return the current values of the names in a condition, as far as known without executing code."""
     found = values_in(condition, values_of(run.automaton), _MOST_VALUES)
-    values = [f"{name} is {short_repr(value)[:_LONGEST_VALUE]}" for name, value in found.items()]
+    values = [f"{name} = {short_repr(value)[:_LONGEST_VALUE]}" for name, value in found.items()]
     return f"; now {', '.join(values)}" if values else ""
 
 

@@ -202,7 +202,7 @@ def test_a_change_of_state_is_reported_at_once_and_can_be_scrubbed_back_to(
         entered = changed.component.automata[0].enteredAt
         timeline = await opened.do("timeline")
         assert (entered, 1, 1, 2, 1) in timeline.changes
-        before = msgspec.json.decode(await opened.do("at", time=entered - 1e-6), type=LiveSnapshot)
+        before = msgspec.convert(await opened.do("at", time=entered - 1e-6), LiveSnapshot)
         assert before.component.automata[0].state == 1
         series = await opened.do("series", names=["1.beats", "1:lastCycle"])
         beats = [value for value in series["values"]["1.beats"] if value is not None]
@@ -513,7 +513,7 @@ async def described_body(opened: Page, named: str) -> Any:
 
 def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
     async def go(opened: Page) -> None:
-        stream = opened.service.poses()
+        stream = opened.service.poses("en")
         body, state, seen = "", {}, set()
         async for frame in stream:
             content = json.loads(frame)
@@ -548,7 +548,7 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
 def test_the_page_shows_another_robot_when_that_has_replaced_the_first(robot: ServedRobot) -> None:
     async def go(opened: Page) -> None:
         async def names(title: str) -> Any:
-            async for frame in opened.service.poses():
+            async for frame in opened.service.poses("en"):
                 named = json.loads(frame).get("body")
                 if named and (found := await described_body(opened, named))["title"] == title:
                     return found
@@ -644,7 +644,7 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
         async def change(action: str, **arguments: object) -> None:
             await opened.service.control("", action, arguments)
 
-        stream = opened.service.poses()
+        stream = opened.service.poses("en")
         await anext(stream)
         frames = (json.loads(frame) async for frame in stream)
         async for frame in frames:
@@ -722,7 +722,7 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
         (change,) = timeline.changes
         assert change[1:] == (1, 1, 2, 1)
         past = await opened.service.control(name, "at", {"time": moved.component.time})
-        then = msgspec.json.decode(past, type=LiveSnapshot)
+        then = msgspec.convert(past, LiveSnapshot)
         assert then.component.automata[0].variables == moved.component.automata[0].variables
         assert then.robot.joints == pytest.approx(moved.robot.joints, abs=0.5)
         assert found["cameras"] == ["Camera", "CameraBottom"]

@@ -310,7 +310,7 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             name = opened["component"]
             assert opened["document"] == DOCUMENT
             moment = await service.control(name, "at", {"time": 0.1})
-            assert msgspec.json.decode(moment, type=LiveSnapshot).component.automata[0].state == 1
+            assert msgspec.convert(moment, LiveSnapshot).component.automata[0].state == 1
             timeline = await service.control(name, "timeline", {})
             assert len(timeline.changes) == 1
             page, _ = content(

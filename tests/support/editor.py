@@ -72,7 +72,7 @@ class NoService:
         raise VisualHfsmError(Message("there is no camera {name}", name=name))
         yield
 
-    async def poses(self) -> AsyncGenerator[bytes, None]:
+    async def poses(self, language: str) -> AsyncGenerator[bytes, None]:
         """Refuse."""
         raise VisualHfsmError(Message("the poses are not available"))
         yield

@@ -11,12 +11,13 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import AsyncGenerator, Sequence
+from collections.abc import AsyncGenerator, Mapping, Sequence
 from typing import Final
 
 import msgspec
 
 from hfsm_runtime.recording_file.messages import Shape
+from visualhfsm._languages import ENGLISH, encoder
 from visualhfsm._monitoring.robot import RobotMonitor
 from visualhfsm._monitoring.world import Placement
 
@@ -44,30 +45,32 @@ class PoseStream:
     def __init__(self, robot: RobotMonitor) -> None:
         self._robot = robot
 
-    async def frames(self) -> AsyncGenerator[bytes, None]:
+    async def frames(self, language: str = ENGLISH) -> AsyncGenerator[bytes, None]:
         """Yield the robot, the world, then states at most 30 times a second whenever they have changed.
 
-        Another robot and a new world are sent before the next state.
+        Another robot and a new world are sent before the next state; why a robot cannot be drawn is said in a
+        language, one of LANGUAGES.
         """
+        encode = encoder(language).encode
         body = b""
         world: Sequence[Shape] | None = None
         before, sent = b"", -math.inf
         while True:
             began = time.monotonic()
-            drawn = msgspec.json.encode(self._body())
+            drawn = encode(self._body())
             if drawn != body:
                 body = drawn
                 yield drawn
             if self._robot.world.shapes is not world:
                 world = self._robot.world.shapes
-                yield msgspec.json.encode({"world": world})
-            state = msgspec.json.encode(self.state())
+                yield encode({"world": world})
+            state = encode(self.state())
             if state != before or began - sent > _REPEAT:
                 before, sent = state, began
                 yield state
             await asyncio.sleep(max(0.0, began + PERIOD - time.monotonic()))
 
-    def _body(self) -> dict[str, str]:
+    def _body(self) -> Mapping[str, str]:
         """Return the hash of the robot's description, or why it cannot be drawn."""
         described = self._robot.described
         return {"body": described.hash if described else "", "why": self._robot.undescribed}

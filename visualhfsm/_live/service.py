@@ -18,12 +18,13 @@ from msgspec import Meta
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
-from interfaces.hfsm import HfsmMonitorPrx
+from interfaces.hfsm import Explanation, HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, News, Silence
+from visualhfsm._monitoring.heard import heard, heard_explanation
 from visualhfsm._monitoring.pictures import require_pillow
 from visualhfsm._monitoring.realm import (
     MONITOR_PREFIX,
@@ -43,6 +44,7 @@ from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
 from .cameras import KEPT_APART, MOST_CAMERAS, Cameras
+from .moments import heard_moment, heard_snapshot
 from .poses import PoseStream
 from .recorder import Recorder
 from .recordings import RecordedRun, open_recording
@@ -176,7 +178,8 @@ class Monitoring:
                 case "timeline":
                     return self._log(component).timeline()
                 case "at":
-                    return self._log(component).at(msgspec.convert(arguments, _Moment).time)
+                    time = msgspec.convert(arguments, _Moment).time
+                    return heard_moment(self._log(component).at(time))
                 case "series":
                     asked = msgspec.convert(arguments, _Series)
                     log = self._log(component)
@@ -197,7 +200,7 @@ class Monitoring:
                 )
             ) from error
         except ZenohIceError as error:
-            raise VisualHfsmError(reason(error)) from error
+            raise VisualHfsmError(heard(str(error))) from error
 
     async def record(self, component: str, path: Path, document: str, pictures: int) -> None:
         """Record a component into a new file, as `Recorder` does, at most as long as it is followed.
@@ -227,7 +230,7 @@ class Monitoring:
         return {
             "component": name,
             "structure": LiveStructure(run.structure, 1),
-            "snapshot": run.log.at(0.0),
+            "snapshot": heard_moment(run.log.at(0.0)),
             "timeline": run.log.timeline(),
             "document": run.document,
             "complete": run.complete,
@@ -258,9 +261,9 @@ class Monitoring:
         """Return the newest image of a camera, as JPEG, whenever there is a newer one."""
         return self._cameras.frames(name)
 
-    def poses(self) -> AsyncGenerator[bytes, None]:
+    def poses(self, language: str) -> AsyncGenerator[bytes, None]:
         """Return which robot it is as JSON, then its state whenever that has changed."""
-        return self._poses.frames()
+        return self._poses.frames(language)
 
     async def close(self) -> None:
         """Stop listening, and close the session."""
@@ -315,7 +318,7 @@ class Monitoring:
                 recorder.take(news)
             match news:
                 case LiveSnapshot():
-                    self._publish(Snapshot(component=component, value=news))
+                    self._publish(Snapshot(component=component, value=heard_snapshot(news)))
                 case LiveStructure():
                     self._publish(Structure(component=component, value=news))
                 case Silence(since):
@@ -457,7 +460,8 @@ async def _request(
             raise msgspec.ValidationError(f"it takes no {printable(min(unknown))[:40]}")
         values = msgspec.structs.asdict(msgspec.convert(arguments, codec.struct))
         with refusals(whom):
-            return await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
+            found = await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
+            return heard_explanation(found) if isinstance(found, Explanation) else found
     except msgspec.ValidationError as error:
         raise VisualHfsmError(
             Message(

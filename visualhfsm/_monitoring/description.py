@@ -22,7 +22,7 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
-from codegen.messages import Message
+from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from interfaces.nao import DescriptionPrx
 from visualhfsm._errors import VisualHfsmError
@@ -242,7 +242,7 @@ class DescriptionMonitor:
         self._read: tuple[str, str] | None = None
         self.robot: DescribedRobot | None = None
         """The robot that is described, also when it has left; None until one was."""
-        self._refusal = ""
+        self._refusal = NO_MESSAGE
 
     @property
     def is_present(self) -> bool:
@@ -265,7 +265,7 @@ class DescriptionMonitor:
             self._served = served
             self._body.forget()
             self._looks.forget()
-            self.robot, self._read, self._refusal = None, None, ""
+            self.robot, self._read, self._refusal = None, None, NO_MESSAGE
         body, looks = self._body.poll(), self._looks.poll()
         if body is None or looks is None or self._read is not None:
             return
@@ -273,7 +273,7 @@ class DescriptionMonitor:
         try:
             self.robot = describe(body, looks)
         except VisualHfsmError as error:
-            self._refusal = str(error)
+            self._refusal = error.message
             _logger.warning("%s", error)
 
 

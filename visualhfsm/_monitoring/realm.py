@@ -15,6 +15,7 @@ from codegen.messages import Message, any_of
 from interfaces.hfsm import InvalidValue, NoSuchElement, ReloadRefused
 from interfaces.jderobot import JderobotException
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.heard import heard
 from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
@@ -98,7 +99,7 @@ def refusals(component: str) -> Iterator[None]:
     try:
         yield
     except (NoSuchElement, InvalidValue, JderobotException) as error:
-        raise VisualHfsmError(Message.verbatim(printable(error.what))) from error
+        raise VisualHfsmError(heard(printable(error.what))) from error
     except ReloadRefused as error:
         reason = printable(error.reason)
         raise VisualHfsmError(

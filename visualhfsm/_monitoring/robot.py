@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 import msgspec
 
+from codegen.messages import NO_MESSAGE, Message
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm._monitoring.description import DescribedRobot, DescriptionMonitor, nao
@@ -117,13 +118,13 @@ class RobotMonitor:
         return None if names is None or not nao().joints.issuperset(names) else nao()
 
     @property
-    def undescribed(self) -> str:
+    def undescribed(self) -> Message:
         """Why a present robot cannot be drawn; empty for one that can, or that is not known yet."""
         if self._described.is_present:
-            return self._described.trouble
+            return Message.verbatim(self._described.trouble)
         if self.described is None and self._names.value is not None:
-            return "This robot's server does not describe its body, so that it cannot be drawn."
-        return ""
+            return Message("This robot's server does not describe its body, so that it cannot be drawn.")
+        return NO_MESSAGE
 
     def facts(self) -> RobotFacts:
         """Return the constants."""

@@ -368,7 +368,7 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
         await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
 
     async def poses(websocket: WebSocket) -> None:
-        await _send_frames(websocket, live.poses)
+        await _send_frames(websocket, lambda: live.poses(_language(websocket)))
 
     routes = [
         route
@@ -417,7 +417,11 @@ async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGene
         pass
 
 
+def _language(websocket: WebSocket) -> str:
+    """Return the language of the page that asks for frames."""
+    return known_language(websocket.query_params.get("language", ""))
+
+
 async def _close(websocket: WebSocket, why: Message) -> None:
-    language = known_language(websocket.query_params.get("language", ""))
     with contextlib.suppress(RuntimeError):  # it is closed already
-        await websocket.close(_NOT_AVAILABLE, said(why, language)[:_LONGEST_REASON])
+        await websocket.close(_NOT_AVAILABLE, said(why, _language(websocket))[:_LONGEST_REASON])

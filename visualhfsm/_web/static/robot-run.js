@@ -9,7 +9,7 @@ import {connect} from "./robot-menu.js";
 import {chosenBody, isElsewhere, isReadyFor, needsRobot, ROBOT, robotComes, simulate, simulationFor} from "./robot.js";
 import {runs} from "./runs.js";
 import {store} from "./store.js";
-import {language, t, translated} from "./texts.js";
+import {language, t} from "./texts.js";
 
 /** @import {HfsmApp} from "./app.js" */
 /** @import {Fields} from "./messages.js" */
@@ -136,7 +136,7 @@ const moveTo = (world) =>
 async function resetStop() {
   const choice = await confirm({
     title: t("The robot is stopped"),
-    text: t("It refuses commands: {reason}. Check the robot first.", {reason: translated(store.robot.stopped)}),
+    text: t("It refuses commands: {reason}. Check the robot first.", {reason: store.robot.stopped}),
     choices: [["reset", t("Reset the emergency stop and run"), "primary"]],
   });
   if (choice !== "reset") return false;

@@ -422,16 +422,12 @@ export function banner({app, canvas}) {
   return html`${stoppedBanner()}${unsentBanner(() => app.requestUpdate())}${fileBanner(canvas)}`;
 }
 
-/** The reason that the robot repeats after STOP. */
-const BY_STOP = "STOP was pressed in the editor";
-
 /** The robot refuses commands until the operator has checked it and resets the stop. */
 function stoppedBanner() {
   const reason = store.robot.stopped;
   if (!reason) return nothing;
-  const why = reason === BY_STOP ? t("STOP was pressed in the editor") : reason;
   return html`<div class="banner error" role="alert">
-    ${t("The robot is stopped and refuses commands: {reason}.", {reason: why})}
+    ${t("The robot is stopped and refuses commands: {reason}.", {reason})}
     <button type="button" @click=${resetStop}>${t("Reset the emergency stop")}</button>
   </div>`;
 }

@@ -64,7 +64,7 @@ def test_a_guard_reports_what_its_names_stand_for_now() -> None:
     explained = Explained(automaton(asked))
     explained.run.advance(0.25)
     assert explained.reasons()[0].endswith(
-        "was false when it was evaluated 0.05 s ago; now count is 3, path is [1]"
+        "was false when it was evaluated 0.05 s ago; now count = 3, path = [1]"
     )
 
 

@@ -1,0 +1,235 @@
+"""What components and robots say over the network, as messages that a page says in its language.
+
+They are programs that speak English. A text that a template below gives is that message; any other, such as
+what a newer program says, stays as it is. The templates are those of `hfsm_runtime` (errors of a component,
+and why a transition does not fire), of `zenoh_ice` (a server that is offline) and of `naoserver` (why
+commands are refused, and the events of a robot).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Final
+
+from msgspec.structs import replace
+
+from codegen.messages import Message, joined
+from codegen.reasons import known_text
+from interfaces.hfsm import Explanation
+
+__all__ = ["heard", "heard_explanation"]
+
+_A: Final = "\N{HORIZONTAL ELLIPSIS}"
+"""A value of a template that stands for any text."""
+_BETWEEN: Final = re.compile(r"(?<=\.) (?=[^\W\d])")
+"""Where one sentence follows another."""
+
+_WHY_NOT: Final = (
+    Message("the state is final: no transition is tried"),
+    Message("it is forced, and fires in the next cycle"),
+    Message("it is not tried before the entry code of the state has run to its end"),
+    Message("its time comes after {seconds} s more in the state", seconds=_A),
+    Message("its time has come: it fires in the next cycle"),
+    Message("it was not tried: {name}, which comes first, fired", name=_A),
+    Message("the event {event} waits in the queue for the next cycle", event=_A),
+    Message("no event {event} has come since the state was entered", event=_A),
+    Message("its guard has not been evaluated since the state was entered"),
+    Message("the state owns no automaton that could finish: it never fires"),
+    Message("all automata of the state have finished: it fires in the next cycle"),
+    Message("not all automata of the state have finished: {parts}", parts=_A),
+    Message("{reason}; now {values}", reason=_A, values=_A),
+    Message("its guard was true when it was evaluated {seconds} s ago", seconds=_A),
+    Message("its guard was false when it was evaluated {seconds} s ago", seconds=_A),
+    Message(
+        "its guard `{condition}` was true when it was evaluated {seconds} s ago", condition=_A, seconds=_A
+    ),
+    Message(
+        "its guard `{condition}` was false when it was evaluated {seconds} s ago", condition=_A, seconds=_A
+    ),
+    Message("its guard was true though its time has come, when it was evaluated {seconds} s ago", seconds=_A),
+    Message(
+        "its guard was false though its time has come, when it was evaluated {seconds} s ago", seconds=_A
+    ),
+    Message(
+        "its guard `{condition}` was true though its time has come, when it was evaluated {seconds} s ago",
+        condition=_A,
+        seconds=_A,
+    ),
+    Message(
+        "its guard `{condition}` was false though its time has come, when it was evaluated {seconds} s ago",
+        condition=_A,
+        seconds=_A,
+    ),
+    Message("its guard was true when {event} came {seconds} s ago", event=_A, seconds=_A),
+    Message("its guard was false when {event} came {seconds} s ago", event=_A, seconds=_A),
+    Message(
+        "its guard `{condition}` was true when {event} came {seconds} s ago",
+        condition=_A,
+        event=_A,
+        seconds=_A,
+    ),
+    Message(
+        "its guard `{condition}` was false when {event} came {seconds} s ago",
+        condition=_A,
+        event=_A,
+        seconds=_A,
+    ),
+)
+"""What `hfsm_runtime/debugger/_explanation.py` says of a transition."""
+
+_WHERE: Final = (
+    Message("The component is paused."),
+    Message("{automaton} has not run yet: {why}.", automaton=_A, why=_A),
+    Message("{automaton} is a ghost in {state}: {why}.", automaton=_A, state=_A, why=_A),
+    Message("It has been active there for {seconds} s.", seconds=_A),
+    Message(
+        "{automaton} has finished in {state}, entered by {transition}.",
+        automaton=_A,
+        state=_A,
+        transition=_A,
+    ),
+    Message("{automaton} has finished in {state}.", automaton=_A, state=_A),
+    Message(
+        "{automaton} has been in {state} for {seconds} s, entered by {transition}.",
+        automaton=_A,
+        state=_A,
+        seconds=_A,
+        transition=_A,
+    ),
+    Message("{automaton} has been in {state} for {seconds} s.", automaton=_A, state=_A, seconds=_A),
+    Message("No transition leaves the state."),
+    Message("{automaton} has not completed the entry of {state}", automaton=_A, state=_A),
+    Message("{automaton} is in {state}, not in {other}", automaton=_A, state=_A, other=_A),
+    Message("the component has not started"),
+    Message("Waiting events: {count} ({events}).", count=_A, events=_A),
+    Message(
+        "Events dropped: {count}, the last one ({event}) {seconds} s ago: {why}.",
+        count=_A,
+        event=_A,
+        seconds=_A,
+        why=_A,
+    ),
+    Message("no transition out of the current state used it"),
+    Message("the automaton became a ghost before its turn"),
+    Message("the automaton has finished"),
+    Message("more than {count} events waited", count=_A),
+)
+"""What it says of an automaton."""
+
+_IN_STATE: Final = (Message("{automaton} is in {state}", automaton=_A, state=_A),)
+
+_ERRORS: Final = (
+    Message(
+        "still in a cycle 1 s after {automaton} left the state {state}: its code must not block, and others "
+        "drive the robot with it until it ends",
+        automaton=_A,
+        state=_A,
+    ),
+    Message("the event {event} is dropped: more than {count} events waited", event=_A, count=_A),
+    Message("the condition {condition} has no value: {reason}", condition=_A, reason=_A),
+    Message("there is no automaton {id}: there are {others}", id=_A, others=_A),
+    Message("the component is {status}: pause it first", status=_A),
+    Message("the server of {servant} is offline; calls continue when it is back", servant=_A),
+    Message("no servant {servant} in realm {realm}; there is {others}", servant=_A, realm=_A, others=_A),
+    Message(
+        "no servant {servant} in realm {realm}; the realm has no servants: is --realm right?",
+        servant=_A,
+        realm=_A,
+    ),
+    Message("{call} did not answer within {seconds} s", call=_A, seconds=_A),
+    Message("no new sample of {stream} within {seconds} s", stream=_A, seconds=_A),
+)
+"""What `hfsm_runtime` says of an automaton, and `zenoh_ice` of a server."""
+
+_REFUSED: Final = (
+    Message("the client of this command is gone: its link to the robot broke"),
+    Message("the robot is unreachable: {reason}; wait until it is found again", reason=_A),
+    Message("the robot is stopped: {reason}; reset the emergency stop first", reason=_A),
+    Message("the robot is held by {holder}; wait until the lease is given back", holder=_A),
+    Message("the robot is held by {holder}; wait until it is given back", holder=_A),
+    Message("the robot is not connected"),
+)
+"""Why `naoserver` refuses a command."""
+
+_EVENTS: Final = (
+    Message("refused a command: its client is gone"),
+    Message("refused a command: the robot is unreachable: {reason}", reason=_A),
+    Message("refused a command: the robot is stopped: {reason}", reason=_A),
+    Message("refused a command: the robot is held by {holder}", holder=_A),
+    Message("emergency stop"),
+    Message("emergency stop: {reason}", reason=_A),
+    Message("the emergency stop was reset"),
+    Message(
+        "still stopped: {reason}; reset the emergency stop before the robot may move",
+        reason=_A,
+    ),
+    Message("STOP was pressed in the editor"),
+    Message("{holder} holds the robot", holder=_A),
+    Message("{holder} no longer holds the robot", holder=_A),
+    Message("fallen: the torso tilts by {degrees} deg", degrees=_A),
+    Message("upright again: the torso tilts by {degrees} deg", degrees=_A),
+    Message("limp: no motor holds until it is made stiff again"),
+    Message("no longer limp: motors hold again"),
+    Message("hot: its motor has {degrees} degrees Celsius and gives less torque", degrees=_A),
+    Message("cool again: its motor has {degrees} degrees Celsius", degrees=_A),
+    Message("unknown: the robot does not report its charge"),
+    Message("known: its charge is reported again"),
+    Message("low: {share} of its charge are left", share=_A),
+    Message("stopped: its velocity was not renewed within {seconds} s", seconds=_A),
+    Message("stopped ({what}): its velocity was not renewed in time", what=_A),
+    Message("stopped ({what}): the client that drove it is gone", what=_A),
+    Message("stopped {what}: the client that commanded it is gone", what=_A),
+    Message("the robot ended the walk: {reason}", reason=_A),
+    Message("lost the robot: {reason}; trying to find it again", reason=_A),
+    Message("found the robot again"),
+    Message("the robot is still stopped: it stays as it is"),
+    Message("the robot is lost: it stays as it is"),
+    Message("the robot is stopped: it stays as it is"),
+)
+"""What a robot has met with."""
+
+_SAID: Final = (*_ERRORS, *_REFUSED, *_EVENTS)
+
+
+def heard(text: str) -> Message:
+    """Return a text of a component or a robot as a message."""
+    return _filled(known_text(text, _SAID), "reason", heard)
+
+
+def heard_explanation(explanation: Explanation) -> Explanation:
+    """Return an explanation whose texts are messages."""
+    said: list[Message] = []
+    rest = explanation.summary
+    for each in explanation.transitions:
+        before, colon, after = rest.partition(f": {each.reason}.")
+        if colon:
+            above, number, name = before.rpartition(f"{each.order}. ")
+            said += [_where(above.strip()), joined("", [f"{number}{name}: ", _why_not(each.reason), "."])]
+            rest = after
+    return replace(
+        explanation,
+        transitions=[replace(each, reason=_why_not(each.reason)) for each in explanation.transitions],
+        summary=joined(" ", list(filter(None, [*said, _where(rest.strip())]))),
+    )
+
+
+def _why_not(text: str) -> Message:
+    found = _filled(known_text(text, _WHY_NOT), "reason", _why_not)
+    return _filled(found, "parts", _in_states)
+
+
+def _in_states(text: str) -> Message:
+    return joined(", ", [known_text(each, _IN_STATE) for each in text.split(", ")])
+
+
+def _where(text: str) -> Message:
+    """Return sentences about an automaton, or a part of one."""
+    each = [_filled(known_text(sentence, _WHERE), "why", _where) for sentence in _BETWEEN.split(text)]
+    return joined(" ", each)
+
+
+def _filled(message: Message, name: str, say: Callable[[str], Message]) -> Message:
+    """Return a message in which a value that is a sentence is a message, too."""
+    value = message.values.get(name)
+    return message if value is None else message.again({**message.values, name: say(str(value))})
