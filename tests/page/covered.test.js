@@ -85,6 +85,8 @@ test("the lines of a piece of code are said in a sentence", () => {
     linesInWords({passed: [1], missed: [2, 4], failed: [3]}),
     "Tests passed 1 of 4 lines, not lines 2, 4, and failed in line 3",
   );
+  assert.equal(linesInWords({passed: [1], missed: [], failed: []}), "Tests passed 1 of 1 line");
+  assert.equal(linesInWords({passed: [], missed: [], failed: [1]}), "Tests passed 0 of 1 line, and failed in line 1");
   const many = Array.from({length: 14}, (_, index) => index + 1);
   assert.match(linesInWords({passed: [], missed: many, failed: []}), /0 of 14 lines, not lines 1, .*, 12 and 2 more$/);
 });

@@ -17,7 +17,7 @@ class Joints extends MonitorElement {
       ${health ? this.#health(health) : nothing}
       ${
         names.length
-          ? html`<table class="joints" aria-label=${t("Joints")}>
+          ? html`<table class="joints" aria-label=${t("Joints of the robot")}>
               <tbody>
                 ${names.map((name) => this.#row(name, joints[name], sliding.includes(name) ? spokenPlace : spokenAngle))}
               </tbody>

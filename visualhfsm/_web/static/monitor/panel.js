@@ -26,6 +26,7 @@ const TABS = [
   {id: "variables", label: t("Variables"), tag: "hfsm-live-variables", module: "./variables.js"},
   {id: "plots", label: t("Plots"), tag: "hfsm-plots", module: "./plots.js"},
   {id: "cameras", label: t("Cameras"), tag: "hfsm-cameras", module: "./cameras.js", robot: true},
+  // Translators: a tab of the narrow panel, with the joints and the health of the robot: the shortest word
   {id: "robot", label: t("Joints"), tag: "hfsm-joints", module: "./joints.js"},
   {id: "view", label: "3D", tag: "hfsm-robot-view", module: "./robot-view.js", robot: true},
   {id: "cycles", label: t("Cycles"), tag: "hfsm-cycles", module: "./cycles.js"},

@@ -204,7 +204,7 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
       .place=${{...place, part: "priority"}}
       .text=${transition.priority}
       ?readonly=${readonly}
-      hint=${t("none")}
+      hint=${t("not set")}
     ></hfsm-text-field>
     ${
       order.length < 2

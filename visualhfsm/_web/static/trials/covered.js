@@ -141,17 +141,38 @@ function sumOf(pieces) {
 
 /** What tests passed of a piece of code, as a sentence. @param {PassedCode} code */
 export function linesInWords(code) {
-  const {missed, failed} = code;
-  const parts = [t("Tests passed {lines} of {allLines} lines", sumOf([code]))];
-  if (missed.length) parts.push(t("not {lines}", {lines: lineNumbers(missed)}));
-  if (failed.length) parts.push(t("and failed in {lines}", {lines: lineNumbers(failed)}));
-  return parts.join(", ");
+  const [missed, failed] = [lineNumbers(code.missed), lineNumbers(code.failed)];
+  const {lines, allLines} = sumOf([code]);
+  const values = {lines, missed, failed};
+  if (missed && failed)
+    return n(
+      "Tests passed {lines} of {count} line, not {missed}, and failed in {failed}",
+      "Tests passed {lines} of {count} lines, not {missed}, and failed in {failed}",
+      allLines,
+      values,
+    );
+  if (missed)
+    return n(
+      "Tests passed {lines} of {count} line, not {missed}",
+      "Tests passed {lines} of {count} lines, not {missed}",
+      allLines,
+      values,
+    );
+  if (failed)
+    return n(
+      "Tests passed {lines} of {count} line, and failed in {failed}",
+      "Tests passed {lines} of {count} lines, and failed in {failed}",
+      allLines,
+      values,
+    );
+  return n("Tests passed {lines} of {count} line", "Tests passed {lines} of {count} lines", allLines, values);
 }
 
 const MOST_NUMBERS = 12;
 
-/** @param {readonly number[]} lines */
+/** The numbers of lines, in words; nothing for none. @param {readonly number[]} lines */
 function lineNumbers(lines) {
+  if (!lines.length) return "";
   const shown = lines.slice(0, MOST_NUMBERS).join(", ");
   return lines.length > MOST_NUMBERS
     ? t("lines {lines} and {more} more", {lines: shown, more: lines.length - MOST_NUMBERS})
