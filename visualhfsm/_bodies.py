@@ -14,6 +14,7 @@ from typing import Final
 import msgspec
 
 from codegen.messages import Message
+from codegen.reasons import known_text
 from visualhfsm._errors import VisualHfsmError
 from zenoh_ice.text import few, printable
 
@@ -22,13 +23,15 @@ _MOST_FILES: Final = 100
 """Most bodies of a project that are listed."""
 _LARGEST_FILE: Final = 1 << 20
 _LONGEST_TITLE: Final = 64
+_TITLES: Final = (Message("Cart"),)
+"""Titles of installed bodies that are words, and no names."""
 
 
 class KnownBody(msgspec.Struct, frozen=True):
     """A body that can be simulated: its name, or the path of its TOML file below the root, and its title."""
 
     name: str
-    title: str
+    title: Message
 
 
 def find_bodies(root: Path) -> list[KnownBody]:
@@ -40,9 +43,14 @@ def find_bodies(root: Path) -> list[KnownBody]:
     found = []
     for place in () if spec is None else spec.submodule_search_locations or ():
         content = tomllib.loads((Path(place) / "bodies" / "bodies.toml").read_text(encoding="utf-8"))
-        found += [KnownBody(name, body["title"]) for name, body in content.items()]
+        found += [KnownBody(name, called(body["title"])) for name, body in content.items()]
     own = sorted((root / _FOLDER).glob("*.toml"))[:_MOST_FILES]
-    return found + [KnownBody(f"{_FOLDER}/{path.name}", _title_of(path)) for path in own]
+    return found + [KnownBody(f"{_FOLDER}/{path.name}", Message.verbatim(_title_of(path))) for path in own]
+
+
+def called(title: str) -> Message:
+    """Return the title of a robot as a message."""
+    return known_text(title, _TITLES)
 
 
 def require_body(root: Path, name: str) -> str:

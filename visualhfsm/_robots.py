@@ -21,7 +21,7 @@ import msgspec
 
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import known_text, reason
-from visualhfsm._bodies import body_option, require_body
+from visualhfsm._bodies import body_option, called, require_body
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.heard import heard
@@ -122,7 +122,7 @@ class Robots:
             status=self._status(),
             simulated=seen.simulated or self._kind == "simulation",
             name=self._name,
-            title=seen.title,
+            title=called(seen.title),
             speed=seen.speed,
             since=self._lost_at,
             stopped=heard(seen.stopped),

@@ -168,7 +168,7 @@ class Robot(Push, omit_defaults=True):
     simulated: bool = False
     name: str = ""
     """The address of a real robot that was connected here."""
-    title: str = ""
+    title: Message = NO_MESSAGE
     """What a person calls the robot, as far as it is known."""
     speed: float = 0.0
     """Measured robot seconds per second of wall time."""

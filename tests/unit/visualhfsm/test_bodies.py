@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body
-from visualhfsm._bodies import KnownBody, body_option, find_bodies, require_body
+from visualhfsm._bodies import body_option, called, find_bodies, require_body
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._languages import said
 
 
 def test_installed_bodies_are_known_by_their_names_and_titles(tmp_path: Path) -> None:
@@ -17,6 +18,10 @@ def test_installed_bodies_are_known_by_their_names_and_titles(tmp_path: Path) ->
     assert bodies[0].name == DEFAULT_BODY
     for body in bodies:
         assert body.title.startswith(find_body(body.name).title)
+
+
+def test_a_title_is_said_in_the_language_of_a_page_where_it_is_no_name() -> None:
+    assert [said(called(title), "es") for title in ("Cart", "Nao H25")] == ["Carro", "Nao H25"]
 
 
 def test_bodies_of_the_project_are_known_by_their_files(tmp_path: Path) -> None:
@@ -29,12 +34,12 @@ def test_bodies_of_the_project_are_known_by_their_files(tmp_path: Path) -> None:
     (robots / "binary.toml").write_bytes(b"\xff\xfe")
     (robots / "arm.urdf").write_text("<robot/>")
     own = find_bodies(tmp_path)[len(BODY_NAMES) :]
-    assert own == [
-        KnownBody("robots/arm.toml", "An arm"),
-        KnownBody("robots/binary.toml", "binary"),
-        KnownBody("robots/broken.toml", "broken"),
-        KnownBody("robots/cart.toml", "MyCart"),
-        KnownBody("robots/odd.toml", "odd"),
+    assert [(each.name, each.title) for each in own] == [
+        ("robots/arm.toml", "An arm"),
+        ("robots/binary.toml", "binary"),
+        ("robots/broken.toml", "broken"),
+        ("robots/cart.toml", "MyCart"),
+        ("robots/odd.toml", "odd"),
     ]
     assert body_option(tmp_path, require_body(tmp_path, "robots/arm.toml")) == str(robots / "arm.toml")
     assert body_option(tmp_path, require_body(tmp_path, "H21")) == "H21"

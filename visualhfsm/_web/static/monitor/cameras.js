@@ -9,7 +9,7 @@ import {html, nothing} from "lit";
 
 import {messageOf} from "../notices.js";
 import {required} from "../required.js";
-import {t} from "../texts.js";
+import {n, t} from "../texts.js";
 import {MonitorElement} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {monitor} from "./monitor.js";
@@ -185,11 +185,12 @@ export class Camera extends MonitorElement {
         if (passed > 1000) {
           const rate = this.querySelector(".rate");
           if (rate)
-            rate.textContent = t("{width} × {height}, {rate} images/s", {
-              width: canvas.width,
-              height: canvas.height,
-              rate: Math.round((count * 1000) / passed),
-            });
+            rate.textContent = n(
+              "{width} × {height}, {count} image/s",
+              "{width} × {height}, {count} images/s",
+              Math.round((count * 1000) / passed),
+              {width: canvas.width, height: canvas.height},
+            );
           [count, since] = [0, performance.now()];
         }
         if (document.hidden) return;

@@ -2,7 +2,7 @@
 
 import {html, nothing} from "lit";
 
-import {decimal, t} from "../texts.js";
+import {decimal, n, t} from "../texts.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {monitor} from "./monitor.js";
 import {spokenAngle, spokenPlace} from "./values.js";
@@ -68,11 +68,11 @@ class Joints extends MonitorElement {
     const rates = Object.entries(cameraRates ?? {}).filter(([, rate]) => rate > 0); // cameras that are in use
     const facts = [
       [t("Real time factor"), decimal(realTimeFactor, 2)],
-      [t("Lag"), `${(lag * 1000).toFixed(0)} ms`],
+      [t("Lag"), `${decimal(lag * 1000, 0)} ms`],
       [t("Tilt of the torso"), spokenAngle(torsoTilt)],
       [t("Commands limited"), limitedCommands],
       [t("Velocities timed out"), velocityTimeouts],
-      ...rates.map(([name, rate]) => [name, t("{rate} images/s", {rate: rate.toFixed(0)})]),
+      ...rates.map(([name, rate]) => [name, n("{count} image/s", "{count} images/s", Math.round(rate))]),
     ];
     return html`${fallen ? html`<p class="fallen" role="alert">${t("The robot has fallen.")}</p>` : nothing}
       <dl class="health">
