@@ -198,6 +198,21 @@ def test_the_page_speaks_the_language_of_the_browser(browser: Browser, running: 
         assert shown.violations("header", "hfsm-data-panel", ".live-bar") == []
 
 
+def test_what_a_component_and_the_robot_say_is_in_the_language_of_the_page(
+    browser: Browser, running: Editor
+) -> None:
+    with editor_page(browser, running, language="es") as shown:
+        page = shown.page
+        page.locator("hfsm-canvas .state").first.click()
+        shown.press("F5")
+        page.locator(".live-status.running").wait_for()
+        shown.press("w")
+        expect(page.get_by_role("tooltip")).to_contain_text("su momento llega tras")
+        expect(page.get_by_role("tooltip")).to_contain_text("era falsa al evaluarla hace")
+        page.locator(".stop-button").click()
+        expect(page.locator(".banner.error")).to_contain_text("se pulsó STOP en el editor")
+
+
 def test_a_browser_of_another_language_gets_english_and_loads_no_texts(
     browser: Browser, running: Editor
 ) -> None:
