@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from visualhfsm._languages import said
 from visualhfsm.trials import Plan, Spread, Success, TrialsError, plan_of, read_plan
 from visualhfsm.trials._series import Series
 
@@ -137,6 +138,25 @@ def test_a_plan_that_makes_no_sense_is_refused_with_its_place(place: Path, text:
         read_plan(place)
     assert message in str(caught.value)
     assert str(place) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("runs = 0", "1: runs = 0: se espera `int` >= 1"),
+        ("runs = 'x'", "1: runs = 'x': se espera `int`, y es `str`"),
+        ("document = 3", "1: document = 3: escribe un texto"),
+        ("robot = 'x'", "1: robot = 'x': escribe uno de estos: fake, sim"),
+        ("[scene]\nx = {from = 1}", "2: scene.x: escribe from y to, o mean y deviation"),
+        ("[scene]\nx = {values = []}", ": la lista está vacía; escribe los valores entre los que se elige"),
+        ("runs = [", " no es TOML: "),
+    ],
+)
+def test_a_plan_is_refused_in_the_language_of_the_page(place: Path, text: str, message: str) -> None:
+    place.write_text(text, "utf-8")
+    with pytest.raises(TrialsError) as refused:
+        read_plan(place)
+    assert message in said(refused.value.message, "es")
 
 
 @pytest.mark.parametrize(
