@@ -194,7 +194,7 @@ _SAID: Final = (*_ERRORS, *_REFUSED, *_EVENTS)
 
 def heard(text: str) -> Message:
     """Return a text of a component or a robot as a message."""
-    return _filled(known_text(text, _SAID), "reason", heard)
+    return _with_number(_filled(known_text(text, _SAID), "reason", heard))
 
 
 def heard_explanation(explanation: Explanation) -> Explanation:
@@ -215,7 +215,7 @@ def heard_explanation(explanation: Explanation) -> Explanation:
 
 
 def _why_not(text: str) -> Message:
-    found = _filled(known_text(text, _WHY_NOT), "reason", _why_not)
+    found = _with_number(_filled(known_text(text, _WHY_NOT), "reason", _why_not))
     return _filled(found, "parts", _in_states)
 
 
@@ -225,8 +225,21 @@ def _in_states(text: str) -> Message:
 
 def _where(text: str) -> Message:
     """Return sentences about an automaton, or a part of one."""
-    each = [_filled(known_text(sentence, _WHERE), "why", _where) for sentence in _BETWEEN.split(text)]
-    return joined(" ", each)
+    found = [known_text(sentence, _WHERE) for sentence in _BETWEEN.split(text)]
+    return joined(" ", [_with_number(_filled(each, "why", _where)) for each in found])
+
+
+def _with_number(message: Message) -> Message:
+    return _filled(message, "seconds", _number)
+
+
+def _number(text: str) -> Message:
+    """Return a number with its decimal point, or comma."""
+    whole, point, fraction = text.partition(".")
+    if not (point and whole.isdecimal() and fraction.isdecimal()):
+        return Message.verbatim(text)
+    # Translators: a number, such as 1.5
+    return Message("{whole}.{fraction}", whole=whole, fraction=fraction)
 
 
 def _filled(message: Message, name: str, say: Callable[[str], Message]) -> Message:

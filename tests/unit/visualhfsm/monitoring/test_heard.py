@@ -44,13 +44,13 @@ def to_b(id: int, **rest: object) -> Transition:
     [
         (
             to_b(1, guard=lambda: False, condition="ready"),
-            "su guarda `ready` era falsa al evaluarla hace 0.05 s",
+            "su guarda `ready` era falsa al evaluarla hace 0,05 s",
         ),
-        (to_b(1, guard=lambda: False), "su guarda era falsa al evaluarla hace 0.05 s"),
-        (to_b(1, seconds=1.0), "su momento llega tras 0.65 s más en el estado"),
+        (to_b(1, guard=lambda: False), "su guarda era falsa al evaluarla hace 0,05 s"),
+        (to_b(1, seconds=1.0), "su momento llega tras 0,65 s más en el estado"),
         (
             to_b(1, seconds=0.1, guard=lambda: False),
-            "ha llegado su momento, pero su guarda era falsa al evaluarla hace 0.05 s",
+            "ha llegado su momento, pero su guarda era falsa al evaluarla hace 0,05 s",
         ),
         (to_b(1, event="lost"), "no ha llegado ningún evento lost desde que se entró en el estado"),
     ],
@@ -58,7 +58,7 @@ def to_b(id: int, **rest: object) -> Transition:
 def test_why_a_transition_does_not_fire_is_said_in_spanish(transition: Transition, reason: str) -> None:
     said = in_spanish(heard_explanation(explained(transition)))
     assert said["transitions"][0]["reason"] == reason
-    assert said["summary"] == f"walker está en a desde hace 0.35 s. 1. t1: {reason}."
+    assert said["summary"] == f"walker está en a desde hace 0,35 s. 1. t1: {reason}."
 
 
 def test_values_of_a_guard_are_code_in_every_language() -> None:
@@ -67,7 +67,7 @@ def test_values_of_a_guard_are_code_in_every_language() -> None:
     (reason,) = heard_explanation(explained(asked)).transitions
     assert reason.reason == explained(asked).transitions[0].reason
     said = in_spanish(reason)["reason"]
-    assert said == "su guarda `count > 5` era falsa al evaluarla hace 0.05 s; ahora count = 3"
+    assert said == "su guarda `count > 5` era falsa al evaluarla hace 0,05 s; ahora count = 3"
 
 
 def test_a_state_without_a_way_out_is_explained_in_spanish() -> None:
