@@ -395,7 +395,7 @@ const ROS_KINDS = [
 /** The message that is published when the component stops; by default zeros for velocities. @type {Options} */
 const AT_STOP = [
   ["", t("Automatic")],
-  ["true", t("Default")],
+  ["true", t("Default message")],
   ["false", t("Nothing")],
 ];
 
