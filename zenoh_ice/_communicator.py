@@ -22,7 +22,7 @@ from ._pool import Pool
 from ._presence import ClientWatch, Presence, ServantInfo
 from ._threads import UserCodeThread
 from ._values import PROXY_TEXT
-from .clock import Clock, RobotClock, WallClock
+from .clock import WALL, Clock, RobotClock
 from .exceptions import (
     CommunicatorDestroyedException,
     ConfigurationException,
@@ -464,7 +464,7 @@ def _choose_clock(communicator: Communicator) -> Clock:
     """
     choice = communicator.settings.clock
     if choice == "wall":
-        return WallClock()
+        return WALL
     proxy = _ClockPrx.uncheckedCast(communicator.stringToProxy("Clock"))
     try:
         clock = RobotClock(*astuple(proxy.getTime()))
@@ -476,7 +476,7 @@ def _choose_clock(communicator: Communicator) -> Clock:
         if choice == "sim":
             raise
         _logger.info("using the wall clock: %s", error)
-    return WallClock()
+    return WALL
 
 
 @atexit.register

@@ -65,6 +65,9 @@ class WallClock:
         return event.wait(max(0.0, timeout))
 
 
+WALL: Final = WallClock()
+
+
 @dataclass(slots=True)
 class _Ticks:
     """Calls at regular times, in ns."""

@@ -14,6 +14,7 @@ import msgspec
 
 from ._codec import Buffer, Parted, Pieces
 from ._pool import Pool
+from .clock import WALL, Clock
 from .exceptions import ConnectionLostException, SystemException
 from .interface import Operation
 from .transport import (
@@ -49,6 +50,7 @@ class InProcessTransport:
 
     endpoints: Sequence[str] = ()
     token_delay = 0.0
+    clock: Clock = WALL
     door = ""
     relay: Relay | None = None
 

@@ -284,8 +284,9 @@ class StreamedCall(Call[P, V]):
     def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
         """Return an iterator over samples, always the newest, for `for` and `async for`.
 
-        With a rate, at most that many per second. Waits at most `timeout` s for each, by default the
-        proxy's limit for calls; raises as `wait` does.
+        With a rate, at most that many per second of wall time, or of virtual time. Waits at most `timeout` s
+        for each, by default the proxy's limit for calls; raises as `wait` does. `async for` waits by the
+        event loop, always in wall time.
         """
         return Samples(self._reader or self._open(), self._patience(timeout), rate)
 

@@ -177,6 +177,8 @@ class Streams:
         self.resolve: Final = resolve
         self.is_heard: Final = is_heard
         self.pool: Final = pool
+        self.clock: Final = transport.clock
+        """That of the transport, by which readers pace themselves."""
         self.closed: Final = threading.Event()
         self.listening: Final[set[StreamReader[Any] | Subscription[Any]]] = set()
         self._transport: Final = transport
@@ -544,7 +546,9 @@ class Samples(Generic[V]):
         _check(rate)
         self._reader: Final = reader
         self._timeout: Final = timeout
-        self._pacer: Final = Pacer(rate)
+        self._rate: Final = rate
+        self._clock: Final = reader.streams.clock
+        self._pacer: Final = Pacer(rate, self._clock)
         self._sample: Sample[V] | None = None
 
     def __iter__(self) -> Iterator[Sample[V]]:
@@ -552,7 +556,7 @@ class Samples(Generic[V]):
 
     def __next__(self) -> Sample[V]:
         if delay := self._pacer.delay():
-            self._reader.streams.closed.wait(delay)
+            self._clock.wait(self._reader.streams.closed, delay)
         self._sample = self._reader.wait(self._sample, self._timeout)
         self._pacer.count()
         return self._sample
@@ -561,6 +565,7 @@ class Samples(Generic[V]):
         import asyncio
 
         loop = asyncio.get_running_loop()
+        pacer = Pacer(self._rate)  # by the clock of the loop, which sleeps
         arrival = asyncio.Event()
         arrived: list[Sample[V]] = []  # the newest, or none
 
@@ -576,7 +581,7 @@ class Samples(Generic[V]):
 
         with Subscription(self._reader, notify):
             while True:
-                await asyncio.sleep(self._pacer.delay())
+                await asyncio.sleep(pacer.delay())
                 started = time.monotonic()
                 inquiry = _Inquiry(self._reader, started, self._timeout)
                 while not arrived:
@@ -590,7 +595,7 @@ class Samples(Generic[V]):
                     with suppress(TimeoutError):
                         await asyncio.wait_for(arrival.wait(), min(left, _CHECK_PERIOD))
                     arrival.clear()
-                self._pacer.count()
+                pacer.count()
                 yield arrived.pop()
 
 

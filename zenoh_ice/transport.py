@@ -11,7 +11,6 @@ import logging
 import math
 import re
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import partial
@@ -21,6 +20,7 @@ from ._codec import Buffer, Parted, Pieces
 from ._pool import Job, Kind
 from ._values import NAME
 from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment, unknown_exception
+from .clock import WALL, Clock
 from .exceptions import ConfigurationException, ObjectNotExistException, SystemException
 from .interface import Operation
 
@@ -177,18 +177,21 @@ class Caller(Protocol):
 class Pacer:
     """Compute when the next sample is due, so that there are at most `rate` a second on average."""
 
-    def __init__(self, rate: float | None) -> None:
+    def __init__(self, rate: float | None, clock: Clock = WALL) -> None:
         self._period: Final = 0.0 if rate is None else 1.0 / rate
+        self._clock: Final = clock
         self._due = -math.inf
 
     def delay(self) -> float:
-        """Return the wall seconds to wait before the next sample."""
-        return max(0.0, self._due - time.monotonic())
+        """Return the seconds of the clock to wait before the next sample."""
+        return 0.0 if self._due == -math.inf else max(0.0, self._due - self._clock.now())
 
     def count(self) -> None:
         """Count a sample now."""
+        if not self._period:
+            return
         # From when it was due, so that late samples do not lower the rate; but pauses are not made up for.
-        now = time.monotonic()
+        now = self._clock.now()
         self._due = (self._due if now - self._due < self._period else now) + self._period
 
 
@@ -272,6 +275,8 @@ class Transport(Protocol):
     """The endpoints that it connects to; none for one that connects to nobody."""
     token_delay: float
     """Seconds within which existing tokens arrive, once a link is made."""
+    clock: Clock
+    """That by which the readers of its streams pace themselves: wall time, or that of a test."""
     relay: Relay | None
     """What finds servants and waits in place of the communicator; None where tokens show who is there."""
 

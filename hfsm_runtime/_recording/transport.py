@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 import threading
-import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
@@ -34,6 +33,7 @@ from zenoh_ice.transport import (
 )
 
 from ..component import Component, proxies_of
+from .clocks import InterceptedClock
 from .recorder import Recorder
 from .results import Exchange, Results
 
@@ -115,6 +115,7 @@ class _RecordingTransport(ObservedTransport):
         self.tickets: Final = itertools.count(1)
         self._proxies: Final = [(name, target_of(proxy), proxy) for name, proxy in proxies.items()]
         self._results: Final[dict[Target, Results]] = {}
+        self.clock = InterceptedClock(self.below.streams.clock, recorder.ask)
         super().__init__(self.below.settings)
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
@@ -269,10 +270,11 @@ class _RecordedInlet(_Recorded):
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
         """Wait, while other threads run code, until a function that polls returns true."""
-        deadline = time.monotonic() + timeout
+        now = self._transport.below.streams.clock.now
+        deadline = now() + timeout
         while not holds():
             with self._recorded("wait"), released(changed), self._lock.released():
-                self._reader.wait(self._newest, max(0.0, deadline - time.monotonic()))
+                self._reader.wait(self._newest, max(0.0, deadline - now()))
         return True
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:

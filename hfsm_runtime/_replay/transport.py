@@ -13,10 +13,12 @@ import msgspec
 
 from hfsm_runtime.recording_file.messages import Missing, Reading, Result
 from zenoh_ice import ConfigurationException, MarshalException, ObjectPrx, Settings, ZenohIceError, exceptions
+from zenoh_ice.clock import VirtualClock
 from zenoh_ice.exceptions import SystemException, TimeoutException, UnknownException
 from zenoh_ice.interface import Operation
 from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Target, decode_error
 
+from .._recording.clocks import InterceptedClock
 from .._recording.results import put_bytes
 from .._recording.transport import ObservedTransport, encoded_sample, target_of
 from ..component import Component, proxies_of
@@ -35,6 +37,7 @@ class ReplayTransport(ObservedTransport):
             settings = Settings(realm=recording.metadata.get("realm") or "recording")
         except ConfigurationException as error:
             raise ReplayError(f"the recording is malformed: {error}") from error
+        self.clock = InterceptedClock(VirtualClock(), answers.ask)
         super().__init__(settings)
         self.answers: Final = answers
         self.recording: Final = recording

@@ -37,6 +37,7 @@ class FarTransport(InProcessTransport):
         pool = Pool(0, "contained")
         super().__init__(pool)
         self.relay = self
+        self.clock = link.clock
         self._link: Final = link
         self._numbers: Final = itertools.count(1)
         self.inlets: Final[dict[int, FarInlet]] = {}

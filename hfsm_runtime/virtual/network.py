@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final
@@ -31,6 +32,7 @@ from zenoh_ice.transport import (
     Inlet,
     Outcome,
     Outlet,
+    Pacer,
     Pieces,
     Target,
     decode_attachment,
@@ -113,6 +115,7 @@ class _VirtualTransport(InProcessTransport):
 
     def __init__(self, network: VirtualNetwork, pool: Pool) -> None:
         super().__init__(pool)
+        self.clock = network.clock
         self._network: Final = network
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
@@ -127,7 +130,8 @@ class _VirtualTransport(InProcessTransport):
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         """Return a listening end of a stream, which a stub may feed."""
-        inlet = _PolledInlet(self._network, super().subscribe(target, operation, queue), target, operation)
+        genuine = super().subscribe(target, operation, queue)
+        inlet = _PolledInlet(self._network, genuine, target, operation, queue)
         self._network.on_listening()
         return inlet
 
@@ -196,9 +200,15 @@ class _PolledInlet:
     """The listening end of a stream; samples of a stub are made on demand."""
 
     def __init__(
-        self, network: VirtualNetwork, genuine: Inlet, target: Target, operation: Operation[..., Any]
+        self,
+        network: VirtualNetwork,
+        genuine: Inlet,
+        target: Target,
+        operation: Operation[..., Any],
+        queue: int,
     ) -> None:
         self._clock: Final = network.clock
+        self._queue: Final = queue
         self._polls: Final = network.polls
         self._genuine: Final = genuine
         self._identity: Final = target.identity
@@ -227,7 +237,8 @@ class _PolledInlet:
         return Arrived(bytes(payload), encode_sample_attachment("", self._count, now, wall_time=now))
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        self._genuine.deliver(callback, rate)
+        paced = None if rate is None else _PacedCallback(self._clock, callback, rate, self._queue)
+        self._genuine.deliver(paced or callback)
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
         """Advance the time until a function returns true; return whether it did."""
@@ -238,6 +249,37 @@ class _PolledInlet:
         assert sample.attachment is not None  # it is stamped
         sent_at = decode_attachment(sample.attachment).wall_time
         return sample._replace(age=lambda: self._clock.now() - sent_at)
+
+
+class _PacedCallback:
+    """Call a function with samples, at most `rate` a second of virtual time; `queue` of them may wait."""
+
+    def __init__(self, clock: TaskClock, callback: Callable[[Any], object], rate: float, queue: int) -> None:
+        self._clock: Final = clock
+        self._callback: Final = callback
+        self._pacer: Final = Pacer(rate, clock)
+        self._waiting: Final[deque[Any]] = deque(maxlen=queue)
+        self._is_planned = False  # the next call is a task of the clock
+
+    def __call__(self, sample: object) -> None:
+        self._waiting.append(sample)
+        self._plan()
+
+    def _plan(self) -> None:
+        """Call with the next sample, now or when it is due."""
+        if not self._waiting or self._is_planned:
+            return
+        if delay := self._pacer.delay():
+            self._is_planned = True
+            self._clock.call_at(self._clock.now() + delay, self._call)
+        else:
+            self._call()
+
+    def _call(self) -> None:
+        self._is_planned = False
+        self._pacer.count()
+        self._callback(self._waiting.popleft())
+        self._plan()
 
 
 def _stamped(attachment: bytes, clock: TaskClock) -> bytes:

@@ -28,7 +28,7 @@ from hfsm_runtime._replay.script import Recording, ReplayError
 from hfsm_runtime._robot import connect
 from hfsm_runtime.debugger._breakpoints import Breakpoints
 from hfsm_runtime.recording_file import writer
-from hfsm_runtime.recording_file.messages import Action, Cycle, Result
+from hfsm_runtime.recording_file.messages import Action, Cycle, Reading, Result
 from hfsm_runtime.tree import Run
 from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
@@ -862,6 +862,35 @@ def test_loops_over_a_stream_see_the_same_samples(tmp_path: Path, world: World) 
     identical(path, Loops)
     kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Result)]
     assert kinds.count("wait") > 10
+
+
+def test_a_loop_with_a_rate_lets_others_run_and_waits_for_nothing_in_the_replay(
+    tmp_path: Path, world: World
+) -> None:
+    class Paced(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            found: list[Any] = []
+            try:
+                samples = self.head.getPose.samples(timeout=0.05, rate=20.0)
+                found.extend([sample.value.pan, sample.sequence] for sample in samples)
+            except TimeoutException as error:
+                found.append(str(error))
+            return found
+
+        def decide(self) -> bool:
+            return False
+
+    path = tmp_path / "run.mcap"
+    publisher = world[1].getPosePublisher
+    with running(Paced, world, path) as (runtime, clock):
+        assert listened(publisher, EVENT_LIMIT)
+        for _ in range(40):
+            publisher.publish(world[1].pose())
+            clock.sleep(random.SystemRandom().choice([0.02, 0.1, 0.3]))
+        eventually(lambda: runtime.tree.root.cycles > 10)
+    identical(path, Paced)
+    kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Reading)]
+    assert "clock.wait" in kinds
 
 
 def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(

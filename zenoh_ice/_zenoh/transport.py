@@ -23,6 +23,7 @@ from .._local.routes import Neighborhood, Route
 from .._pool import Job, Kind, Pool
 from .._presence import client_token
 from .._wire import ERROR_ENCODING
+from ..clock import WALL, Clock
 from ..exceptions import (
     CommunicatorDestroyedException,
     ConnectionLostException,
@@ -92,6 +93,7 @@ class ZenohTransport:
 
     # Over a link they come within milliseconds, and gossip makes the links to others within tens of them.
     token_delay = 0.5
+    clock: Clock = WALL
     relay: Relay | None = None
 
     def __init__(self, settings: Settings, pool: Pool) -> None:

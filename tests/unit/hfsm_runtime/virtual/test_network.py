@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -155,6 +156,33 @@ def test_who_waits_for_a_sample_moves_the_time_on(b) -> None:
     second = b.component.Camera.getImageData.wait(after=first)
     assert b.time == pytest.approx(0.2)
     assert second.sequence == first.sequence + 1
+
+
+def test_a_loop_with_a_rate_waits_in_virtual_time(b) -> None:
+    times = []
+    for sample in b.component.Head.getPose.samples(timeout=1.0, rate=4.0):
+        times.append(b.clock.now())
+        assert sample.age < 0.021, "the newest"
+        if len(times) == 5:
+            break
+    assert [time - times[0] for time in times] == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0], abs=0.021)
+
+
+def test_a_subscription_with_a_rate_is_called_at_that_rate_of_virtual_time_with_the_newest(b) -> None:
+    times, ages = [], []
+    stream = b.component.Head.getPose
+
+    def note(sample: Any) -> None:
+        times.append(b.clock.now())
+        ages.append(sample.age)
+
+    with stream.subscribe(note, rate=4.0):
+        b.advance(2.0)
+        assert 8 <= len(times) <= 9
+        assert times == pytest.approx([times[0] + 0.25 * number for number in range(len(times))])
+        assert max(ages) < 0.021
+    b.advance(1.0)
+    assert len(times) <= 9, "it was closed"
 
 
 def test_a_stream_without_samples_times_out_after_exactly_that_time(b) -> None:
