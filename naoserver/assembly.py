@@ -21,7 +21,7 @@ from naoserver._servants.body import JointsI, PoseHeadI
 from naoserver._servants.body_history import BodyHistory
 from naoserver._servants.camera import CameraI
 from naoserver._servants.description import DescriptionI
-from naoserver._servants.expression import HearingI, LedsI, SpeechI
+from naoserver._servants.expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver._servants.health import ClockI, HealthI, SafetyI
 from naoserver._servants.hinge import NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
 from naoserver._servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI
@@ -105,6 +105,8 @@ class Assembly:
             self._add(Leds=LedsI(robot.lights, time))
         if robot.voice is not None:
             self._add(Speech=SpeechI(robot.voice, time))
+        if robot.loudspeaker is not None:
+            self._add(Sounds=SoundsI(robot.loudspeaker, time))
         self.player: Final = self._add_motions()
         """The player of motions."""
         self.health: Final = HealthI(robot, self.events, self._cameras)

@@ -95,7 +95,7 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     motor_heat: MotorHeat | None = None
     """None for motors whose temperatures are not watched."""
     voice: bool = False
-    """Whether it has a loudspeaker."""
+    """Whether it has a loudspeaker, on which it speaks and plays sounds."""
     postures: dict[str, Posture] = {}
     rest: str = ""
     """The posture in which it starts; without one, joints are as near to 0 as their ranges let them."""

@@ -1,4 +1,4 @@
-"""Optional abilities besides joints and cameras: a walk, balance, senses, lights, a voice, postures, a stage.
+"""Optional abilities besides joints and cameras: a walk, balance, senses, lights, voice, sounds, a stage.
 
 Each is an attribute of `Robot`, None if the robot lacks it; the server adds servants for those that exist.
 The contract of `naoserver.robot` applies here, too: methods may be called from any thread, reading methods
@@ -13,6 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Literal, Protocol, runtime_checkable
+
+from naoserver._sounds import Sound, Tone
 
 Vector = tuple[float, float, float]
 
@@ -241,6 +243,32 @@ class Voice(Protocol):
 
     def utterance(self) -> Utterance:
         """Return the present utterance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Playback:
+    """The present or the last sound."""
+
+    name: str = ""
+    tones: tuple[Tone, ...] = ()
+    loudness: float = 0.0
+    """From 0 to 1."""
+    playing: bool = False
+    count: int = 0
+    """Number of sounds begun since the start."""
+
+
+class Loudspeaker(Protocol):
+    """Plays short sounds, one at a time, beside what the voice says."""
+
+    def play(self, sound: Sound, loudness: float) -> None:
+        """Begin a sound at a loudness from 0 to 1; the sound before ends."""
+
+    def stop(self) -> None:
+        """End the sound."""
+
+    def playback(self) -> Playback:
+        """Return the present sound."""
 
 
 @dataclass(frozen=True, slots=True)

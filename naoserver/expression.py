@@ -1,14 +1,16 @@
-"""Lights and voice over time, for robots without lamps or loudspeaker: colors fade, texts last."""
+"""Lights, voice and sounds over time, for robots without lamps or loudspeaker: colors fade, texts last."""
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
-from naoserver.capabilities import Color, Utterance
+from naoserver._sounds import Sound
+from naoserver.capabilities import Color, Playback, Utterance
 from naoserver.errors import InvalidCommand
 from naoserver.parts import Lamp
 
@@ -123,3 +125,27 @@ class TimedVoice:
     def _begin(self, text: str) -> None:
         self._newest = text
         self._begun += 1
+
+
+class TimedSounds:
+    """Play sounds on a clock, `now` in s. Implements Loudspeaker; thread-safe."""
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._lock = threading.Lock()
+        self._newest = Playback()
+        self._end = -math.inf
+
+    def play(self, sound: Sound, loudness: float) -> None:
+        with self._lock:
+            self._end = self._now() + sound.duration
+            count = self._newest.count + 1
+            self._newest = Playback(sound.name, sound.tones, loudness, playing=True, count=count)
+
+    def stop(self) -> None:
+        with self._lock:
+            self._end = -math.inf
+
+    def playback(self) -> Playback:
+        with self._lock:
+            return replace(self._newest, playing=self._now() < self._end)

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import Balancer, Lights, OwnPostures, Senses, Stage, Voice, Walker
+from naoserver.capabilities import Balancer, Lights, Loudspeaker, OwnPostures, Senses, Stage, Voice, Walker
 from naoserver.parts import CameraFacts, JointFacts
 from zenoh_ice import Clock
 
@@ -154,6 +154,10 @@ class Robot(JointDevice, Protocol):
     @property
     def voice(self) -> Voice | None:
         """Its voice; None when it has none."""
+
+    @property
+    def loudspeaker(self) -> Loudspeaker | None:
+        """What plays sounds; None when it has none."""
 
     @property
     def postures(self) -> OwnPostures | None:

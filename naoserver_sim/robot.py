@@ -16,7 +16,7 @@ from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.body import Body
 from naoserver.capabilities import OwnPostures
 from naoserver.errors import RobotError
-from naoserver.expression import FadingLights, TimedVoice
+from naoserver.expression import FadingLights, TimedSounds, TimedVoice
 from naoserver.jobs import ControlLoop
 from naoserver.looks.description import write_looks
 from naoserver.parts import Steps
@@ -182,7 +182,8 @@ class SimulatedRobot(SimulatedDevice):
                 simulator.parts.append(part.tick)
         self._model = model
         self.lights: Final = FadingLights(self.clock.now, body.lights)
-        self.voice: Final = TimedVoice(self.clock.now)
+        self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
+        self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None
         lamps = Lamps(model.mj, self.lights.colors)
         sensor = None
         if noise:

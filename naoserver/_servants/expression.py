@@ -1,4 +1,4 @@
-"""Servants of the lights, of the voice, and of what is said to the robot."""
+"""Servants of the lights, of the voice, of the loudspeaker, and of what is said to the robot."""
 
 from __future__ import annotations
 
@@ -7,9 +7,28 @@ from collections.abc import Callable
 from typing import Final
 
 from interfaces.jderobot import InvalidValueException
-from interfaces.nao import HeardState, Hearing, LedColor, Leds, LedState, Speech, SpeechState
-from naoserver._servants.shared import StateStream, refusals_raised, require_known, require_within
-from naoserver.capabilities import Lights, Voice
+from interfaces.nao import (
+    HeardState,
+    Hearing,
+    LedColor,
+    Leds,
+    LedState,
+    SoundFacts,
+    Sounds,
+    SoundState,
+    Speech,
+    SpeechState,
+    Tone,
+)
+from naoserver._servants.shared import (
+    StateStream,
+    refusals_raised,
+    require_known,
+    require_positive,
+    require_within,
+)
+from naoserver._sounds import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, SOUNDS, Sound, single_tone
+from naoserver.capabilities import Lights, Loudspeaker, Voice
 from naoserver.expression import LONGEST_TEXT
 from zenoh_ice import Current
 
@@ -78,6 +97,57 @@ class SpeechI(Speech):
     def _state(self) -> SpeechState:
         said = self._voice.utterance()
         return SpeechState(time=self._robot_time(), speaking=said.speaking, text=said.text, count=said.count)
+
+
+class SoundsI(Sounds):
+    """Play sounds and tones, and report the present one. `robot_time` is in s."""
+
+    def __init__(self, loudspeaker: Loudspeaker, robot_time: Callable[[], float]) -> None:
+        self._loudspeaker = loudspeaker
+        self._robot_time = robot_time
+        self.stream: Final = StateStream(
+            self._state,
+            self.getSoundPublisher,
+            lambda state: state,
+            news=lambda state: (state.playing, state.count),
+        )
+
+    def getSounds(self, current: Current) -> list[SoundFacts]:
+        return [
+            SoundFacts(name=of.name, description=of.description, duration=of.duration)
+            for of in SOUNDS.values()
+        ]
+
+    def play(self, name: str, loudness: float, current: Current) -> None:
+        require_known("sound", name, SOUNDS)
+        self._play(SOUNDS[name], loudness)
+
+    def playTone(self, frequency: float, seconds: float, loudness: float, current: Current) -> None:
+        require_within(LOWEST_TONE, HIGHEST_TONE, frequency=frequency)
+        require_positive(LONGEST_TONE, seconds=seconds)
+        self._play(single_tone(frequency, seconds), loudness)
+
+    def stop(self, current: Current) -> None:
+        self._loudspeaker.stop()
+
+    def getSound(self, current: Current) -> SoundState:
+        return self._state()
+
+    def _play(self, sound: Sound, loudness: float) -> None:
+        require_within(0.0, 1.0, loudness=loudness)
+        with refusals_raised():
+            self._loudspeaker.play(sound, loudness)
+
+    def _state(self) -> SoundState:
+        now = self._loudspeaker.playback()
+        return SoundState(
+            time=self._robot_time(),
+            playing=now.playing,
+            name=now.name,
+            loudness=now.loudness,
+            tones=[Tone(frequency=tone.frequency, seconds=tone.seconds) for tone in now.tones],
+            count=now.count,
+        )
 
 
 class HearingI(Hearing):

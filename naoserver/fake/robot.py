@@ -31,7 +31,7 @@ from naoserver.capabilities import (
     WalkVelocity,
 )
 from naoserver.errors import HardwareFailure
-from naoserver.expression import FadingLights, Ramp, TimedVoice
+from naoserver.expression import FadingLights, Ramp, TimedSounds, TimedVoice
 from naoserver.jobs import ControlLoop
 from naoserver.kinematics import Matrix, kinematics_of, matrix_of
 from naoserver.looks.description import write_looks
@@ -431,6 +431,7 @@ class FakeRobot(FakeDevice):
         )
         self.lights: Final = FadingLights(self.clock.now, body.lights) if body.lights else None
         self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
+        self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None
         self.senses = FakeSenses(self.clock, body)
 
     def _go_on(self) -> None:

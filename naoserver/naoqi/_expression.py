@@ -1,14 +1,16 @@
-"""The lights and the voice: ALLeds and ALTextToSpeech."""
+"""The lights, the voice and the loudspeaker: ALLeds, ALTextToSpeech and ALAudioPlayer."""
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from naoserver._naoqi_names import LIGHT_GROUPS
-from naoserver.capabilities import Color, Utterance
+from naoserver._sounds import Sound, Tone
+from naoserver.capabilities import Color, Playback, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, FadingLights
 from naoserver.naoqi._background_calls import BackgroundCalls
@@ -109,3 +111,89 @@ class NaoqiVoice:
             self._utterance = Utterance(text, speaking=True, count=self._utterance.count + 1)
         elif self._utterance.speaking:
             self._utterance = replace(self._utterance, speaking=False)
+
+
+class NaoqiLoudspeaker:
+    """The loudspeaker of a robot. Implements Loudspeaker; `now` is in s.
+
+    A tone is a call of `playSine`, which NAOqi answers at its end: of the signature `(iiif)`, with a
+    frequency in Hz, a gain from 0 to 100, a pan of -1, 0 or 1 and a duration in s. The next tone begins at
+    the cycle after that, not before its time. NAOqi documents `stopAll` for files: should a tone go on, it
+    ends by itself, and what was begun meanwhile follows it.
+
+    `play` raises CommandRefused while the robot is lost.
+    """
+
+    def __init__(self, connection: Connection, reporter: Reporter, now: Callable[[], float]) -> None:
+        self._connection = connection
+        self._reporter = reporter
+        self._now = now
+        self._lock = threading.Lock()
+        self._waiting: deque[Tone] = deque()
+        self._tone: Reply | None = None
+        self._stopping: Reply | None = None
+        self._end = -math.inf
+        self._playback = Playback()
+
+    def play(self, sound: Sound, loudness: float) -> None:
+        with self._lock:
+            link = self._connection.link
+            if link is None:
+                raise CommandRefused("the robot is not connected: it plays nothing")
+            self._end_tone(link)
+            self._waiting.extend(sound.tones)
+            count = self._playback.count + 1
+            self._playback = Playback(sound.name, sound.tones, loudness, playing=True, count=count)
+            self._go_on(link)
+
+    def stop(self) -> None:
+        with self._lock:
+            link = self._connection.link
+            if link is not None:
+                self._end_tone(link)
+                self._go_on(link)
+
+    def playback(self) -> Playback:
+        return self._playback
+
+    def tick(self, link: Link) -> None:
+        """Begin the next tone at the end of the previous one."""
+        with self._lock:
+            self._go_on(link)
+
+    def forget(self) -> None:
+        """Play nothing more: the robot is lost."""
+        with self._lock:
+            self._waiting.clear()
+            self._tone = self._stopping = None
+            self._end = -math.inf
+            self._playback = replace(self._playback, playing=False)
+
+    def _end_tone(self, link: Link) -> None:
+        """End the present tone, and drop those that wait."""
+        self._waiting.clear()
+        self._end = -math.inf
+        if self._tone is not None and not self._tone.done and self._stopping is None:
+            self._stopping = link.begin("ALAudioPlayer.stopAll")
+
+    def _go_on(self, link: Link) -> None:
+        # NAOqi may run two calls in either order, so nothing is begun before a stop has been answered.
+        for reply in (self._stopping, self._tone):
+            if reply is not None and not reply.done:
+                return
+        if self._now() < self._end:
+            return
+        for reply in filter(None, (self._stopping, self._tone)):
+            with self._reporter.failures_of("sounds"):
+                reply.result(0.0)
+        self._stopping = self._tone = None
+        if self._waiting:
+            tone = self._waiting.popleft()
+            self._end = self._now() + tone.seconds
+            if tone.frequency > 0.0:
+                gain = round(100 * self._playback.loudness)
+                self._tone = link.begin(
+                    "ALAudioPlayer.playSine", round(tone.frequency), gain, 0, float(tone.seconds)
+                )
+        elif self._playback.playing:
+            self._playback = replace(self._playback, playing=False)

@@ -18,7 +18,7 @@ from naoserver.looks.description import write_looks
 from naoserver.naoqi._background_calls import BackgroundCalls
 from naoserver.naoqi._cameras import NaoqiCameras
 from naoserver.naoqi._connection import Connection, Reporter
-from naoserver.naoqi._expression import NaoqiLights, NaoqiVoice
+from naoserver.naoqi._expression import NaoqiLights, NaoqiLoudspeaker, NaoqiVoice
 from naoserver.naoqi._joints import NaoqiJoints
 from naoserver.naoqi._link import CallFailed, Link, call
 from naoserver.naoqi._moves import NaoqiPostures, NaoqiWalker
@@ -172,6 +172,7 @@ class NaoqiRobot:
         self.senses: Final = NaoqiSenses(self._state)
         self.lights: Final = NaoqiLights(self._calls, now, body.lights)
         self.voice: Final = NaoqiVoice(connection, self._calls, reporter)
+        self.loudspeaker: Final = NaoqiLoudspeaker(connection, reporter, now)
         self.postures: Final = NaoqiPostures(connection, self._calls, reporter, now)
         self._closed = False
         self._release: Callable[[], None] = lambda: None
@@ -215,6 +216,7 @@ class NaoqiRobot:
             steps.callback(self._commands.close)
             steps.callback(self.walker.close)
             steps.callback(self.voice.stop)
+            steps.callback(self.loudspeaker.stop)
 
     def _release_if_stopped(self) -> None:
         """Report that the robot has carried out every stop, unless it is lost or refused one."""
@@ -225,12 +227,19 @@ class NaoqiRobot:
         """Register the parts at the connection."""
         connection, questions = self._connection, (*self.walker.questions, self.postures.question)
         opened = (self._state, self.walker, self.postures, self._lifecycle, self._cameras, self.senses)
-        ticking = (self._state, *questions, self.postures, self.voice, self._calls)
+        ticking = (self._state, *questions, self.postures, self.voice, self.loudspeaker, self._calls)
         connection.on_open.extend(part.open for part in (*opened, *questions))
         connection.on_tick.extend(part.tick for part in ticking)
         connection.on_lost.append(self._forget)
 
     def _forget(self, _why: str) -> None:
         self._state.freeze()
-        for part in (self._commands, self.voice, self.postures, self._calls, self.walker):
+        for part in (
+            self._commands,
+            self.voice,
+            self.loudspeaker,
+            self.postures,
+            self._calls,
+            self.walker,
+        ):
             part.forget()

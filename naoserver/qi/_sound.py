@@ -17,8 +17,9 @@ from typing import Final
 
 from tinytag import TinyTag, TinyTagException
 
+from naoserver._sounds import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, single_tone
 from naoserver.errors import InvalidCommand
-from naoserver.qi._access import Access, Service
+from naoserver.qi._access import Access, Service, needed
 from naoserver.qi._arguments import (
     chosen,
     constant,
@@ -147,6 +148,26 @@ class ALAudioPlayer(Service):
     ) -> None:
         """Play a file from a position in s; returns at its end."""
         self._play_file(call, fileName, volume, pan, position)
+
+    @begins(Activity.SOUND)
+    def playSine(self, call: Call, frequence: object, gain: object, pan: object, duration: object) -> None:
+        """Play a tone of a frequency in Hz, at a gain from 0 to 100, for some seconds; returns at its end."""
+        tone = single_tone(
+            number_within(frequence, "frequency", LOWEST_TONE, HIGHEST_TONE),
+            number_within(duration, "duration", 0.0, LONGEST_TONE),
+        )
+        loudness = number_within(gain, "gain", 0.0, 100.0) / 100
+        number_within(pan, "pan", -1.0, 1.0)
+        loudspeaker = needed(self._robot.loudspeaker, "has no loudspeaker")
+        with self._access.calls.beginning(call) as may:
+            if not may:
+                return
+            loudspeaker.play(tone, loudness)
+            own = loudspeaker.playback().count
+        while (now := loudspeaker.playback()).playing and now.count == own:
+            if call.wait(CHECK_PERIOD):
+                loudspeaker.stop()
+                return
 
     def pause(self, id_: object) -> None:
         """Pause a playing sound, or resume it."""
@@ -302,7 +323,7 @@ class ALAudioRecorder(Service):
 
 
 class ALAudioDevice(Service):
-    """The loudspeakers' volume, and microphones that hear nothing."""
+    """The loudspeakers, and microphones that hear nothing."""
 
     setOutputVolume, getOutputVolume = kept("the volume in percent", 70, volume=_percent)
     muteAudioOut, isAudioOutMuted = kept("whether the loudspeakers are off", False, mute=switch)
@@ -318,6 +339,11 @@ class ALAudioDevice(Service):
     disableEnergyComputation = enableEnergyComputation
     getFrontMicEnergy = constant("Return how loud it is at this microphone: it is silent.", 0.0)
     getLeftMicEnergy = getRightMicEnergy = getRearMicEnergy = getFrontMicEnergy
+
+    @begins(Activity.SOUND)
+    def playSine(self, call: Call, frequence: object, gain: object, pan: object, duration: object) -> None:
+        """Play a tone as ALAudioPlayer does."""
+        self._access.service(ALAudioPlayer).playSine(call, frequence, gain, pan, duration)
 
     def startMicrophonesRecording(self, fileName: object) -> None:
         """Start recording all four microphones into a file."""

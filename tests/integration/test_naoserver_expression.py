@@ -1,11 +1,11 @@
-"""Lights and voice as clients use them."""
+"""Lights, voice and sounds as clients use them."""
 
 import math
 
 import pytest
 
 from interfaces.jderobot import InvalidValueException
-from interfaces.nao import LedColor, LedsPrx, SpeechPrx
+from interfaces.nao import LedColor, LedsPrx, SoundsPrx, SpeechPrx
 from naoserver.bodies.nao import H25
 from naoserver.fake import FakeRobot
 from tests.support.limits import EVENT_LIMIT
@@ -89,3 +89,52 @@ def test_what_cannot_be_said_is_refused(speech, text):
     with pytest.raises(InvalidValueException) as refusal:
         speech.say(text)
     assert refusal.value.field == "text"
+
+
+@pytest.fixture
+def sounds(nao):
+    sounds = nao.proxy(SoundsPrx, "Sounds")
+    sounds.stop()
+    return sounds
+
+
+def test_sounds_have_a_line_for_people_and_a_length(sounds):
+    assert all(facts.description and 0.1 < facts.duration < 3.0 for facts in sounds.getSounds())
+
+
+def test_a_sound_is_played_to_its_end(sounds):
+    beep = next(facts for facts in sounds.getSounds() if facts.name == "beep")
+    sounds.play("beep", 0.4)
+    begun = wait_for(sounds.getSound, lambda state: state.count == 1)
+    assert sum(tone.seconds for tone in begun.tones) == beep.duration
+    ended = wait_for(sounds.getSound, lambda state: not state.playing)
+    assert (ended.name, ended.loudness, ended.count) == ("beep", 0.4, begun.count)
+
+
+def test_a_tone_is_played_and_silenced(sounds):
+    sounds.playTone(440.0, 10.0, 1.0)
+    begun = wait_for(sounds.getSound, lambda state: state.playing)
+    sounds.stop()
+    silent = wait_for(sounds.getSound, lambda state: not state.playing)
+    assert (silent.name, silent.count) == ("tone", begun.count)
+
+
+@pytest.mark.parametrize(
+    ("field", "play"),
+    [
+        ("name", lambda sounds: sounds.play("moo", 0.5)),
+        ("loudness", lambda sounds: sounds.play("beep", 1.1)),
+        ("loudness", lambda sounds: sounds.playTone(440.0, 1.0, -0.1)),
+        ("loudness", lambda sounds: sounds.playTone(440.0, 1.0, math.nan)),
+        ("frequency", lambda sounds: sounds.playTone(49.0, 1.0, 0.5)),
+        ("frequency", lambda sounds: sounds.playTone(8001.0, 1.0, 0.5)),
+        ("seconds", lambda sounds: sounds.playTone(440.0, 0.0, 0.5)),
+        ("seconds", lambda sounds: sounds.playTone(440.0, 10.1, 0.5)),
+    ],
+)
+def test_what_cannot_be_played_is_refused_by_name(sounds, field, play):
+    before = sounds.getSound().count
+    with pytest.raises(InvalidValueException) as refusal:
+        play(sounds)
+    assert refusal.value.field == field
+    assert sounds.getSound().count == before

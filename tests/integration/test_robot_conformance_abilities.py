@@ -1,4 +1,4 @@
-"""Walk, lights, voice, motions, postures and safety of every robot, with their tolerances."""
+"""Walk, lights, voice, sounds, motions, postures and safety of every robot, with their tolerances."""
 
 import math
 from collections import deque
@@ -23,6 +23,7 @@ from interfaces.nao import (
     PosturesPrx,
     SafetyPrx,
     ScenePrx,
+    SoundsPrx,
     SpeechPrx,
     TouchPrx,
     Vector3,
@@ -197,7 +198,7 @@ def test_it_walks_to_a_place(walking):
     assert there.robottheta - start.robottheta == pytest.approx(0.3, abs=0.15)
 
 
-# -- lights and voice ----------------------------------------------------------------------------------------
+# -- lights, voice and sounds -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("nao", robots(lambda body: body.lights, bodies=FAMILIES), indirect=True)
@@ -235,6 +236,31 @@ def test_lights_fade_and_a_text_is_begun_reported_and_ended(nao):
     with pytest.raises(InvalidValueException) as refusal:
         speech.say(" ")
     assert refusal.value.field == "text"
+
+
+@pytest.mark.parametrize("nao", robots(lambda body: body.voice, bodies=FAMILIES), indirect=True)
+def test_a_sound_and_a_tone_are_begun_reported_ended_and_replaced(nao):
+    sounds = nao.proxy(SoundsPrx, "Sounds")
+    sounds.stop()
+    wait_for(sounds.getSound, lambda state: not state.playing)
+    assert "fanfare" in [facts.name for facts in sounds.getSounds()]
+    count = sounds.getSound().count
+    sounds.play("yes", 0.5)
+    begun = wait_for(sounds.getSound, lambda state: state.count > count)
+    assert (begun.name, begun.loudness, begun.count) == ("yes", 0.5, count + 1)
+    assert begun.tones[0].frequency < begun.tones[1].frequency
+    wait_for(sounds.getSound, lambda state: not state.playing)
+    sounds.playTone(440.0, 10.0, 0.0)
+    tone = wait_for(sounds.getSound, lambda state: state.playing)
+    assert (tone.name, [each.frequency for each in tone.tones]) == ("tone", [440.0])
+    sounds.play("beep", 0.0)  # instead
+    beep = wait_for(sounds.getSound, lambda state: state.name == "beep")
+    assert beep.count == tone.count + 1
+    wait_for(sounds.getSound, lambda state: not state.playing)
+    sounds.playTone(440.0, 10.0, 0.0)
+    wait_for(sounds.getSound, lambda state: state.playing)
+    sounds.stop()
+    wait_for(sounds.getSound, lambda state: not state.playing)
 
 
 # -- postures and motions ------------------------------------------------------------------------------------

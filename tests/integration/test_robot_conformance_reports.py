@@ -60,6 +60,7 @@ OF_A_PART: Final[Mapping[str, Callable[[Body], object]]] = {
     "NeckSpeed": lambda body: body.neck,
     "Postures": lambda body: body.postures,
     "Sonar": lambda body: body.sonar,
+    "Sounds": lambda body: body.voice,
     "Speech": lambda body: body.voice,
     "Touch": lambda body: body.touch,
     "Walk": lambda body: body.walk,

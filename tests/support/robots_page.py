@@ -178,6 +178,7 @@ _ROWS: Final[Sequence[tuple[str, type[ObjectPrx], Callable[[Served[Any]], str]]]
     ("Battery", nao.BatteryPrx, _yes),
     ("Lights", nao.LedsPrx, _names(nao.LedsPrx.getLedNames)),
     ("Voice", nao.SpeechPrx, _yes),
+    ("Sounds", nao.SoundsPrx, _names(lambda of: [sound.name for sound in of.getSounds()])),
     ("Hearing, of what is typed", nao.HearingPrx, _yes),
     ("Motions", nao.MotionsPrx, _names(lambda of: [motion.name for motion in of.getMotions()])),
     ("Postures", nao.PosturesPrx, _names(nao.PosturesPrx.getPostures)),

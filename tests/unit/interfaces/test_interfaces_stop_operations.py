@@ -10,7 +10,7 @@ import pytest
 
 import interfaces
 from interfaces.jderobot import Motors, Pose3DMotors, Pose3DMotorsData
-from interfaces.nao import Joints, Motions, PoseHead, Postures, Speech, Walk
+from interfaces.nao import Joints, Motions, PoseHead, Postures, Sounds, Speech, Walk
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
@@ -89,12 +89,16 @@ class Rig:
                 watched.watch()
 
     def is_busy(self) -> bool:
-        """Return whether a joint's setpoint moves, or the robot walks or speaks, in the next 0.2 s."""
+        """Return whether a joint's setpoint moves, or the robot walks or is heard, in the next 0.2 s."""
         devices = (self.robot, *self.robot.mechanisms)
         before = [device.read().commands for device in devices]
         self.live(0.2)
         moved = [device.read().commands for device in devices] != before
-        return moved or present(self.robot.walker).walking or present(self.robot.voice).utterance().speaking
+        heard = (
+            present(self.robot.voice).utterance().speaking,
+            present(self.robot.loudspeaker).playback().playing,
+        )
+        return moved or present(self.robot.walker).walking or any(heard)
 
 
 def _move_hinge(servant: Pose3DMotors, current: Any) -> None:
@@ -114,6 +118,7 @@ COMMANDS: dict[type[Object], Callable[[Any, Any], object]] = {
     Pose3DMotors: _move_hinge,
     PoseHead: lambda head, current: head.setPose(1.0, 0.1, 0.05, current),
     Postures: lambda postures, current: postures.goToPosture("Crouch", 0.1, current),
+    Sounds: lambda sounds, current: sounds.playTone(440.0, 5.0, 0.0, current),
     Speech: lambda voice, current: voice.say("This takes quite some time to be said. " * 20, current),
     Walk: lambda walk, current: walk.walkTo(5.0, 0.0, 0.0, current),
 }

@@ -27,7 +27,7 @@ def expected(body):
         "Touch": body.touch,
         "Battery": body.battery,
         "Leds": body.lights,
-        "Speech": body.voice,
+        **dict.fromkeys(("Speech", "Sounds"), body.voice),
         "Postures": body.postures,
         **dict.fromkeys(("Head", "NeckSpeed"), {"pan", "tilt"} <= body.hinges.get("Neck", {}).keys()),
         **dict.fromkeys(("Motors", "Encoders", "Walk"), body.walk),

@@ -1,15 +1,17 @@
-"""Lights that fade over the robot's time, and a voice that takes its time."""
+"""Lights that fade over the robot's time, and a voice and sounds that take their time."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from naoserver._sounds import SOUNDS
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import Utterance
+from naoserver.capabilities import Playback, Utterance
 from naoserver.errors import InvalidCommand
 from naoserver.expression import (
     MOST_WAITING,
     FadingLights,
+    TimedSounds,
     TimedVoice,
     speaking_time,
 )
@@ -134,3 +136,39 @@ def test_what_waits_is_bounded(voice, clock):
         voice.say(HELLO)
     clock.advance(speaking_time(HELLO) + 0.01)
     voice.say(HELLO)
+
+
+BEEP, FANFARE = SOUNDS["beep"], SOUNDS["fanfare"]
+
+
+def played(sound, loudness, count, *, playing):
+    return Playback(sound.name, sound.tones, loudness, playing, count)
+
+
+@pytest.fixture
+def sounds(clock):
+    return TimedSounds(clock.now)
+
+
+def test_a_sound_takes_as_long_as_its_tones(sounds, clock):
+    assert sounds.playback() == Playback()
+    sounds.play(FANFARE, 0.5)
+    clock.advance(FANFARE.duration - 0.01)
+    assert sounds.playback() == played(FANFARE, 0.5, 1, playing=True)
+    clock.advance(0.02)
+    assert sounds.playback() == played(FANFARE, 0.5, 1, playing=False)
+
+
+def test_a_sound_ends_the_one_before(sounds, clock):
+    sounds.play(FANFARE, 0.5)
+    sounds.play(BEEP, 1.0)
+    assert sounds.playback() == played(BEEP, 1.0, 2, playing=True)
+    clock.advance(BEEP.duration + 0.01)
+    assert sounds.playback() == played(BEEP, 1.0, 2, playing=False)
+
+
+def test_a_stop_ends_the_sound(sounds, clock):
+    sounds.play(FANFARE, 0.5)
+    sounds.stop()
+    sounds.stop()
+    assert sounds.playback() == played(FANFARE, 0.5, 1, playing=False)

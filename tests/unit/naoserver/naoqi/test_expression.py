@@ -1,13 +1,15 @@
-"""Lights, voice and postures over NAOqi."""
+"""Lights, voice, sounds and postures over NAOqi."""
 
 import pytest
 
+from naoserver._sounds import SOUNDS, Sound, Tone, single_tone
 from naoserver.errors import CommandRefused
 from naoserver.naoqi._link import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
 SAY, GO, STOP = "ALTextToSpeech.say", "ALRobotPosture.goToPosture", "ALRobotPosture.stopMove"
+PLAY, SILENCE = "ALAudioPlayer.playSine", "ALAudioPlayer.stopAll"
 
 
 @pytest.fixture
@@ -46,6 +48,87 @@ def test_silence_forgets_what_was_not_said(naoqi):
         robot.voice.stop()
         eventually(lambda: not robot.voice.utterance().speaking)
     assert naoqi.called(SAY) == [("one",)]
+
+
+def test_the_tones_of_a_sound_are_played_one_after_the_other_with_its_rests(naoqi):
+    naoqi.held.add(PLAY)
+    with naoqi.robot() as robot:
+        robot.loudspeaker.play(Sound("two", (Tone(440.4, 0.05), Tone(0, 0.05), Tone(880, 0.1))), 0.256)
+        naoqi.wait_for_call("ALMemory.getListData", 3)
+        assert naoqi.called(PLAY) == [(440, 26, 0, 0.05)]
+        assert robot.loudspeaker.playback().playing
+        naoqi.let_go(PLAY)
+        naoqi.wait_for_call(PLAY, 2)
+        eventually(lambda: not robot.loudspeaker.playback().playing)
+        assert naoqi.called(PLAY) == [(440, 26, 0, 0.05), (880, 26, 0, 0.1)]
+        assert naoqi.called(SILENCE) == []
+
+
+def test_a_tone_that_naoqi_answers_at_once_still_takes_its_time(naoqi):
+    with naoqi.robot() as robot:
+        begun = robot.clock.now()
+        robot.loudspeaker.play(single_tone(440.0, 0.3), 0.5)
+        eventually(lambda: not robot.loudspeaker.playback().playing)
+        assert robot.clock.now() - begun >= 0.3
+
+
+def test_a_sound_begins_after_the_end_of_the_one_that_it_replaces(naoqi):
+    naoqi.held.update((PLAY, SILENCE))
+    with naoqi.robot() as robot:
+        robot.loudspeaker.play(SOUNDS["fanfare"], 0.5)
+        robot.loudspeaker.play(single_tone(440.0, 0.1), 1.0)
+        assert robot.loudspeaker.playback().count == 2
+        assert len(naoqi.called(PLAY)) == len(naoqi.called(SILENCE)) == 1
+        naoqi.let_go(PLAY)  # the tone has ended, but the stop might still come
+        naoqi.wait_for_call("ALMemory.getListData", len(naoqi.called("ALMemory.getListData")) + 3)
+        assert len(naoqi.called(PLAY)) == 1
+        naoqi.let_go(SILENCE)
+        eventually(lambda: not robot.loudspeaker.playback().playing)
+        assert naoqi.called(PLAY)[1:] == [(440, 100, 0, 0.1)]
+
+
+def test_a_stop_ends_the_sound_with_its_further_tones(naoqi):
+    naoqi.held.add(PLAY)
+    naoqi.answers[SILENCE] = lambda: naoqi.let_go(PLAY)
+    with naoqi.robot() as robot:
+        robot.loudspeaker.play(SOUNDS["fanfare"], 0.5)
+        robot.loudspeaker.stop()
+        eventually(lambda: not robot.loudspeaker.playback().playing)
+    assert len(naoqi.called(PLAY)) == len(naoqi.called(SILENCE)) == 1
+
+
+def test_a_sound_ends_with_its_server_and_when_the_robot_is_lost(naoqi):
+    naoqi.held.add(PLAY)
+    with naoqi.robot() as robot:
+        robot.loudspeaker.play(SOUNDS["fanfare"], 0.5)
+        naoqi.lose()
+        eventually(lambda: not robot.loudspeaker.playback().playing)
+        robot.loudspeaker.stop()
+        assert naoqi.called(SILENCE) == []
+        naoqi.reachable = True
+        naoqi.held.add(PLAY)
+
+        def play_again():
+            try:
+                robot.loudspeaker.play(SOUNDS["fanfare"], 0.5)
+            except CommandRefused:
+                return False
+            return True
+
+        eventually(play_again)
+    assert len(naoqi.called(SILENCE)) == 1
+    assert len(naoqi.called(PLAY)) == 2
+
+
+def test_a_tone_that_naoqi_refuses_is_reported_and_the_sound_ends(naoqi, caplog):
+    def refuse(*_arguments):
+        raise CallFailed("ALAudioPlayer::playSine: no sound card")
+
+    naoqi.answers[PLAY] = refuse
+    with naoqi.robot() as robot:
+        robot.loudspeaker.play(SOUNDS["beep"], 0.5)
+        eventually(lambda: not robot.loudspeaker.playback().playing)
+    assert "no sound card" in caplog.text
 
 
 def test_a_posture_is_on_its_way_until_it_is_reached(naoqi):
@@ -147,13 +230,14 @@ def test_the_posture_is_one_that_is_known_or_none(naoqi, reported, posture):
         assert robot.postures.current() == posture
 
 
-def test_a_robot_that_is_lost_refuses_to_shine_to_speak_and_to_move(naoqi):
+def test_a_robot_that_is_lost_refuses_to_shine_to_speak_to_sound_and_to_move(naoqi):
     with naoqi.robot() as robot:
         naoqi.lose()
         for command in (
             lambda: robot.lights.set("LeftEye", (1.0, 0.0, 0.0), 0.0),
             robot.lights.reset,
             lambda: robot.voice.say("hello"),
+            lambda: robot.loudspeaker.play(SOUNDS["beep"], 0.5),
             lambda: robot.postures.go("Stand", 0.5),
         ):
             with pytest.raises(CommandRefused, match="not connected"):

@@ -44,6 +44,35 @@ def test_a_file_that_is_not_there_plays_shortly(rig, player, caplog):
     assert "other.mp3" in caplog.text
 
 
+@pytest.mark.parametrize("service", [ALAudioPlayer, ALAudioDevice])
+def test_a_sine_is_a_tone_of_the_loudspeaker_for_its_time(rig, service):
+    call = rig.begin(rig.access.service(service).playSine, 440, 25, 0, 2.0)
+    rig.advance(1.0)
+    heard = rig.robot.loudspeaker.playback()
+    assert (heard.tones[0].frequency, heard.loudness, heard.playing) == (440.0, 0.25, True)
+    assert not call.ended
+    rig.advance(1.1)
+    call.join()
+
+
+def test_a_sine_ends_when_all_sounds_are_stopped(rig, player):
+    call = rig.begin(player.playSine, 440, 25, 0, 5.0)
+    rig.advance(1.0)
+    player.stopAll()
+    rig.advance(0.1)
+    call.join()
+    assert not rig.robot.loudspeaker.playback().playing
+
+
+@pytest.mark.parametrize(
+    "sine", [(20, 25, 0, 1.0), (440, 101, 0, 1.0), (440, 25, 2, 1.0), (440, 25, 0, 11.0)]
+)
+def test_a_sine_that_cannot_be_played_is_refused(rig, player, sine):
+    with pytest.raises(InvalidCommand, match="must be from"):
+        rig.complete(player.playSine, *sine)
+    assert rig.robot.loudspeaker.playback().count == 0
+
+
 def test_a_loop_ends_when_it_is_stopped(rig, player):
     sound = player.loadFile(SONG)
     call = rig.begin(player.playInLoop, sound)
