@@ -81,6 +81,13 @@ def said(b: Behavior) -> str:
 SILENCE: Final = {"Hearing": {"getHeard": HeardState(time=0.0, text="", count=0)}}
 EXAMPLES: Final = {
     "say": Example({"text": '"Good morning"'}, holds=lambda b: said(b) == "Good morning", stop="Speech.stop"),
+    "play_a_sound": Example(
+        {"sound": '"fanfare"', "loudness": "0.25"},
+        holds=lambda b: (
+            b.calls("Sounds.play")[-1].loudness == 0.25 and b.component.Sounds.getSound().name == "fanfare"
+        ),
+        stop="Sounds.stop",
+    ),
     "look_at": Example(
         {"left": "40.0", "up": "-10.0"},
         holds=lambda b: max(abs(b.robot.head[0] - 40 * DEGREE), abs(b.robot.head[1] - 10 * DEGREE)) < 0.1,
@@ -119,7 +126,7 @@ EXAMPLES: Final = {
 BODIES: Final = [
     *(("T1", name) for name in ("say", "look_at", "turn", "wave_a_hand")),
     *(("G1", name) for name in ("look_at", "walk_to")),
-    *(("Cart", name) for name in ("walk_to", "lights")),
+    *(("Cart", name) for name in ("walk_to", "lights", "play_a_sound")),
 ]
 ANYWHERE: Final = {"look_at": {"left": "10.0", "up": "-5.0"}, "lights": {"color": '"blue"'}}
 """Arguments that suit other robots than a Nao, too."""

@@ -27,6 +27,7 @@ const PARTS = {
   Leds: t("lights"),
   Motions: t("motions"),
   Postures: t("postures"),
+  Sounds: t("loudspeaker"),
   Speech: t("voice"),
   Touch: t("touch sensors"),
   Walk: t("legs or wheels"),
