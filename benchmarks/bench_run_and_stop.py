@@ -1,4 +1,4 @@
-"""Measure Run and STOP of the editor's page, from the key to a simulated robot in a process of its own.
+"""Measure Run and STOP of the editor's page, from the key to a simulated robot in a separate process.
 
 `run` is the time from F5 until the canvas shows the first live state. `latched` is the time from STOP until
 the robot's emergency stop is latched, as another client sees it; `shown` that until the page no longer says
