@@ -517,5 +517,5 @@ def test_who_looks_on_follows_what_runs(shown: EditorPage, browser: Browser) -> 
         page.keyboard.type("Share to look")
         shown.press("Enter")
         page.get_by_role("button", name="Withdraw it").click()
-        expect(early.get_by_role("alert")).to_contain_text("The address to look on is not valid any more")
+        expect(early.get_by_role("alert")).to_contain_text("The owner has withdrawn this address")
         expect(early.locator("hfsm-tools")).to_be_hidden()

@@ -21,3 +21,6 @@ const ofThisPage = (storage) => ({
 export const browserStorage = ofThisPage(() => localStorage);
 /** Kept as long as the window. */
 export const windowStorage = ofThisPage(() => sessionStorage);
+
+/** Joins the pages of this browser that have the same address. @param {string} name */
+export const channelOf = (name) => new BroadcastChannel(`${prefix}visualhfsm ${name}`);

@@ -7,6 +7,7 @@
 
 import {socketAddress} from "./address.js";
 import {Resumption} from "./resumption.js";
+import {channelOf} from "./storage.js";
 import {decimal, language, t} from "./texts.js";
 import {updated, withContent} from "./updates.js";
 import {viewing} from "./viewing.js";
@@ -123,7 +124,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   #retry = FIRST_RETRY;
   #timer = 0;
   #resumption = new Resumption();
-  /** Joins the pages of one browser that have the same address. @type {BroadcastChannel | undefined} */
+  /** @type {ReturnType<typeof channelOf> | undefined} */
   #admission = undefined;
   /** Settled when the server has greeted, or will not. */
   #greeted = Promise.resolve();
@@ -316,7 +317,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** When a page is let in, the others of its browser have its new cookie, and connect, too. */
   #listenForAdmission() {
     if (this.#admission) return;
-    this.#admission = new BroadcastChannel(`visualhfsm ${new URL("./", location.href).pathname}`);
+    this.#admission = channelOf("admission");
     this.#admission.addEventListener("message", () => this.refused && this.connect());
   }
 

@@ -280,7 +280,7 @@ export function statusOf() {
       word: t("Robot lost since {time}", {time: clockTime(store.robot.since)}),
       why: t("It may come back."),
     };
-  if (!newest) return {status: "waiting", word: t("Waiting")};
+  if (!newest) return {status: "waiting", word: isStartedHere() ? t("Starting") : t("Waiting")};
   const {hanging} = monitor;
   if (hanging) {
     const name = monitor.automaton(hanging.id)?.name ?? t("automaton {id}", {id: hanging.id});
@@ -303,10 +303,14 @@ export function statusOf() {
   return {status: STATUS[status], word};
 }
 
+/** Whether the editor has started the followed component. */
+function isStartedHere() {
+  return runs.of(monitor.tab)?.component === monitor.component;
+}
+
 /** Whether the editor is stopping the followed component, which it has started. */
 function isStopping() {
-  const run = runs.of(monitor.tab);
-  return run?.status === "stopping" && run.component === monitor.component;
+  return isStartedHere() && runs.of(monitor.tab)?.status === "stopping";
 }
 
 /** Whether the followed component uses a robot; undefined when its document is not open. */
