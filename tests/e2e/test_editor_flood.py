@@ -17,12 +17,22 @@ from tests.support.monitor import (
     run,
     status,
 )
+from visualhfsm._live import service
 
 FLOOD = DOCUMENT.replace(
     "count += 1\n", "while True:\n    count += 1\n    print('flood', count, 'x' * 200)\n"
 )
 LATE = DOCUMENT.replace("count += 1\n", "__import__('time').sleep(0.25)\n")
 HANGING = DOCUMENT.replace("count += 1\n", "count += 1\nwhile count &gt; 3:\n    pass\n")
+
+KEEP_ALERTS = """() => {
+  window.alerts = [];
+  const note = (changes) => {
+    for (const {addedNodes} of changes)
+      for (const each of addedNodes) if (each.role === "alert") window.alerts.push(each.innerText);
+  };
+  new MutationObserver(note).observe(document.body, {subtree: true, childList: true});
+}"""
 
 WATCH = """() => {
   window.words = [];
@@ -72,6 +82,24 @@ def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
         expect(shown.page.locator(".cm-activeLine")).to_have_text(re.compile(r"^(while count > 3:| *pass)$"))
         shown.press("Shift+F5")
         expect(status(shown)).to_have_text("Ended: stopped")
+
+
+def test_what_ended_late_is_no_longer_called_not_stopped(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "hanging.xml", HANGING) as (_, editor),
+        monitor_page(browser, editor) as shown,
+    ):
+        monkeypatch.setattr(service, "_STOP_LIMIT", 0.01)
+        shown.press("F5")
+        expect(status(shown)).to_contain_text(re.compile(r"Hanging for \d+ s"))
+        shown.page.evaluate(KEEP_ALERTS)
+        shown.press("Control+Shift+Space")
+        expect(shown.page.locator(".notice.info").filter(has_text="hanging has ended, too.")).to_be_visible()
+        assert any("hanging: it has not ended" in each for each in shown.page.evaluate("window.alerts"))
+        expect(shown.page.locator(".notice.error")).to_have_count(0)
+        expect(status(shown)).to_contain_text("Ended")
 
 
 def test_an_automaton_whose_cycles_take_longer_than_its_period_is_shown(

@@ -399,8 +399,10 @@ class Monitoring:
         await stop_once(self._communicator)
         problems = dict(zip(names, await ending, strict=True))
         report = await stop_robot(self._communicator, begun)
-        report.stopped.extend(name for name in names if not problems[name])
-        report.failed.update((name, problem) for name, problem in problems.items() if problem)
+        present = components(self._communicator)  # who has ended by now has ended
+        late = {name: problem for name, problem in problems.items() if problem and name in present}
+        report.stopped.extend(name for name in names if name not in late)
+        report.failed.update(late)
         return report
 
     async def _stop_component(self, component: str) -> Message:

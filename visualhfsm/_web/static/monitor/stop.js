@@ -1,6 +1,6 @@
 /** The operator's stop button: it asks no question, does not wait, and works in every mode. */
 
-import {messageOf, notify, clearErrors} from "../notices.js";
+import {clearErrors, messageOf, notify} from "../notices.js";
 import {t} from "../texts.js";
 import {monitor} from "./monitor.js";
 
@@ -14,31 +14,52 @@ const STOP = "stop";
 /** @param {string} text */
 const report = (text) => notify(text, "error", undefined, {about: STOP});
 
+/** Those that STOP has not ended yet, each with what takes back the error that says so. @type {Map<string, () => void>} */
+const late = new Map();
+
 /** Stop the robot and all that runs, whatever is shown. */
 export async function stopRobot() {
   clearErrors(STOP);
+  late.clear();
   let confirmed = () => {};
-  const late = setTimeout(() => {
+  const timer = setTimeout(() => {
     const what = t("STOP is not confirmed yet, and repeated. If the robot moves, use its own button.");
     confirmed = report(what);
   }, LATE);
   try {
     const {stopped, failed} = await monitor.control("emergencyStop");
-    const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
+    const problems = [];
+    for (const [name, reason] of Object.entries(failed)) {
+      const problem = `${name}: ${reason}`;
+      if (monitor.running.includes(name)) late.set(name, report(t("Not stopped. {problems}", {problems: problem})));
+      else problems.push(problem);
+    }
     if (stopped.includes(monitor.component)) monitor.end(t("it was stopped by STOP"));
     if (stopped.length) notify(t("Stopped: {names}.", {names: stopped.join(", ")}));
-    else if (!problems.length) report(t("There was nothing to stop: neither a robot nor a component is present."));
+    else if (!problems.length && !late.size)
+      report(t("There was nothing to stop: neither a robot nor a component is present."));
     if (problems.length) report(t("Not stopped. {problems}", {problems: problems.join("; ")}));
   } catch (error) {
     report(t("STOP did not reach the robot: {reason} Use the robot's own button.", {reason: messageOf(error)}));
   } finally {
-    clearTimeout(late);
+    clearTimeout(timer);
     confirmed();
+  }
+}
+
+/** Say of those that ended late that they have ended. */
+function look() {
+  for (const [name, takeBack] of late) {
+    if (monitor.running.includes(name)) continue;
+    late.delete(name);
+    takeBack();
+    notify(t("{name} has ended, too.", {name}));
   }
 }
 
 /** Listen before all others, also while an open dialog keeps the button behind it from being pressed. */
 export function listenForStop() {
+  monitor.addEventListener("running", look);
   window.addEventListener(
     "pointerdown",
     (event) => {
