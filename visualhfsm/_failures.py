@@ -44,18 +44,19 @@ class Failure(NamedTuple):
 
     @property
     def in_short(self) -> Message:
-        """What happened, and the state, in a few words: `float division by zero in left`."""
+        """What happened, and in which state or transition, in short: `float division by zero in left`."""
         found, ends = _EXCEPTION.fullmatch(self.message), _ENDS.match(self.message)
         what = self.message
         if ends is not None:
             what = Message.verbatim(ends["call"])
         elif found is not None and " " in (found["what"] or ""):
             what = known_text(found["what"].partition("; ")[0])
-        if not self.state:
+        where = self.origin.transition or self.state
+        if not where:
             return what
         if "," in what:
-            return Message("{what}, in {state}", what=what, state=self.state)
-        return Message("{what} in {state}", what=what, state=self.state)
+            return Message("{what}, in {state}", what=what, state=where)
+        return Message("{what} in {state}", what=what, state=where)
 
 
 class Failures:

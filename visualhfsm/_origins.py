@@ -25,6 +25,7 @@ class Origin(NamedTuple):
 
     The place of imported code is that of its automaton in the document, as in `ImportedPlaces`. It stands at
     `source` in another `file`, in words `where`, and `owners` are the states that own the imported automata.
+    `transition` is what people call the transition whose code it is: `seen (look → go)`.
     """
 
     place: Place
@@ -33,6 +34,7 @@ class Origin(NamedTuple):
     source: Place | None = None
     where: Message = NO_MESSAGE
     owners: tuple[Place, ...] = ()
+    transition: str = ""
 
 
 class Origins:
@@ -71,6 +73,10 @@ class Origins:
         If pieces share a line of the document, that of the `automaton` and `state`, ids of a report of
         the component, is preferred.
         """
+        found = self._find(line, automaton, state)
+        return None if found is None else self._named(found)
+
+    def _find(self, line: str, automaton: int, state: int) -> Origin | None:
         frame = _FRAME.match(line)
         if frame is not None:
             number = int(frame[2])
@@ -98,7 +104,7 @@ class Origins:
         if element is None:
             return None
         place = Place(kind=kind, automaton=automaton, id=element.id)
-        return self._origin(Origin(place, 0), element.line, element.column)
+        return self._named(self._origin(Origin(place, 0), element.line, element.column))
 
     def state_name(self, automaton: int, state: int) -> str:
         """Return the name of a state; empty for another document's."""
@@ -109,6 +115,20 @@ class Origins:
     def texts(self, place: Place) -> tuple[str, ...]:
         """Return the texts at a place, as the component runs them."""
         return texts_at(self._whole, place)
+
+    def _named(self, origin: Origin) -> Origin:
+        """Return an origin with the name of its transition, if it is in one."""
+        place = origin.place
+        automaton = self._whole.automaton(place.automaton)
+        if place.kind != "transition" or automaton is None:
+            return origin
+        for each in automaton.transitions:
+            if each.id == place.id:
+                ends = " → ".join(
+                    self.state_name(automaton.id, end) for end in (each.origin, each.destination)
+                )
+                return origin._replace(transition=f"{each.name} ({ends})" if each.name else ends)
+        return origin
 
     def _origin(self, origin: Origin, line: int, column: int) -> Origin:
         """Return an origin with where it stands, which is a line and a column of a file."""

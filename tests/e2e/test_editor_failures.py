@@ -57,8 +57,12 @@ def test_an_error_stays_where_it_happened_until_the_code_changes(shown: EditorPa
     expect(message).to_have_count(0)
     expect(shown.state("wait")).not_to_have_class(re.compile(r"\bfailed\b"))
     expect(notice).to_have_count(0)
+    at_line = page.locator(".live-bar").get_by_role("button", name="line 3")
+    expect(at_line).to_have_count(0)
+    expect(status(shown)).not_to_have_class(re.compile(r"\bfailed\b"))
     shown.press("Control+z")
     expect(message).to_be_visible()
+    expect(at_line).to_be_visible()
 
     # The next run is another one.
     shown.press("F5")
@@ -70,7 +74,7 @@ def test_an_error_stays_where_it_happened_until_the_code_changes(shown: EditorPa
 @pytest.mark.parametrize("shown", [GUARD], indirect=True)
 def test_an_error_in_a_condition_is_on_its_arc(shown: EditorPage) -> None:
     shown.press("F5")
-    expect(status(shown)).to_contain_text("name 'missing' is not defined in wait")
+    expect(status(shown)).to_contain_text("name 'missing' is not defined in many (wait → go)")
     expect(shown.transition("many")).to_have_class(re.compile(r"\bfailed\b"))
     expect(shown.state("wait")).not_to_have_class(re.compile(r"\bfailed\b"))
 

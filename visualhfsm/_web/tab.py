@@ -244,7 +244,7 @@ class Tab:
 
 def _problem(failed: Failed) -> Problem:
     """Return a failure as a problem, of the whole line."""
-    place, line, file, source, where, owners = failed.origin
+    place, line, file, source, where, owners, _ = failed.origin
     lines = failed.texts[0].split("\n") if line and failed.texts else []
     written = lines[line - 1] if line <= len(lines) and line else ""
     return Problem(

@@ -65,6 +65,14 @@ def test_a_line_of_the_log_is_led_back_too(origins: Origins) -> None:
     assert origins.find(logged) == Origin(Place(kind="state", automaton=1, id=1, part="code"), 3)
 
 
+def test_code_of_a_transition_is_called_by_its_name_and_ends(origins: Origins) -> None:
+    logged = f"ERROR walk: walk/go: ValueError: 2 at walk.py:9 (walk.xml:{line_of('self.help()', TEXT)})"
+    found = origins.find(logged)
+    assert found is not None
+    assert found.transition == "go → end"
+    assert found == origins.element(1, 1, 1)._replace(place=found.place, line=1)  # type: ignore[union-attr]
+
+
 def test_a_library_that_could_not_be_imported_is_led_back_to_its_entry(origins: Origins) -> None:
     line = line_of("<lib>json", TEXT)
     expected = Origin(Place(kind="document", part="libraries", index=1, name="name"), 1)

@@ -19,6 +19,8 @@ class Runs {
   #runs = new Map();
   /** Functions that remove the message that the component of a tab has ended. @type {Map<number, () => void>} */
   #notices = new Map();
+  /** The tabs whose run has failed in code that was changed since. @type {Set<number>} */
+  #corrected = new Set();
 
   constructor() {
     store.addEventListener("run", ({detail}) => this.#take(detail));
@@ -41,6 +43,16 @@ class Runs {
     return ALIVE.includes(this.of(tab)?.status);
   }
 
+  /**
+   * The run of a tab that has ended with an error in code that is still there.
+   *
+   * @param {number} tab
+   */
+  failed(tab) {
+    const run = this.of(tab);
+    return run?.status === "ended" && run.place && !this.#corrected.has(tab) ? run : undefined;
+  }
+
   /** The components of the realm that this editor has not started: another editor has, or a terminal. */
   get elsewhere() {
     const {tabs, running} = store.workspace;
@@ -58,6 +70,7 @@ class Runs {
   #take(run) {
     const former = this.of(run.tab)?.status; // undefined for the first status in a new window
     this.#runs.set(run.tab, run);
+    this.#corrected.delete(run.tab);
     if (run.status === "generating" && former !== "generating") outputLog.clear(run.tab);
     const failed = run.exitCode || run.place;
     if (run.status === "ended" && failed && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
@@ -85,12 +98,17 @@ class Runs {
   #review(tab) {
     const {place} = this.of(tab) ?? {};
     const {problems = [], revision, checked} = store.documents.get(tab) ?? {};
-    if (place && revision === checked && !problems.some(({code}) => code === FAILED)) this.dismiss(tab);
+    if (problems.some(({code}) => code === FAILED)) this.#corrected.delete(tab);
+    else if (place && revision === checked) {
+      this.#corrected.add(tab);
+      this.dismiss(tab);
+    }
   }
 
   /** @param {number} tab */
   #forget(tab) {
     this.#runs.delete(tab);
+    this.#corrected.delete(tab);
     this.dismiss(tab);
   }
 }

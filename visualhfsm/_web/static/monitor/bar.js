@@ -31,7 +31,7 @@ class MonitorBar extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown", "mode", "structure", "running"];
   /** @type {typeof MonitorElement.watches} */
-  static watches = {page: ["change"], store: ["connection", "document", "robot", "run", "workspace"]};
+  static watches = {page: ["change"], store: ["connection", "document", "problems", "robot", "run", "workspace"]};
 
   #stop = ""; // the breakpoints at which it paused last
   /** The cycle that hangs, and where it was first seen to: a loop has several lines. */
@@ -119,8 +119,11 @@ class MonitorBar extends MonitorElement {
   #ended() {
     const run = runs.of(page.tab);
     if (run?.status !== "ended" || !run.place) return nothing;
-    return html`<span class="live-status failed"><span class="sign" aria-hidden="true"></span>${spokenEnd(run)}</span>
-      ${failureLink(run)}<strong class="component">${run.component}</strong>`;
+    const failed = runs.failed(page.tab);
+    return html`<span class="live-status ${failed ? "failed" : "ended"}"
+        ><span class="sign" aria-hidden="true"></span>${spokenEnd(run)}</span
+      >
+      ${failureLink(failed)}<strong class="component">${run.component}</strong>`;
   }
 
   /** The button that reloads the component; it has a label when the document has changed. */
@@ -326,10 +329,9 @@ function spokenDelay({id, lastCycle}) {
   return t("A cycle of {name} takes {takes}, and its period is {has}: its times do not hold.", {name, takes, has});
 }
 
-/** The run that the followed component has ended with an error, as far as is known. */
+/** The run that the followed component has ended with an error, unless the code has changed since. */
 function failedRun() {
-  const run = runs.of(monitor.tab);
-  return run?.status === "ended" && run.place && run.component === monitor.component ? run : undefined;
+  return isStartedHere() ? runs.failed(monitor.tab) : undefined;
 }
 
 /** A link to where a run has failed. @param {import("../protocol.js").RunPush | undefined} run */
