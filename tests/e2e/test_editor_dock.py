@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, expect
 
+from interfaces.nao import SoundsPrx, SpeechPrx
 from tests.support.browser import Box, EditorPage
 from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
 
@@ -132,3 +133,45 @@ def test_a_browser_without_3d_says_so_and_shows_a_camera(shown: EditorPage) -> N
     dock(shown).get_by_role("combobox", name="Picture of the robot").select_option("Camera")
     expect(dock(shown).locator("hfsm-camera canvas")).to_be_visible()
     shown.mishaps.clear()  # three.js logs it
+
+
+RECORD_TONES = """() => {
+    window.tones = [];
+    window.AudioContext = class extends AudioContext {
+        createOscillator() {
+            const oscillator = super.createOscillator();
+            const start = oscillator.start.bind(oscillator);
+            oscillator.start = (at) => (window.tones.push(oscillator.frequency.value), start(at));
+            return oscillator;
+        }
+    };
+}"""
+
+
+def test_what_the_robot_says_and_plays_is_seen_and_heard_if_somebody_wants_to(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (robot, running),
+        monitor_page(browser, running) as shown,
+        robot.client() as client,
+    ):
+        shown.page.evaluate(RECORD_TONES)
+        show(shown)
+        caption = dock(shown).locator(".heard")
+        sound = dock(shown).get_by_role("button", name="Sound", exact=True)
+        expect(sound).to_have_attribute("aria-pressed", "false")
+        speech, sounds = client.proxy(SpeechPrx, "Speech"), client.proxy(SoundsPrx, "Sounds")
+        speech.say("I see the ball, and walk to it. " * 4)
+        expect(caption).to_contain_text("“I see the ball")
+        assert shown.violations(".dock") == []
+        speech.stop()
+        expect(caption).to_have_text("")
+        sound.click()
+        expect(sound).to_have_attribute("aria-pressed", "true")
+        sounds.playTone(440.0, 5.0, 0.5)
+        expect(caption).to_contain_text("♪ tone")
+        comes_true(shown, "() => window.tones.length > 0")
+        assert shown.page.evaluate("window.tones") == [440]
+        sounds.stop()
+        expect(caption).to_have_text("")

@@ -25,7 +25,7 @@ from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
-from interfaces.nao import Description, PoseHeadPrx
+from interfaces.nao import Description, PoseHeadPrx, SoundsPrx, SpeechPrx
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
@@ -541,6 +541,42 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
         await stream.aclose()
         with pytest.raises(VisualHfsmError, match="no simulation"):
             await opened.service.control("", "pushRobot", {})
+
+    on_page(robot, go)
+
+
+def test_the_page_hears_what_the_robot_says_and_plays_until_it_is_silent(robot: ServedRobot) -> None:
+    async def go(opened: Page) -> None:
+        stream = opened.service.poses("en")
+
+        async def heard(matches: Callable[[Any], bool]) -> Any:
+            async for frame in stream:
+                found = json.loads(frame).get("heard")
+                if found and matches(found):
+                    return found
+            return None
+
+        async def next_heard(matches: Callable[[Any], bool]) -> Any:
+            return await asyncio.wait_for(heard(matches), CALL_LIMIT)
+
+        await anext(stream)
+        with robot.client() as client:
+            speech, sounds = client.proxy(SpeechPrx, "Speech"), client.proxy(SoundsPrx, "Sounds")
+            await asyncio.to_thread(speech.say, "Goal! " * 9)
+            said = await next_heard(lambda found: found["says"])
+            assert said == {"says": "Goal! " * 9, "sound": "", "tones": [], "loudness": 0.0, "counts": [1, 0]}
+            await asyncio.to_thread(sounds.playTone, 440.0, 5.0, 0.5)
+            played = await next_heard(lambda found: found["sound"])
+            assert [played[field] for field in ("sound", "tones", "loudness")] == [
+                "tone",
+                [[440.0, 5.0]],
+                0.5,
+            ]
+            await asyncio.to_thread(speech.stop)
+            await asyncio.to_thread(sounds.stop)
+            silent = await next_heard(lambda found: not found["says"] and not found["sound"])
+            assert silent == {"says": "", "sound": "", "tones": [], "loudness": 0.0, "counts": [1, 1]}
+        await stream.aclose()
 
     on_page(robot, go)
 

@@ -3,7 +3,8 @@
 The angles come from the encoders, the torso's tilt from the robot's health; where a simulation publishes the
 ground truth, it determines all places. All frames are JSON: those with a field `body` name the robot by the
 hash of its description, which the page asks for once, those with a field `world` contain the shapes of the
-world, and the others are a `BodyState`. The page computes the places of the links (`static/monitor/body.js`).
+world, those with a field `heard` what the robot says and plays, and the others are a `BodyState`. The page
+computes the places of the links (`static/monitor/body.js`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import msgspec
 
 from hfsm_runtime.recording_file.messages import Shape
 from visualhfsm._languages import ENGLISH, encoder
+from visualhfsm._monitoring.audible import Audible
 from visualhfsm._monitoring.robot import RobotMonitor
 from visualhfsm._monitoring.world import Placement
 
@@ -48,12 +50,13 @@ class PoseStream:
     async def frames(self, language: str = ENGLISH) -> AsyncGenerator[bytes, None]:
         """Yield the robot, the world, then states at most 30 times a second whenever they have changed.
 
-        Another robot and a new world are sent before the next state; why a robot cannot be drawn is said in a
-        language, one of LANGUAGES.
+        Another robot, a new world and what is heard are sent before the next state, silence only after a sound;
+        why a robot cannot be drawn is said in a language, one of LANGUAGES.
         """
         encode = encoder(language).encode
         body = b""
         world: Sequence[Shape] | None = None
+        heard = Audible()
         before, sent = b"", -math.inf
         while True:
             began = time.monotonic()
@@ -64,6 +67,9 @@ class PoseStream:
             if self._robot.world.shapes is not world:
                 world = self._robot.world.shapes
                 yield encode({"world": world})
+            if (audible := self._robot.audible.read()) != heard:
+                heard = audible
+                yield encode({"heard": heard})
             state = encode(self.state())
             if state != before or began - sent > _REPEAT:
                 before, sent = state, began

@@ -10,6 +10,7 @@ import msgspec
 from codegen.messages import NO_MESSAGE, Message
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
+from visualhfsm._monitoring.audible import AudibleMonitor
 from visualhfsm._monitoring.description import DescribedRobot, DescriptionMonitor, nao
 from visualhfsm._monitoring.realm import Newest, PolledValue, has_interface
 from visualhfsm._monitoring.world import Placement, WorldMonitor
@@ -91,6 +92,7 @@ class RobotMonitor:
         self._limits = PolledValue(body.getJointLimits.begin)
         self._described = DescriptionMonitor(communicator)
         self.world: Final = WorldMonitor(communicator)
+        self.audible: Final = AudibleMonitor(communicator)
 
     def update(self) -> None:
         """Request missing data; without a robot, request nothing."""

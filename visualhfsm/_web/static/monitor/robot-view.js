@@ -6,6 +6,7 @@
 
 import {html, nothing} from "lit";
 
+import {icon} from "../icons.js";
 import {messageOf, notify} from "../notices.js";
 import {required} from "../required.js";
 import {store} from "../store.js";
@@ -15,6 +16,7 @@ import {bodyOf} from "./bodies.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {Grabbing} from "./grabbing.js";
+import {caption, Loudspeaker, SILENT, silenced} from "./heard.js";
 import {monitor} from "./monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
 
@@ -41,6 +43,7 @@ export class RobotView extends MonitorElement {
     pushes: {state: true},
     says: {state: true},
     sees: {state: true},
+    heard: {state: true},
   };
 
   constructor() {
@@ -57,6 +60,9 @@ export class RobotView extends MonitorElement {
     this.says = false;
     /** Whether the robot has a camera. */
     this.sees = true;
+    /** What the present robot says and plays. @type {import("./heard.js").Heard} */
+    this.heard = SILENT;
+    this.loudspeaker = new Loudspeaker();
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
     /** @type {RobotDrawing | undefined} */
@@ -112,8 +118,22 @@ export class RobotView extends MonitorElement {
                 </button>`
             : nothing
         }
+        ${
+          monitor.recording
+            ? nothing
+            : html`<button
+                type="button"
+                class="sound"
+                title=${t("Sound: hear what the robot says and plays")}
+                aria-label=${t("Sound")}
+                aria-pressed=${this.loudspeaker.on}
+                @click=${this.#toggleSound}
+              >
+                ${icon("sound")}
+              </button>`
+        }
       </div>
-      <div class="stage"></div>
+      <div class="stage">${caption(this.#heardNow)}</div>
       ${this.#mayTouch && this.says ? this.#sentence() : nothing}
       <p class="robot-hint faint ${problem === undefined ? "" : "problem"}" role="status">
         ${problem ?? (this.message || this.#hint())}
@@ -124,6 +144,16 @@ export class RobotView extends MonitorElement {
   /** Whether the robot that is shown can be pushed and spoken to, and its balls carried. */
   get #mayTouch() {
     return this.simulated && !monitor.looking && !viewing.on;
+  }
+
+  /** What the shown robot says and plays; recordings and dry runs do not contain it. */
+  get #heardNow() {
+    return monitor.looking || monitor.body || monitor.isDryRun ? silenced(this.heard) : this.heard;
+  }
+
+  #toggleSound() {
+    this.loudspeaker.toggle();
+    this.requestUpdate();
   }
 
   /** The line in which somebody types what the robot is to hear. */
@@ -171,6 +201,7 @@ export class RobotView extends MonitorElement {
     this.#wear();
     this.#learn();
     this.#showPast();
+    this.loudspeaker.hear(this.#heardNow);
     if (!this.grabbing) return;
     this.grabbing.enabled = this.#mayTouch && store.online;
     this.grabbing.pushes = this.pushes;
@@ -186,6 +217,8 @@ export class RobotView extends MonitorElement {
   #end() {
     this.frames?.close();
     this.grabbing?.close();
+    this.loudspeaker.close();
+    this.heard = silenced(this.heard);
     this.drawing?.close();
     this.frames = this.drawing = this.grabbing = this.shown = undefined;
     this.worn = "";
@@ -220,9 +253,13 @@ export class RobotView extends MonitorElement {
           this.why = content.why;
           await this.#wear();
         } else if (content.world) this.#learn(content.world);
+        else if (content.heard) this.heard = content.heard;
         else await this.#showNow(content);
       },
-      lost: (reason) => (this.problem = reason || t("The editor is offline.")),
+      lost: (reason) => {
+        this.problem = reason || t("The editor is offline.");
+        this.heard = silenced(this.heard);
+      },
     });
   }
 
