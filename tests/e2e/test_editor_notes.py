@@ -43,6 +43,31 @@ def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, ro
     expect(note).to_have_count(1)
 
 
+def test_what_is_placed_with_keys_covers_nothing(shown: EditorPage) -> None:
+    page = shown.page
+    for _ in range(2):
+        shown.press("n", "Enter")
+        expect(page.get_by_role("textbox", name="Text of the note")).to_be_focused()
+        shown.insert("why")
+        shown.press("Escape")
+    states = page.locator("hfsm-canvas .state")
+    count = states.count()
+    shown.press("s", "Enter")
+    expect(states).to_have_count(count + 1)
+    covered = page.evaluate(
+        """() => {
+            const boxes = (words) => [...document.querySelectorAll(words)].map((each) => each.getBoundingClientRect());
+            const notes = boxes("hfsm-canvas .note .paper");
+            const others = boxes("hfsm-canvas .state .body, hfsm-canvas .label text:last-child");
+            const meet = (one, other) => one.left < other.right && other.left < one.right
+                && one.top < other.bottom && other.top < one.bottom;
+            return notes.filter((note, index) => [...others, ...notes.slice(0, index)].some((each) => meet(note, each)))
+                .length;
+        }"""
+    )
+    assert covered == 0
+
+
 def test_undo_in_a_note_ends_where_its_text_began(shown: EditorPage) -> None:
     page = shown.page
     shown.press("n", "Enter")

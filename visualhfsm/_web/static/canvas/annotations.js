@@ -14,7 +14,7 @@ import {LINE, neededHeight, PADDING, SIZE} from "./annotation-text.js";
 import {areaOf, grown, isFrame, SMALLEST} from "./areas.js";
 import {make} from "./svg.js";
 import {wrapped} from "./text.js";
-import {ARROWS, STEP} from "./tools.js";
+import {ARROWS, freePlace, STEP} from "./tools.js";
 
 const TOUCH = 24; // pixels of the window around an edge that is dragged
 const GRIP = 8; // pixels of the window of its sign
@@ -271,7 +271,12 @@ export class NoteTool {
     canvas.sketch.append(this.paper);
     const {x, y} = canvas.viewport.middle;
     this.point = {x, y};
-    queueMicrotask(() => this.#to(this.point)); // with the size of the tool's own kind
+    queueMicrotask(() => this.#to(this.start())); // with the size of the tool's own kind
+  }
+
+  /** Where it is before it is moved. @returns {Point} */
+  start() {
+    return freePlace(this.canvas, undefined, this.size);
   }
 
   /** @param {PointerEvent} event */
@@ -319,4 +324,9 @@ export class FrameTool extends NoteTool {
   kind = /** @type {"note" | "frame"} */ ("frame");
   size = FRAME;
   hint = t("New frame: click, or move it with the arrows and press Enter. Esc cancels.");
+
+  /** Around what is there, too. @override */
+  start() {
+    return this.point;
+  }
 }

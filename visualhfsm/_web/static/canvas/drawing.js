@@ -377,18 +377,29 @@ export class Drawing {
     return bounds(this.#circles(), [...arcs, ...boxes.map((box) => ({box}))]);
   }
 
-  /** Whether nothing that is visible at a scale is in a box. @param {Box} box @param {number} scale */
-  isEmpty(box, scale) {
+  /**
+   * Whether nothing that is visible at a scale is in a box.
+   *
+   * @param {Box} box
+   * @param {number} scale
+   * @param {Box[]} [notes] the boxes of notes and frames
+   */
+  isEmpty(box, scale, notes = this.annotations.boxes()) {
     const far = RADIUS + 8;
     return (
       this.#circles().every(({x, y}) => !contains(wider(box, far), {left: x, right: x, top: y, bottom: y})) &&
-      [...this.#labels(scale), ...this.annotations.boxes()].every((other) => !touches(other, box)) &&
+      [...this.#labels(scale), ...notes].every((other) => !touches(other, box)) &&
       [...this.transitions.values()].every(
         ({arc}) =>
           !touches(arc.box, box) ||
           pointsOf(arc, RADIUS / 2).every(({x, y}) => !contains(box, {left: x, right: x, top: y, bottom: y})),
       )
     );
+  }
+
+  /** Whether something can be put into a box; only the title of a frame is in its way. @param {Box} box */
+  isFree(box) {
+    return this.isEmpty(box, 1, this.annotations.occupied());
   }
 
   /** The boxes of the labels that are visible at a scale. @param {number} scale @param {Iterable<TransitionView>} views */

@@ -10,10 +10,11 @@
 
 import {page} from "../page.js";
 import {t} from "../texts.js";
-import {distance, neighbor, RADIUS} from "./geometry.js";
+import {distance, neighbor, RADIUS, wider} from "./geometry.js";
 import {Link} from "./gestures.js";
 import {make} from "./svg.js";
 
+const GAP = 8; // pixels between what is new and what is there
 export const STEP = 20; // pixels of an arrow key
 /** @type {Record<string, [number, number]>} */
 export const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
@@ -183,11 +184,16 @@ function spokenPlace(point) {
   return t("{place} of {state}", {place: parts.join(", ") || t("in the middle"), state: name});
 }
 
-/** A free place near a point, by default the middle of the visible part. @param {HfsmCanvas} canvas @param {Point} [near] */
-export function freePlace(canvas, near) {
+/**
+ * A free place near a point, for what is put there without a pointer.
+ *
+ * @param {HfsmCanvas} canvas
+ * @param {Point} [near] by default the middle of the visible part
+ * @param {{width: number, height: number}} [size] of what is put there, by default a state's
+ */
+export function freePlace(canvas, near, {width, height} = {width: 2 * RADIUS, height: 2 * RADIUS}) {
   const {left, top, right, bottom} = canvas.viewport.seen;
   const middle = near ?? {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};
-  const states = page.automaton?.states ?? [];
   for (let ring = 0; ring < 12; ring++) {
     const count = Math.max(1, ring * 6);
     for (let turn = 0; turn < count; turn++) {
@@ -196,7 +202,9 @@ export function freePlace(canvas, near) {
         x: Math.round(middle.x + Math.cos(angle) * ring * 60),
         y: Math.round(middle.y + Math.sin(angle) * ring * 60),
       };
-      if (states.every((state) => distance(state, place) > RADIUS * 2.6)) return place;
+      const {x, y} = place;
+      const box = {left: x - width / 2, right: x + width / 2, top: y - height / 2, bottom: y + height / 2};
+      if (canvas.drawing.isFree(wider(box, GAP))) return place;
     }
   }
   return middle;
