@@ -138,6 +138,7 @@ _RUNTIME: Final = (
         given=_A,
         value=_A,
     ),
+    Message("its cycle did not end within {seconds} s and is abandoned: its code must not block", seconds=_N),
     Message("{call} ends the component; a final state would end it without an error", call=_A),
 )
 """What the runtime says of code that fails: `hfsm_runtime/_advice.py` and `_supervision.py` write it."""

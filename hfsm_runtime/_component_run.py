@@ -319,13 +319,15 @@ class ComponentRun:
                 self.refusal = refusal
 
     def _abandon(self, run: Run, seconds: float) -> None:
-        """Report a cycle that did not end when the component did."""
+        """Report a cycle that did not end when the component did, and the line that it executes."""
+        frame = self._frame(run)
+        place = "" if frame is None else f" at {locate_frame(frame, source_of(self.component))}"
         self.component._hfsm_log.error(
-            "the cycle of %s in the state %s did not end within %g s and is abandoned: "
-            "its code must not block",
+            "%s/%s: its cycle did not end within %g s and is abandoned: its code must not block%s",
             run.automaton.name,
             run.current.name,
             seconds,
+            place,
         )
 
     def _halt(self) -> None:

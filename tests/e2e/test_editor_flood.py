@@ -82,6 +82,8 @@ def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
         expect(shown.page.locator(".cm-activeLine")).to_have_text(re.compile(r"^(while count > 3:| *pass)$"))
         shown.press("Shift+F5")
         expect(status(shown)).to_have_text("Ended: stopped")
+        expect(shown.page.locator(".cm-failed")).to_contain_text("is abandoned: its code must not block")
+        expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
 
 
 def test_what_ended_late_is_no_longer_called_not_stopped(

@@ -50,8 +50,8 @@ class PoseStream:
     async def frames(self, language: str = ENGLISH) -> AsyncGenerator[bytes, None]:
         """Yield the robot, the world, then states at most 30 times a second whenever they have changed.
 
-        Another robot, a new world and what is heard are sent before the next state, silence only after a sound;
-        why a robot cannot be drawn is said in a language, one of LANGUAGES.
+        Another robot, a new world and what is heard are sent before the next state; why a robot cannot be
+        drawn is said in a language, one of LANGUAGES.
         """
         encode = encoder(language).encode
         body = b""
