@@ -72,6 +72,7 @@ def test_a_behavior_is_tried_without_a_robot(shown: EditorPage) -> None:
     page.get_by_role("menuitem", name="Try it without a robot").click()
     expect(status(shown)).to_have_text("Trying, 1 x", timeout=STARTED)
     expect(page.get_by_role("tab", name="Try it")).to_have_attribute("aria-selected", "true")
+    expect(page.get_by_role("button", name="See the robot")).to_be_visible()
     expect_current(shown, "look")
     page.get_by_role("tab", name="Variables").click()
     expect(page.locator("hfsm-live-variables")).to_contain_text("28.6°")  # 0.5 rad

@@ -33,6 +33,7 @@ import {chosenBody, isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
 import {actionButton, banner, keepStopInView, resizer, restoreSizes} from "./shell.js";
 import {initTheme, switchTheme} from "./theme.js";
+import {windowStorage} from "./storage.js";
 import {store} from "./store.js";
 import {laterStyles} from "./styles.js";
 import {t} from "./texts.js";
@@ -64,6 +65,7 @@ const LAZY = {
 /** What viewers see of these. */
 const FOR_VIEWERS = new Set(["hfsm-problems", "hfsm-search", "hfsm-output", "hfsm-monitor-timeline"]);
 const UNHURRIED = 500; // ms after the first picture until more is loaded
+const SHOWN = "visualhfsm.shown"; // the tab that a window shows
 const SIDE = [
   ["hfsm-code-panel", t("Code")],
   ["hfsm-data-panel", t("Data")],
@@ -121,6 +123,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "data", (event) => this.#showData(event.detail));
     this.listen(page, "tab", () => this.#titleWindow());
     this.listen(page, "tab", () => showNoticesOf(page.tab));
+    this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
     this.listen(page, "tab", () => (this.arrives = Boolean(this.elements.get("hfsm-start")?.isConnected)));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
     this.listen(page, "save", () => perform("save", this.context));
@@ -151,7 +154,8 @@ export class HfsmApp extends PageElement {
     );
     this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
     this.listen(monitor, "mode", () => this.#monitored());
-    this.listen(monitor, "mode", () => this.#showRobot());
+    for (const kind of /** @type {const} */ (["mode", "structure"]))
+      this.listen(monitor, kind, () => this.#showRobot());
     this.listen(store, "robot", () => this.#showRobot());
     this.listen(monitor, "structure", () => this.#showBreakpoints());
     this.listen(page, "tab", () => this.#showBreakpoints());
@@ -232,8 +236,9 @@ export class HfsmApp extends PageElement {
 
   /** Show the robot in the corner of the canvas, or fold it. @param {boolean} [folded] by default the other way */
   async foldRobot(folded) {
+    const wasThere = this.elements.has("hfsm-robot-dock");
     const dock = /** @type {import("./monitor/dock.js").RobotDock | undefined} */ (await this.#showRobot());
-    await dock?.fold(folded ?? !dock.folded);
+    await dock?.fold(folded ?? (wasThere && !dock.folded));
   }
 
   /** Whether the robot is in the corner of the canvas. */
@@ -484,7 +489,7 @@ export class HfsmApp extends PageElement {
     const {tabs} = store.workspace;
     const known = this.knownTabs;
     this.knownTabs = new Set(tabs.map((each) => each.tab));
-    if (!known && page.tab === 0) page.show(tabs[0]?.tab ?? 0);
+    if (!known && page.tab === 0) page.show(firstTab());
     else if (known?.has(page.tab) && !this.knownTabs.has(page.tab)) page.show(tabs.at(-1)?.tab ?? 0);
     this.#titleWindow();
   }
@@ -623,4 +628,12 @@ const importsOf = (document) =>
 initTheme();
 keepStopInView();
 restoreSizes();
+/** What a window shows first: what it showed before it was loaded again; to who looks on, what runs. */
+function firstTab() {
+  const {tabs, running} = store.workspace;
+  const former = Number(windowStorage.getItem(SHOWN));
+  const live = tabs.find(({component}) => running.some((each) => each.component === component));
+  return (tabs.find(({tab}) => tab === former) ?? (viewing.on ? live : undefined) ?? tabs[0])?.tab ?? 0;
+}
+
 customElements.define("hfsm-app", HfsmApp);
