@@ -167,6 +167,11 @@ def test_each_tab_keeps_its_place_and_its_selection_also_while_the_server_is_awa
     shown.press("Delete")
     shown.expect_states("up", "out", "low")
 
+    tab(shown, "dance_and_follow").first.click()
+    shown.state("green").wait_for()
+    shown.page.reload()  # a window that is loaded again shows what it showed
+    shown.expect_states("followBall", "dance")
+
 
 def test_documents_are_saved_under_names_that_are_free(shown: EditorPage, root: Path) -> None:
     # The dialog keeps the name after an error, and makes folders.
