@@ -1,5 +1,5 @@
 import assert from "node:assert/strict";
-import {beforeEach, mock, test} from "node:test";
+import {beforeEach, test} from "node:test";
 
 import {STATIC} from "./page.js";
 
@@ -46,7 +46,6 @@ const speechSynthesis = {
   cancel: () => asked.push(["cancel"]),
 };
 Object.assign(globalThis, {AudioContext, SpeechSynthesisUtterance, speechSynthesis});
-mock.module("lit", {namedExports: {html: String.raw, nothing: ""}});
 
 const {Loudspeaker, SILENT, silenced} = await import(new URL("monitor/heard.js", STATIC).href);
 

@@ -1,5 +1,5 @@
 /**
- * What the robot says and plays: a caption over the view, and, if somebody wants to hear it, tones and a voice.
+ * What the robot says and plays, as tones and a voice of the browser, if somebody wants to hear it.
  *
  * @typedef {object} Heard
  * @property {string} says the text that is being said; "" while none is
@@ -9,10 +9,8 @@
  * @property {[number, number]} counts how many texts and how many sounds were begun
  */
 
-import {html, nothing} from "lit";
-
 import {browserStorage} from "../storage.js";
-import {language, t} from "../texts.js";
+import {language} from "../texts.js";
 
 const KEPT = "visualhfsm.sound";
 const LOUDEST = 0.25; // of what the browser can play: a tone is loud
@@ -24,17 +22,6 @@ export const SILENT = {says: "", sound: "", tones: [], loudness: 0, counts: [0, 
 
 /** What is heard once the robot has fallen silent. @param {Heard} heard @returns {Heard} */
 export const silenced = ({counts}) => ({...SILENT, counts});
-
-/**
- * The caption, in a region that is always there, so that screen readers read what comes into it.
- *
- * @param {Heard} heard
- */
-export const caption = ({says, sound}) =>
-  html`<div class="heard" aria-live="polite">
-    ${says ? html`<p dir="auto">${t("“{text}”", {text: says})}</p>` : nothing}
-    ${sound ? html`<p><span aria-hidden="true">♪</span> ${sound}</p>` : nothing}
-  </div>`;
 
 /** Plays what the robot plays, and says what it says, while it is on. */
 export class Loudspeaker {

@@ -16,7 +16,7 @@ import {bodyOf} from "./bodies.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {Grabbing} from "./grabbing.js";
-import {caption, Loudspeaker, SILENT, silenced} from "./heard.js";
+import {Loudspeaker, SILENT, silenced} from "./heard.js";
 import {monitor} from "./monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
 
@@ -133,7 +133,7 @@ export class RobotView extends MonitorElement {
               </button>`
         }
       </div>
-      <div class="stage">${caption(this.#heardNow)}</div>
+      <div class="stage">${this.#caption()}</div>
       ${this.#mayTouch && this.says ? this.#sentence() : nothing}
       <p class="robot-hint faint ${problem === undefined ? "" : "problem"}" role="status">
         ${problem ?? (this.message || this.#hint())}
@@ -149,6 +149,15 @@ export class RobotView extends MonitorElement {
   /** What the shown robot says and plays; recordings and dry runs do not contain it. */
   get #heardNow() {
     return monitor.looking || monitor.body || monitor.isDryRun ? silenced(this.heard) : this.heard;
+  }
+
+  /** What is heard, in a region that is always there, so that screen readers read what comes into it. */
+  #caption() {
+    const {says, sound} = this.#heardNow;
+    return html`<div class="heard" aria-live="polite">
+      ${says ? html`<p dir="auto">${t("“{text}”", {text: says})}</p>` : nothing}
+      ${sound ? html`<p><span aria-hidden="true">♪</span> ${sound}</p>` : nothing}
+    </div>`;
   }
 
   #toggleSound() {
