@@ -360,8 +360,7 @@ def test_while_no_thread_can_start_long_jobs_are_refused_and_urgent_ones_run(
     pool: Pool, starts: Starts, caplog: pytest.LogCaptureFixture
 ) -> None:
     kind, leave = pool.kind(refusable=True), threading.Event()
-    pool.submit(lambda: None)
-    until(lambda: pool_threads() == 3)  # with the watch
+    until(lambda: pool_threads() == 3)  # with the watch, which starts the second one: both are free
     starts.fail = True
     occupying, refused, urgent = Task(leave), Task(), Task()
     pool.submit(occupying, kind)
