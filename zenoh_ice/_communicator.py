@@ -249,7 +249,7 @@ class Communicator:
         self.check()
         watch = ClientWatch(self.transport, self.realm, callback, self.pool.submit, self._forget_watch)
         with self._lock:
-            self.client_watches = (*self.client_watches, watch)
+            self._set_watches((*self.client_watches, watch))
         return watch
 
     @property
@@ -318,7 +318,11 @@ class Communicator:
 
     def _forget_watch(self, watch: ClientWatch) -> None:
         with self._lock:
-            self.client_watches = tuple(each for each in self.client_watches if each is not watch)
+            self._set_watches(tuple(each for each in self.client_watches if each is not watch))
+
+    def _set_watches(self, watches: tuple[ClientWatch, ...]) -> None:  # with the lock
+        self.client_watches = watches
+        self.pool.looks = tuple(each.look for each in watches)
 
     def _close_watches(self) -> None:
         for watch in self.client_watches:

@@ -147,6 +147,8 @@ class Pool:
         """Called on the pool's watch whenever `stalled` changes."""
         self.place: Callable[[Any], Job | None] = lambda job: job
         """Turns other objects that are put into jobs, or None; it raises nothing."""
+        self.looks: tuple[Callable[[], object], ...] = ()
+        """What else the pool's watch calls every PULSE_PERIOD; it raises nothing."""
         self._limit = size + 1  # while one waits for jobs, another one waits for files
         self._name: Final = name
         self._lock: Final = threading.Lock()
@@ -443,6 +445,8 @@ class Pool:
             shortage, sources = self._shortage, list(self._sources.values())
         for source in sources:
             source.look(now)
+        for look in self.looks:
+            look()
         if shortage is not None and now - self._complained_at >= _COMPLAINT_PERIOD:
             self._complained_at = now
             _logger.error("%s refuses calls that may take long: %s", self._name, no_thread(shortage))

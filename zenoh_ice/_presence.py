@@ -12,7 +12,6 @@ from collections import ChainMap, deque
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
-from ._threads import repeat
 from ._values import NAME
 from .exceptions import (
     AccessDeniedException,
@@ -47,8 +46,8 @@ _GRACE_SHARE: Final = 0.1  # fraction of the limit, if that is more: a long limi
 _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
 _LOSS_NOTICE: Final = 0.25  # s in which the token of a servant that died disappears; measured 2-3 ms
-_TOKEN_LOOK: Final = 0.5  # s
-_TOKEN_LOOKS: Final = 4  # after which a client that has called should have a token; measured 14 ms under load
+# Looks of the pool, 2 s, after which a client that has called should have a token; measured 14 ms under load.
+_TOKEN_LOOKS: Final = 100
 _NEVER: Final = (-math.inf, "")
 
 _logger = logging.getLogger(__name__)
@@ -434,17 +433,13 @@ class ClientWatch:
         self._gone: Final[dict[str, None]] = {}  # the clients lost last, in this order
         self._lost: Final[deque[str]] = deque()  # the first is being reported
         self._closed = False
-        self._stop_looking: Callable[[], object] | None = None
         self._following: Final = transport.watch(any_client(realm), self._on_token)
 
     def close(self) -> None:
         """Begin no more calls; a running one continues."""
         with self._lock:
             self._closed = True
-            stop_looking, self._stop_looking = self._stop_looking, None
         self._forget(self)
-        if stop_looking is not None:
-            stop_looking()
         self._following.close()
 
     def is_lost(self, client: str) -> bool:
@@ -458,10 +453,11 @@ class ClientWatch:
         with self._lock:
             if not self._closed and len(self._without_token) < _MOST_CLIENTS:
                 self._without_token[client] = 0
-                if self._stop_looking is None:
-                    self._stop_looking = repeat(_TOKEN_LOOK, self._look, "zenoh_ice clients")
 
-    def _look(self) -> None:
+    def look(self) -> None:
+        """Notice clients whose tokens did not come; called every PULSE_PERIOD by the pool's watch."""
+        if not self._without_token:
+            return
         # Counted in looks: nobody looks in a process that stands still, and the tokens wait to be read.
         with self._lock:
             for client in self._without_token:

@@ -458,7 +458,7 @@ class TestClients:
     def test_a_server_that_calls_itself_is_no_lost_client(
         self, pair: Pair, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(_presence, "_TOKEN_LOOK", 0.01)
+        monkeypatch.setattr(_presence, "_TOKEN_LOOKS", 2)
         lost: list[str] = []
         pair.server.onClientLost(lost.append)
         pair.adapter.add(CalculatorI(), "Calculator")

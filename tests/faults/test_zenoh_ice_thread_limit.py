@@ -109,6 +109,25 @@ def test_calls_for_which_there_is_no_thread_are_refused_and_later_ones_are_not(
     call.result(CALL_LIMIT)
 
 
+def test_a_call_that_comes_before_its_clients_token_needs_no_thread(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair.adapter.add(CalculatorI(), "Calculator")
+    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+    monkeypatch.setattr("zenoh_ice._presence.parse_client_token", lambda _: "")  # it never comes
+    lost: list[str] = []
+    pair.server.onClientLost(lost.append)
+
+    def fail(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(threading.Thread, "start", fail)
+        calculator.ice_ping()  # nothing refuses it, as it does no stop
+        assert calculator.who() == pair.client.client_id
+    until(lambda: lost == [pair.client.client_id])
+
+
 def test_a_server_that_executes_no_calls_is_not_announced_until_it_does(
     pair: Pair, request: pytest.FixtureRequest, caplog: pytest.LogCaptureFixture
 ) -> None:

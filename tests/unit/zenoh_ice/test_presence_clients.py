@@ -10,6 +10,7 @@ import pytest
 
 from zenoh_ice._pool import Pool
 from zenoh_ice._presence import ClientWatch, client_token
+from zenoh_ice._threads import PULSE_PERIOD
 from zenoh_ice.in_process import InProcessTransport
 
 Jobs = deque[Callable[[], object]]
@@ -88,6 +89,30 @@ def test_clients_of_another_realm_are_not_reported(
 ) -> None:
     watch(lambda client: pytest.fail(client))
     transport.announce(client_token("other", "a")).close()
+    run(jobs)
+
+
+def test_a_client_that_called_and_never_got_a_token_is_lost_after_two_seconds_of_looks(
+    watch: Watch, jobs: Jobs
+) -> None:
+    lost: list[str] = []
+    watched = watch(lost.append)
+    watched.called("a")
+    for _ in range(round(2.0 / PULSE_PERIOD)):
+        assert not jobs
+        watched.look()
+    run(jobs)
+    assert lost == ["a"]
+
+
+def test_a_client_whose_token_comes_after_its_call_is_not_lost(
+    transport: InProcessTransport, watch: Watch, jobs: Jobs
+) -> None:
+    watched = watch(lambda client: pytest.fail(client))
+    watched.called("a")
+    transport.announce(client_token("nao", "a"))
+    for _ in range(round(3.0 / PULSE_PERIOD)):
+        watched.look()
     run(jobs)
 
 
