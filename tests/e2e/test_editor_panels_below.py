@@ -111,6 +111,63 @@ def test_search_finds_names_and_all_code_and_replaces_in_one_step(shown: EditorP
     assert panel_violations(shown) == []
 
 
+def test_enter_in_the_search_shows_hit_after_hit_and_the_focus_stays(shown: EditorPage) -> None:
+    page = shown.page
+    shown.button("Fit").click()
+    shown.press(*["-"] * 12)
+    expect(page.locator("hfsm-canvas.tiny")).to_be_attached()
+    shown.press("Control+f")
+    search = page.get_by_role("searchbox")
+    expect(search).to_be_focused()
+    # Enter waits for what is searched; what is shown is large enough to be read.
+    shown.type("count")
+    shown.press("Enter")
+    status = page.get_by_role("search").get_by_role("status")
+    current = page.get_by_role("list", name="Found").locator("[aria-current]")
+    expect(status).to_have_text("1 of 3")
+    expect(current).to_contain_text("walk › wait › code:1")
+    expect(shown.state("wait")).to_have_attribute("aria-pressed", "true")
+    code = page.get_by_role("textbox", name="Code of the state wait")
+    expect(code).to_be_visible()
+    code.locator(".cm-activeLine").wait_for()
+    expect(shown.state("wait").locator(".name")).to_be_in_viewport(ratio=1)
+    assert shown.radius_of("wait") > 25
+    expect(search).to_be_focused()
+    shown.press("Enter")
+    expect(status).to_have_text("2 of 3")
+    expect(shown.transition("enough")).to_have_attribute("aria-pressed", "true")
+    shown.press("Enter")
+    expect(status).to_have_text("3 of 3")
+    expect(current).to_contain_text("walk › variables:1")
+    expect(page.get_by_role("textbox", name="Variables")).to_be_visible()
+    expect(search).to_be_focused()
+    assert panel_violations(shown) == []
+    # The first follows the last, and Shift goes back.
+    shown.press("Enter")
+    expect(status).to_have_text("1 of 3")
+    shown.press("Shift+Enter", "Shift+Enter")
+    expect(status).to_have_text("2 of 3")
+    expect(current).to_contain_text("walk › enough")
+    expect(search).to_be_focused()
+    # From a hit that is gone, the next one follows.
+    shown.press("Alt+v")
+    expect(page.get_by_role("textbox", name="Variables")).to_be_focused()
+    shown.press("Control+Home")
+    shown.insert("counter = 0\n")
+    expect(status).to_have_text("2 of 4")
+    shown.choose_in("Edit", "Search")
+    expect(search).to_be_focused()
+    shown.press("Enter")
+    expect(status).to_have_text("3 of 4")
+    # Another text is searched from its first hit on.
+    search.fill("leaving")
+    expect(status).to_have_text("1 found")
+    shown.press("Shift+Enter")
+    expect(status).to_have_text("1 of 1")
+    expect(page.get_by_role("textbox", name="Exit code of the state wait")).to_be_visible()
+    expect(search).to_be_focused()
+
+
 def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_meanwhile(
     shown: EditorPage, running: Editor, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -61,6 +61,16 @@ test("a point is revealed by the least that is needed", () => {
   assert.deepEqual([view.x, view.y], [-170, 60]);
 });
 
+test("what is to be read is shown in the middle, where it was too small", () => {
+  const view = made();
+  view.zoom(0.1);
+  view.reveal({x: 3000, y: 10}, {legible: true});
+  assert.deepEqual([view.scale, view.toWindow({x: 3000, y: 10})], [1, {x: 400, y: 300}]);
+  view.zoom(0.8);
+  view.reveal({x: 3000, y: 10}, {legible: true});
+  close(view.scale, 0.8);
+});
+
 test("what is fitted or revealed is not covered", () => {
   const view = made();
   view.covered = {width: 400, height: 500};

@@ -26,11 +26,13 @@ const SECTIONS = {
  * @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, annotations: Set<number>,
  *   visited: number[]}} Spot
  * @typedef {{states?: Iterable<number>, transitions?: Iterable<number>, annotations?: Iterable<number>}} Chosen
- * @typedef {{line?: number, column?: number, selects?: boolean}} At position of the cursor in the text at a place, or
- *   whether its value is selected, so that typing replaces it
+ * @typedef {{line?: number, column?: number, length?: number, selects?: boolean, focus?: boolean}} At position of the
+ *   cursor in the text at a place, with how many characters it selects; or whether the value there is selected, so that
+ *   typing replaces it. Without `focus`, the focus stays where it is
  * @typedef {{tab: number, code: readonly import("./protocol.js").PassedCode[]}} Tested
- * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, tested: null, reveal: null,
- *   save: null, "focus-canvas": null, say: string, edit: Place & At, data: {section: string, place?: Place & At}}} PageEvents
+ * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, tested: null,
+ *   reveal: {legible: boolean} | null, save: null, "focus-canvas": null, say: string, edit: Place & At,
+ *   data: {section: string, place?: Place & At}}} PageEvents
  */
 
 /** Events: `tab`, `automaton`, `selection`; each is followed by `change`. */
@@ -180,7 +182,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
   /**
    * Edit a piece of code beside the canvas.
    *
-   * @param {Place & At & {focus?: boolean}} place as in the protocol, and the position of the cursor
+   * @param {Place & At} place as in the protocol, and the position of the cursor
    */
   edit(place) {
     this.dispatchEvent(new CustomEvent("edit", {detail: place}));
@@ -198,7 +200,8 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
   }
 
   /**
-   * Show a place of the document, such as that of a problem, a hit of a search or a line of a traceback.
+   * Show a place of the document, such as that of a problem, a hit of a search or a line of a traceback, large enough
+   * to be read.
    *
    * @param {Place} place
    * @param {At} at position in its text
@@ -208,7 +211,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     if (automaton) {
       const ids = id === undefined ? [] : [id];
       this.open(automaton, {[`${kind}s`]: ids});
-      this.dispatchEvent(new Event("reveal"));
+      this.dispatchEvent(new CustomEvent("reveal", {detail: {legible: true}}));
     }
     if (CODE_PARTS.has(part)) this.edit({...place, ...at});
     else if (part && part !== "name" && (kind === "automaton" || kind === "document"))

@@ -69,6 +69,7 @@ export class HfsmCanvas extends HTMLElement {
   #shown = "";
   #unfitted = false;
   #fitted = ""; // the view in which everything was shown: unless the user changes it, everything stays visible
+  #sought = ""; // the selection that the user is led to: until the user chooses another view, it stays legible
   /** @type {Map<string, Live> | undefined} */
   #live;
 
@@ -102,7 +103,10 @@ export class HfsmCanvas extends HTMLElement {
     }
     for (const kind of /** @type {const} */ (["tab", "automaton"])) page.addEventListener(kind, () => this.redraw());
     page.addEventListener("selection", () => this.#showSelection());
-    page.addEventListener("reveal", () => this.#reveal());
+    page.addEventListener("reveal", ({detail}) => {
+      this.#sought = detail?.legible ? this.#selected : "";
+      this.#reveal();
+    });
     page.addEventListener("say", ({detail}) => this.announce(detail));
     this.redraw();
   }
@@ -162,6 +166,11 @@ export class HfsmCanvas extends HTMLElement {
 
   /** Show everything, as soon as the canvas has a size. */
   fit() {
+    this.#sought = "";
+    this.#fit();
+  }
+
+  #fit() {
     this.#unfitted = !this.#size.width;
     this.svg.style.visibility = this.#unfitted ? "hidden" : "";
     if (this.#unfitted)
@@ -193,7 +202,7 @@ export class HfsmCanvas extends HTMLElement {
     if (former.width === covered.width && former.height === covered.height) return;
     const fitted = this.#fitted === this.#view();
     this.viewport.covered = covered;
-    if (fitted) this.fit();
+    if (fitted) this.#fitAgain();
   }
 
   /** Show the selection, or everything if nothing is selected. */
@@ -315,9 +324,21 @@ export class HfsmCanvas extends HTMLElement {
     this.order.focusSelected();
   }
 
+  /** The first of what is selected, in the shown automaton. */
+  get #selected() {
+    return `${this.#shown} ${this.selectedKeys()[0]}`;
+  }
+
+  /** Show the selection. */
   #reveal() {
     const place = this.drawing.places.get(this.selectedKeys()[0]);
-    if (place) this.viewport.reveal(place);
+    if (place) this.viewport.reveal(place, {legible: this.#sought === this.#selected});
+  }
+
+  /** Show everything after the window has changed, or what the user was led to. */
+  #fitAgain() {
+    this.#fit();
+    if (this.#sought === this.#selected) this.#reveal();
   }
 
   #showSelection() {
@@ -346,7 +367,7 @@ export class HfsmCanvas extends HTMLElement {
       this.viewport.scale = known.scale;
       this.viewport.center(known);
     } else {
-      this.fit();
+      this.#fit();
     }
   }
 
@@ -413,7 +434,7 @@ export class HfsmCanvas extends HTMLElement {
       return;
     }
     if (fitted) {
-      this.fit();
+      this.#fitAgain();
       return;
     }
     this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);

@@ -9,6 +9,8 @@ export const FAR = 0.55;
 export const VERY_FAR = 0.28;
 export const TINY = 0.15;
 
+/** Below this scale, text is too small to be read. */
+const LEGIBLE = 0.7;
 const SMALLEST = 0.02;
 const LARGEST = 4;
 /** Pixels of the window around what is fitted; the tools are above. */
@@ -125,8 +127,17 @@ export class Viewport {
     this.changed();
   }
 
-  /** Move only as far as needed to see a point, with some pixels around it. @param {Point} point */
-  reveal(point, margin = 70) {
+  /**
+   * Move only as far as needed to see a point, with some pixels around it; if it is to be `legible`, show it in the
+   * middle where text would be too small.
+   *
+   * @param {Point} point
+   */
+  reveal(point, {margin = 70, legible = false} = {}) {
+    if (legible && this.scale < LEGIBLE) {
+      this.scale = 1;
+      this.center(point);
+    }
     const {width, height} = this.size();
     const {covered} = this;
     const {x, y} = this.toWindow(point);

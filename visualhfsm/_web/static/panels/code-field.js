@@ -118,10 +118,15 @@ export class CodeField extends LitElement {
     this.#editor?.rename(this.label);
   }
 
-  /** Place the cursor in the code; line and column from 1. @param {number} line @param {number} [column] */
-  async goTo(line, column, {focus = true} = {}) {
+  /**
+   * Place the cursor in the code, and select a number of characters; line and column from 1.
+   *
+   * @param {number} line
+   * @param {number} [column]
+   */
+  async goTo(line, column, {length = 0, focus = true} = {}) {
     await this.#loaded;
-    this.#editor?.goTo(line, column);
+    this.#editor?.goTo(line, column, length);
     if (focus) this.#editor?.focus();
   }
 

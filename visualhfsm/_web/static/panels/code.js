@@ -32,7 +32,7 @@ class CodePanel extends PageElement {
   /**
    * Show a piece of code; set by the page to edit it.
    *
-   * @param {Place & At & {focus?: boolean}} place
+   * @param {Place & At} place
    */
   set place(place) {
     if (place) this.revealed = this.#reveal(place);
@@ -90,8 +90,8 @@ class CodePanel extends PageElement {
     await this.updateComplete;
   }
 
-  /** @param {Place & At & {focus?: boolean}} place */
-  async #reveal({kind, part, name, line, column, selects, focus = true}) {
+  /** @param {Place & At} place */
+  async #reveal({kind, part, name, line, column, length, selects, focus = true}) {
     this.#followSelection();
     if (kind === "state" && part && part !== "name") this.shownPart = part;
     this.requestUpdate();
@@ -102,7 +102,7 @@ class CodePanel extends PageElement {
     const field = fields.find((each) => (each.dataset.name ?? "") === (name ?? "")) ?? fields[0];
     if (!field) return;
     field.scrollIntoView({block: "nearest"});
-    if ("goTo" in field && line) await field.goTo(line, column, {focus});
+    if ("goTo" in field && line) await field.goTo(line, column, {length, focus});
     else if ("selectValue" in field && selects) await field.selectValue();
     else if (focus) await field.focus();
   }

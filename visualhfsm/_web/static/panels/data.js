@@ -64,7 +64,7 @@ class DataPanel extends PageElement {
     if (section) this.revealed = this.#reveal({kind: "document", part: section});
   }
 
-  /** Show a place in a section. @param {Place & At & {focus?: boolean}} place */
+  /** Show a place in a section. @param {Place & At} place */
   set place(place) {
     if (place) this.revealed = this.#reveal(place);
   }
@@ -103,7 +103,7 @@ class DataPanel extends PageElement {
     </div>`;
   }
 
-  /** @param {Place & At & {focus?: boolean}} place */
+  /** @param {Place & At} place */
   async #reveal(place) {
     const part = place.part === "timing" ? "period" : place.part;
     this.half = OF_AUTOMATON.has(place.part ?? "") ? "automaton" : "component";
@@ -115,10 +115,11 @@ class DataPanel extends PageElement {
     const section = this.querySelector(`[data-section="${part}"]`);
     if (!section) return;
     section.scrollIntoView({block: "start"});
-    const {line, column, focus = true} = place;
-    if ("reveal" in section)
-      await (place.index === undefined ? focusFirst(section) : section.reveal(place.index, place.name));
-    else if ("goTo" in section && line) await section.goTo(line, column, {focus});
+    const {line, column, length, focus = true} = place;
+    if ("reveal" in section) {
+      if (place.index !== undefined) await section.reveal(place.index, place.name, {focus});
+      else if (focus) await focusFirst(section);
+    } else if ("goTo" in section && line) await section.goTo(line, column, {length, focus});
     else if (focus) {
       /** @type {TextField | CodeField | null} */
       const inner = section.querySelector("hfsm-text-field, hfsm-code-field");

@@ -254,12 +254,13 @@ export class Editor {
     this.#view.dispatch({effects: retest.of(null)});
   }
 
-  /** Place the cursor; line and column from 1. @param {number} line */
-  goTo(line, column = 1) {
+  /** Place the cursor, and select a number of characters; line and column from 1. @param {number} line */
+  goTo(line, column = 1, length = 0) {
     const {doc} = this.#view.state;
     const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
     const anchor = Math.min(at.from + Math.max(column - 1, 0), at.to);
-    this.#view.dispatch({selection: {anchor}, effects: EditorView.scrollIntoView(anchor, {y: "center"})});
+    const head = Math.min(anchor + length, at.to);
+    this.#view.dispatch({selection: {anchor, head}, effects: EditorView.scrollIntoView(anchor, {y: "center"})});
   }
 
   /** Select everything, of a quoted text what is between the quotes. */

@@ -62,15 +62,15 @@ export class Entries extends PageElement {
       <div class="entries">${this.entries.map((entry, index) => this.#entry(entry, index))}</div>`;
   }
 
-  /** Focus a field of an entry. @param {number} index @param {string} [field] */
-  async reveal(index, field) {
+  /** Show a field of an entry. @param {number} index @param {string} [field] */
+  async reveal(index, field, {focus = true} = {}) {
     await drawn();
     const entry = this.querySelectorAll(".entry")[index];
     entry?.scrollIntoView({block: "nearest"});
     /** @type {TextField | null | undefined} */
     const wanted = entry?.querySelector(`hfsm-text-field[data-field="${field || "name"}"]`);
     await wanted?.updateComplete;
-    wanted?.focus();
+    if (focus) wanted?.focus();
   }
 
   /** @param {Entry} entry @param {number} index */

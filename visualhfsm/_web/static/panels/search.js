@@ -3,6 +3,7 @@
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {apply} from "../commands.js";
+import {spoken} from "../keys.js";
 import {messageOf, notify} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
@@ -34,12 +35,16 @@ class Search extends PageElement {
     hits: {state: true},
     everywhere: {state: true},
     failed: {state: true},
+    shown: {state: true},
   };
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: []};
 
   #timer = 0;
   #asked = 0;
+  /** Resolves once the hits are those of what was typed. */
+  #asking = Promise.resolve();
+  #last = 0; // index of the hit that was shown last, or of what took its place
 
   constructor() {
     super();
@@ -51,6 +56,8 @@ class Search extends PageElement {
     this.hits = null;
     this.everywhere = false;
     this.failed = "";
+    /** What identifies the hit that was shown last, "" for none. */
+    this.shown = "";
   }
 
   connectedCallback() {
@@ -70,7 +77,8 @@ class Search extends PageElement {
   render() {
     const {hits, text} = this;
     const lines = byLine(hits ?? []);
-    const more = lines.length > SHOWN;
+    const current = hits?.[this.#current];
+    const listed = Math.max(SHOWN, lines.findIndex((line) => current && line.includes(current)) + 1);
     return html`<div class="list-panel">
       <form class="list-tools" role="search" @submit=${this.#submit}>
         <input
@@ -80,6 +88,7 @@ class Search extends PageElement {
           .value=${text}
           @input=${this.#type}
           @keydown=${this.#press}
+          aria-description=${t("{next} shows the next hit, {former} the one before", {next: spoken("Enter"), former: spoken("Shift+Enter")})}
           spellcheck="false"
           autocomplete="off"
         />
@@ -103,7 +112,7 @@ class Search extends PageElement {
             .checked=${this.whole}
             @change=${(/** @type {From<HTMLInputElement>} */ {target}) => {
               this.whole = target.checked;
-              this.#soon();
+              this.#afresh();
             }}
           />
           ${t("Whole word, same case")}</label
@@ -112,19 +121,16 @@ class Search extends PageElement {
           ><input type="checkbox" .checked=${this.everywhere} @change=${this.#widen} />
           ${t("In all open documents")}</label
         >
-        <span class="room"></span
-        ><span class="faint" role="status"
-          >${this.failed || (hits ? (hits.length >= MOST ? t("{count} or more found", {count: hits.length}) : n("{count} found", "{count} found", hits.length)) : "")}</span
-        >
+        <span class="room"></span><span class="faint" role="status">${this.failed || this.#count()}</span>
       </form>
       ${
         hits?.length
           ? html`<ol class="rows" aria-label=${t("Found")} @keydown=${moveAmongRows}>
-              ${lines.slice(0, SHOWN).map((line) => this.#row(line))}
+              ${lines.slice(0, listed).map((line) => this.#row(line, current))}
               ${
-                more
+                lines.length > listed
                   ? html`<li class="faint rest">
-                      ${t("{count} more lines: search for more letters.", {count: lines.length - SHOWN})}
+                      ${t("{count} more lines: search for more letters.", {count: lines.length - listed})}
                     </li>`
                   : nothing
               }
@@ -138,6 +144,18 @@ class Search extends PageElement {
             </p>`
       }
     </div>`;
+  }
+
+  /** How many hits there are, and which of them is shown. */
+  #count() {
+    const count = this.hits?.length;
+    if (count === undefined) return "";
+    const number = this.#current + 1;
+    if (number)
+      return count >= MOST
+        ? t("{number} of {count} or more", {number, count})
+        : t("{number} of {count}", {number, count});
+    return count >= MOST ? t("{count} or more found", {count}) : n("{count} found", "{count} found", count);
   }
 
   /** The button for all code of the shown document. */
@@ -157,8 +175,8 @@ class Search extends PageElement {
     if (done) notify(t("{name}: done.", {name: done.name}));
   }
 
-  /** @param {Hit[]} line the hits in one line */
-  #row(line) {
+  /** @param {Hit[]} line the hits in one line @param {Hit | undefined} current */
+  #row(line, current) {
     const [hit] = line;
     const document = store.documents.get(hit.tab);
     const title = hit.tab !== page.tab ? store.workspace.tabs.find((each) => each.tab === hit.tab)?.title : undefined;
@@ -166,7 +184,12 @@ class Search extends PageElement {
     const number = hit.line > 1 || LINES.test(hit.place.part ?? "") ? `:${hit.line}` : "";
     const where = `${[title, ...words].filter(Boolean).join(" › ")}${number}`;
     return html`<li class="hit-row">
-      <button type="button" class="row hit" @click=${() => this.#go(hit)}>
+      <button
+        type="button"
+        class="row hit"
+        aria-current=${current && line.includes(current) ? "true" : nothing}
+        @click=${() => this.#go(hit)}
+      >
         <span class="where" title=${where}><bdi>${where}</bdi></span>
         <code class="excerpt">${marked(line)}</code>
       </button>
@@ -186,47 +209,86 @@ class Search extends PageElement {
   }
 
   /** @param {Hit} hit */
-  #go(hit) {
-    page.show(hit.tab);
-    page.jump(hit.place, {line: hit.line, column: hit.column});
+  #go(hit, {focus = true} = {}) {
+    const {tab, place, line, column, length} = hit;
+    this.shown = idOf(hit);
+    this.#last = this.#current;
+    page.show(tab);
+    page.jump(place, {line, column, length, focus});
+  }
+
+  /** The index of the hit that was shown last, -1 if there is none or it is gone. */
+  get #current() {
+    const {hits, shown} = this;
+    if (!hits || !shown) return -1;
+    return hits[this.#last] && idOf(hits[this.#last]) === shown
+      ? this.#last
+      : hits.findIndex((each) => idOf(each) === shown);
+  }
+
+  /** Show the hit that many after the one shown last; the focus stays in the field. @param {number} step */
+  async #step(step) {
+    if (this.#timer) this.#ask();
+    await this.#asking;
+    const {hits} = this;
+    if (!hits?.length) return;
+    // Where the one shown last is gone, the next one has its index.
+    const from = this.#current >= 0 ? this.#current : step > 0 ? this.#last - 1 : this.#last;
+    this.#go(hits[(from + step + hits.length) % hits.length], {focus: false});
+    await this.updateComplete;
+    this.querySelector("[aria-current]")?.scrollIntoView({block: "nearest"});
   }
 
   /** @param {From<HTMLInputElement>} event */
   #type = ({target}) => {
     this.text = target.value;
-    this.#soon();
+    this.#afresh();
   };
+
+  /** Search for something else. */
+  #afresh() {
+    this.shown = "";
+    this.#last = 0;
+    this.#soon();
+  }
 
   /** @param {From<HTMLInputElement>} event */
   #widen = ({target}) => {
     this.everywhere = target.checked;
-    this.#soon();
+    this.#afresh();
   };
 
   /** @param {Event} event */
   #submit = (event) => {
     event.preventDefault();
-    this.#first?.click();
+    this.#step(1);
   };
 
   /** @param {KeyboardEvent} event */
   #press = (event) => {
-    if (event.key !== "ArrowDown") return;
+    const {key, shiftKey, isComposing} = event;
+    if (isComposing || (key !== "ArrowDown" && key !== "Enter")) return;
     event.preventDefault();
-    this.#first?.focus();
+    if (key === "Enter") this.#step(shiftKey ? -1 : 1);
+    else
+      /** @type {HTMLElement | null} */ (
+        this.querySelector("[aria-current]") ?? this.querySelector("button.row")
+      )?.focus();
   };
-
-  /** The first hit. @returns {HTMLElement | null} */
-  get #first() {
-    return this.querySelector("button.row");
-  }
 
   #soon() {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#ask(), PAUSE);
   }
 
-  async #ask() {
+  /** Search now. */
+  #ask() {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+    this.#asking = this.#find();
+  }
+
+  async #find() {
     const {text, whole} = this;
     const number = ++this.#asked;
     if (!text || !page.tab) {
@@ -237,12 +299,16 @@ class Search extends PageElement {
       const found = await store.request("search", {text, whole, ...(this.everywhere ? {} : {tab: page.tab})});
       if (number !== this.#asked) return;
       this.hits = found.flatMap(({tab, hits}) => hits.map((hit) => ({...hit, tab})));
+      if (this.#current >= 0) this.#last = this.#current;
       this.failed = "";
     } catch (error) {
       if (number === this.#asked) this.failed = messageOf(error);
     }
   }
 }
+
+/** What identifies a hit in a later search for the same. @param {Hit} hit */
+const idOf = ({tab, place, line, column}) => `${tab} ${keyOf(place)} ${line} ${column}`;
 
 /** Hits grouped by their lines. @param {Hit[]} hits */
 function byLine(hits) {
