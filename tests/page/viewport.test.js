@@ -47,6 +47,16 @@ test("a drawing is fitted whole, in the middle, and a small one is not blown up"
   assert.equal(view.scale, 1);
 });
 
+test("the longest drawing is fitted whole, and to zoom out from it does not zoom in", () => {
+  const view = made();
+  const box = {left: 0, top: 0, right: 400_000, bottom: 100};
+  view.fit(box);
+  assert.ok(view.seen.left < 0 && view.seen.right > box.right);
+  const {scale} = view;
+  view.zoom(0.8);
+  assert.ok(view.scale <= scale);
+});
+
 test("a window that is not shown yet fits nothing", () => {
   const view = made(0, 0);
   view.fit({left: 0, top: 0, right: 10, bottom: 10});

@@ -383,7 +383,7 @@ export class HfsmCanvas extends HTMLElement {
 
   #transform() {
     const {x, y, scale} = this.viewport;
-    this.svg.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) scale(${scale.toFixed(4)})`;
+    this.svg.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) scale(${scale.toFixed(6)})`;
     this.classList.toggle("far", scale < FAR);
     this.classList.toggle("very-far", scale < VERY_FAR);
     this.classList.toggle("tiny", scale < TINY);

@@ -3,8 +3,8 @@
  *
  * @import {Automaton, Transition} from "../protocol.js"
  * @import {Area} from "./annotation-layout.js"
+ * @import {Placed} from "./folding.js"
  * @import {Point} from "./geometry.js"
- * @typedef {[id: number, x: number, y: number]} Placed
  */
 
 import * as dagre from "dagre";
@@ -14,6 +14,7 @@ import {notify} from "../notices.js";
 import {required} from "../required.js";
 import {n, t} from "../texts.js";
 import {addAnnotations} from "./annotation-layout.js";
+import {fold} from "./folding.js";
 import {LOOP, RADIUS} from "./geometry.js";
 import {width} from "./text.js";
 
@@ -48,34 +49,37 @@ function placement(automaton) {
     marginy: BEGIN - RADIUS,
   });
   graph.setDefaultEdgeLabel(() => ({}));
-  const states = [...automaton.states].sort((a, b) => Number(b.initial) - Number(a.initial));
-  for (const {id} of states) graph.setNode(String(id), {width: RADIUS * 2 + 16, height: RADIUS * 2 + 16});
+  const ordered = [...automaton.states].sort((a, b) => Number(b.initial) - Number(a.initial));
+  for (const {id} of ordered) graph.setNode(String(id), {width: RADIUS * 2 + 16, height: RADIUS * 2 + 16});
   const arcs = automaton.transitions.filter(
     ({origin, destination}) => graph.hasNode(String(origin)) && graph.hasNode(String(destination)),
   );
-  for (const {id, origin, destination, name} of arcs) {
-    if (origin === destination) continue;
+  const between = arcs.filter(({origin, destination}) => origin !== destination);
+  for (const {id, origin, destination, name} of between) {
     const wide = Math.min(WIDEST_LABEL, width(name, 12, 500) + 20);
     graph.setEdge(String(origin), String(destination), {width: wide, height: LABEL_HEIGHT, labelpos: "c"}, String(id));
   }
-  const annotations = addAnnotations(graph, automaton);
+  const areas = addAnnotations(graph, automaton);
   dagre.layout(graph);
-  const placed = automaton.states.map(({id}) => {
-    const {x, y} = graph.node(String(id));
-    return /** @type {Placed} */ ([id, rounded(x), rounded(y)]);
-  });
-  /** @type {Placed[]} */
-  const handles = [];
-  for (const {id, origin, destination} of arcs) {
-    if (origin === destination) continue;
-    const {x, y} = graph.edge(String(origin), String(destination), String(id));
-    handles.push([id, rounded(x), rounded(y)]);
-  }
+  const {states, transitions, annotations} = fold(
+    {
+      states: automaton.states.map(({id}) => {
+        const {x, y} = graph.node(String(id));
+        return [id, rounded(x), rounded(y)];
+      }),
+      transitions: between.map(({id, origin, destination}) => {
+        const {x, y} = graph.edge(String(origin), String(destination), String(id));
+        return [id, rounded(x), rounded(y)];
+      }),
+      annotations: areas(),
+    },
+    between,
+  );
   return {
     automaton: automaton.id,
-    states: placed,
-    transitions: [...handles, ...loopHandles(arcs, placed, handles)],
-    annotations: annotations(),
+    states,
+    transitions: [...transitions, ...loopHandles(arcs, states, transitions)],
+    annotations,
   };
 }
 

@@ -11,7 +11,8 @@ export const TINY = 0.15;
 
 /** Below this scale, text is too small to be read. */
 const LEGIBLE = 0.7;
-const SMALLEST = 0.02;
+const SMALLEST = 0.02; // to which one zooms; a larger drawing is fitted at a smaller one
+const FIT_SMALLEST = 0.0001;
 const LARGEST = 4;
 /** Pixels of the window around what is fitted; the tools are above. */
 const FIT = {side: 36, top: 54, bottom: 28};
@@ -57,7 +58,7 @@ export class Viewport {
    * @param {number} y
    */
   zoom(factor, x = this.size().width / 2, y = this.size().height / 2) {
-    const scale = Math.min(LARGEST, Math.max(SMALLEST, this.scale * factor));
+    const scale = Math.min(LARGEST, Math.max(Math.min(SMALLEST, this.scale), this.scale * factor));
     this.x = x - ((x - this.x) * scale) / this.scale;
     this.y = y - ((y - this.y) * scale) / this.scale;
     this.scale = scale;
@@ -176,7 +177,7 @@ export class Viewport {
 function placed({left, right, top, bottom}, {width, height}, largest = FIT_LARGEST) {
   const [wide, high] = [Math.max(1, right - left), Math.max(1, bottom - top)];
   const most = Math.min((width - 2 * FIT.side) / wide, (height - FIT.top - FIT.bottom) / high);
-  const scale = Math.max(SMALLEST, Math.min(most, largest));
+  const scale = Math.max(FIT_SMALLEST, Math.min(most, largest));
   return {
     width,
     height,
