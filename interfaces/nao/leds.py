@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from zenoh_ice import generated as ice
 
-from ..jderobot.common import InvalidValueException
+from ..jderobot.common import CommandRefusedException, InvalidValueException
 
 __all__ = ["LedColor", "LedColors", "LedNames", "LedState", "Leds", "LedsPrx"]
 
@@ -29,7 +29,7 @@ class LedState(ice.Struct):
     colors: LedColors = {}
 
 
-class LedsPrx(ice.ObjectPrx, id="::nao::Leds", fingerprint="b7c48e082c45efb5"):
+class LedsPrx(ice.ObjectPrx, id="::nao::Leds", fingerprint="992381f348359d43"):
     """Set the lights of eyes, ears, head, chest and feet."""
 
     @ice.operation(idempotent=True)
@@ -38,13 +38,13 @@ class LedsPrx(ice.ObjectPrx, id="::nao::Leds", fingerprint="b7c48e082c45efb5"):
         RightFoot.
         """
 
-    @ice.operation(throws=(InvalidValueException,))
+    @ice.operation(throws=(InvalidValueException, CommandRefusedException))
     def setLed(self, name: str, color: LedColor, seconds: float) -> None:
         """Let a group fade to a colour in some seconds, 0 for at once; of a group with one colour only the
         brightest part counts.
         """
 
-    @ice.operation()
+    @ice.operation(throws=(CommandRefusedException,))
     def reset(self) -> None:
         """Turn every light to what it shows after the start."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from zenoh_ice import generated as ice
 
-from ..jderobot.common import InvalidValueException
+from ..jderobot.common import CommandRefusedException, InvalidValueException
 
 __all__ = ["Speech", "SpeechPrx", "SpeechState"]
 
@@ -25,10 +25,10 @@ class SpeechState(ice.Struct):
     """How many texts were begun since the start."""
 
 
-class SpeechPrx(ice.ObjectPrx, id="::nao::Speech", fingerprint="37643a6528c53a87"):
+class SpeechPrx(ice.ObjectPrx, id="::nao::Speech", fingerprint="d24f90c0d11b5bde"):
     """Speak."""
 
-    @ice.operation(throws=(InvalidValueException,))
+    @ice.operation(throws=(InvalidValueException, CommandRefusedException))
     def say(self, text: str) -> None:
         """Say a text of at most 2000 characters after the earlier ones; returns at once."""
 

@@ -56,7 +56,8 @@ class LedsI(Leds):
             self._lights.set(name, (color.red, color.green, color.blue), seconds)
 
     def reset(self, current: Current) -> None:
-        self._lights.reset()
+        with refusals_raised():
+            self._lights.reset()
 
     def getLeds(self, current: Current) -> LedState:
         return self._state()

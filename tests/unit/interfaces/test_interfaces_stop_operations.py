@@ -1,4 +1,4 @@
-"""Every command of a component can be stopped, by the operation that the IDL marks with ["stop"]."""
+"""Every command can be stopped, by the operation marked with ["stop"], and declares that it may be refused."""
 
 import importlib
 import pkgutil
@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import interfaces
-from interfaces.jderobot import Motors, Pose3DMotors, Pose3DMotorsData
+from interfaces.jderobot import CommandRefusedException, Motors, Pose3DMotors, Pose3DMotorsData
 from interfaces.nao import Joints, Motions, PoseHead, Postures, Sounds, Speech, Walk
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
@@ -61,8 +61,26 @@ def test_an_interface_that_commands_something_has_a_stop_or_a_reason_for_none(ty
     )
 
 
+# -- what a robot that is stopped, held by others or lost refuses ---------------------------------------------
+
+NEVER_REFUSED = {
+    "::jderobot::Camera": "takes images; a lost robot's fail",
+    "::nao::Scene": "sets the stage of a simulation, except for its push",
+    "::hfsm::HfsmMonitor": "steers a component, which is no robot",
+}
+"""The interfaces with operations that neither a stop, nor a lease, nor a loss concerns, each with the reason."""
+
+
+@pytest.mark.parametrize("type_id", sorted(INTERFACES.keys() - NEVER_REFUSED.keys()))
+def test_every_command_declares_that_the_robot_may_refuse_it(type_id):
+    operations = INTERFACES[type_id].all_operations.values()
+    commands = [each for each in operations if not each.idempotent]
+    undeclared = [each.name for each in commands if CommandRefusedException not in each.exceptions]
+    assert not undeclared, f"{type_id}: add CommandRefusedException to what {undeclared} throws in the IDL"
+
+
 def test_no_reason_is_left_of_an_interface_that_is_gone():
-    assert MOVES_NOTHING.keys() <= INTERFACES.keys()
+    assert MOVES_NOTHING.keys() | NEVER_REFUSED.keys() <= INTERFACES.keys()
 
 
 # -- what the servers of a robot do --------------------------------------------------------------------------
