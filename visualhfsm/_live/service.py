@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import itertools
 import logging
-import math
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
@@ -14,41 +13,32 @@ from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta
+from msgspec.structs import replace
 
 from codegen.hfsm.document import Document
-from codegen.messages import NO_MESSAGE, Message
+from codegen.messages import NO_MESSAGE, Message, joined
 from codegen.reasons import reason
-from interfaces.hfsm import Explanation, HfsmMonitorPrx
-from interfaces.jderobot import InvalidValueException
-from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
+from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, News, Silence
-from visualhfsm._monitoring.heard import heard, heard_explanation
+from visualhfsm._monitoring.heard import heard
 from visualhfsm._monitoring.pictures import require_pillow
-from visualhfsm._monitoring.realm import (
-    MONITOR_PREFIX,
-    RELOAD_PATIENCE,
-    components,
-    missing_component,
-    refusals,
-)
+from visualhfsm._monitoring.realm import MONITOR_PREFIX, components, missing_component
 from visualhfsm._monitoring.robot import RobotMonitor, RobotPresence
 from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, Timeline
 from visualhfsm._run_page import MOST_PICTURES, Run, run_page
 from visualhfsm._services import Components, Publish, Snapshot, Stale, Structure
-from zenoh_ice import Communicator, ObjectPrx, Settings, ZenohIceError, initialize
-from zenoh_ice.application.emergency_stop import SAFETY
-from zenoh_ice.interface import Operation
+from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
 from .cameras import KEPT_APART, MOST_CAMERAS, Cameras
-from .moments import heard_moment, heard_snapshot
 from .poses import PoseStream
 from .recorder import Recorder
 from .recordings import RecordedRun, open_recording
 from .ros_graph import read_ros_graph
+from .steering import control, reset_robot, set_scene, stand_robot
 from .stopping import stop_once, stop_robot
 
 _PERIOD: Final = 0.1
@@ -58,7 +48,6 @@ _NEWS_LIMIT: Final = 5.0
 """Seconds to wait for the first news of a component."""
 _STOP_LIMIT: Final = 2.0
 """Seconds to wait for a component to end before the robot is stopped again."""
-_SCENE: Final = "Scene"
 _BODY: Final = "Body"
 """The servant that every robot has."""
 
@@ -174,7 +163,7 @@ class Monitoring:
                     wanted = msgspec.convert(arguments, _Picture)
                     return await self._picture(component, wanted.camera, wanted.at)
                 case "placeObject" | "pushRobot" | "sayToRobot":
-                    return await self._set_scene(action, arguments)
+                    return await set_scene(self._communicator, action, arguments)
                 case "timeline":
                     return self._log(component).timeline()
                 case "at":
@@ -379,13 +368,6 @@ class Monitoring:
         found = (each.page for each in shown if each is not None and each.hash == wanted)
         return next(map(msgspec.Raw, found), None)
 
-    async def _set_scene(self, action: str, arguments: Mapping[str, Any]) -> object:
-        """Move something in the world of a simulation, or push its robot."""
-        if _SCENE not in self._communicator.identities():
-            raise VisualHfsmError(Message("there is no simulation: only its world can be changed"))
-        scene = ScenePrx.uncheckedCast(self._communicator.stringToProxy(_SCENE))
-        return await _request(scene, getattr(ScenePrx, action), arguments, Message("the simulation"))
-
     async def _emergency_stop(self) -> object:
         """Stop the robot and all components at once, and the robot until it is still when they have ended.
 
@@ -421,81 +403,34 @@ class Monitoring:
         return NO_MESSAGE
 
 
-OPERATIONS: Final[Mapping[str, Operation[..., Any]]] = {
-    each.name: each
-    for each in (
-        HfsmMonitorPrx.pause,
-        HfsmMonitorPrx.resume,
-        HfsmMonitorPrx.step,
-        HfsmMonitorPrx.setBreakpoints,
-        HfsmMonitorPrx.forceTransition,
-        HfsmMonitorPrx.setVariable,
-        HfsmMonitorPrx.sendEvent,
-        HfsmMonitorPrx.setSpeed,
-        HfsmMonitorPrx.explain,
-        HfsmMonitorPrx.reload,
-        HfsmMonitorPrx.stop,
-    )
-}
-"""Requests to a component: operations of its monitor, with their arguments."""
-
-
-async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:
-    """Execute a request; return its result, None for nothing. Raises VisualHfsmError."""
-    operation = OPERATIONS.get(action)
-    if operation is None:
-        raise VisualHfsmError(
-            Message("a component cannot be asked to {action}", action=printable(action)[:40])
+def heard_snapshot(snapshot: LiveSnapshot) -> LiveSnapshot:
+    """Return a snapshot in which errors, a refusal and the events of the robot are messages."""
+    component, robot = snapshot.component, snapshot.robot
+    if component.errors or component.refusal:
+        component = replace(
+            component,
+            errors=[replace(each, message=heard(each.message)) for each in component.errors],
+            refusal=_refusal(component.refusal),
         )
-    if operation is HfsmMonitorPrx.reload:
-        monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
-    return await _request(monitor, operation, arguments, Message("the component"))
+    if robot.health is not None and robot.health.events:
+        events = [replace(each, message=heard(each.message)) for each in robot.health.events]
+        robot = replace(robot, health=replace(robot.health, events=events))
+    return replace(snapshot, component=component, robot=robot)
 
 
-async def _request(
-    proxy: ObjectPrx, operation: Operation[..., Any], arguments: Mapping[str, Any], whom: Message
-) -> object:
-    """Call an operation with arguments from the page. Raises VisualHfsmError."""
-    codec = operation.arguments
-    try:
-        if unknown := arguments.keys() - set(codec.fields):
-            raise msgspec.ValidationError(f"it takes no {printable(min(unknown))[:40]}")
-        values = msgspec.structs.asdict(msgspec.convert(arguments, codec.struct))
-        with refusals(whom):
-            found = await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
-            return heard_explanation(found) if isinstance(found, Explanation) else found
-    except msgspec.ValidationError as error:
-        raise VisualHfsmError(
-            Message(
-                "{whom} cannot be asked to {operation}: {reason}",
-                whom=whom,
-                operation=operation.name,
-                reason=reason(error),
-            )
-        ) from error
-    except ZenohIceError as error:
-        raise VisualHfsmError(reason(error)) from error
+def heard_moment(moment: msgspec.Raw | None) -> dict[str, Any] | None:
+    """Return a snapshot of a log in the same way; None for none."""
+    if moment is None:
+        return None
+    found: dict[str, Any] = msgspec.json.decode(moment)  # of no type: in JSON, what is not known is null
+    component, health = found["component"], found["robot"]["health"] or {}
+    component["refusal"] = _refusal(component["refusal"])
+    for each in (*component["errors"], *health.get("events", ())):
+        each["message"] = heard(each["message"])
+    return found
 
 
-async def reset_robot(communicator: Communicator) -> None:
-    """Let a robot accept commands again after its emergency stop. Raises ZenohIceError when it cannot."""
-    safety = SafetyPrx.uncheckedCast(communicator.stringToProxy(SAFETY))
-    await asyncio.wrap_future(safety.resetEmergencyStop.begin())
-
-
-async def stand_robot(communicator: Communicator) -> None:
-    """Put a simulated robot on its feet where it is. Raises VisualHfsmError where that is not possible."""
-    scene = ScenePrx.uncheckedCast(communicator.stringToProxy(_SCENE))
-    truth = GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth"))
-    pose = (await asyncio.wrap_future(truth.getGroundTruth.begin())).torso
-    turn = pose.orientation
-    # The angle about the vertical, https://en.wikipedia.org/wiki/Conversion_between_quaternions_and_Euler_angles
-    heading = math.atan2(
-        2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
-    )
-    try:
-        await asyncio.wrap_future(scene.placeRobot.begin(pose.position.x, pose.position.y, heading))
-    except InvalidValueException as error:
-        raise VisualHfsmError(
-            Message("the robot cannot stand here: {reason}", reason=printable(error.what))
-        ) from error
+def _refusal(text: str) -> Message:
+    """Return what a component says of a refused command, behind the place in its automata."""
+    place, separator, why = text.partition(": ")
+    return joined(": ", [place, heard(why)]) if separator else Message.verbatim(text)
