@@ -242,6 +242,21 @@ def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
 
 
 @pytest.mark.parametrize("number", TIMES)
+def test_ctrl_c_leaves_a_cluster_free(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
+) -> None:
+    disturbed = series(tmp_path / "documents")
+    with DaskCluster(tmp_path / "cluster", workers=2) as cluster:
+        there = ("--cluster", cluster.address)
+        with disturbed.running(*there) as client:
+            disturbed.until_done(moment(number, "ctrl-c there"), client)
+            client.process.send_signal(signal.SIGINT)
+            assert client.wait() == 130, client.output
+        assert ("the same command goes on" in client.output) is (disturbed.done < RUNS)
+        assert disturbed.finish(*there) == undisturbed
+
+
+@pytest.mark.parametrize("number", TIMES)
 def test_a_killed_scheduler_keeps_what_is_done(
     tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
 ) -> None:

@@ -17,13 +17,15 @@ from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import FOREVER
 from tests.support.places import ROOT
-from tests.support.processes import assert_gone
+from tests.support.processes import assert_gone, children
 from tests.support.waiting import until
 from visualhfsm._new import new
 from visualhfsm.trials import Plan, Spread, Success, TrialsError, run_trials
 from visualhfsm.trials._summary import write_table
 
 pytestmark = pytest.mark.slow
+
+WORKER = "visualhfsm.trials._worker"
 
 ROLLS = document(
     sub(
@@ -211,6 +213,107 @@ def test_a_cluster_that_ends_no_trial_any_more_is_not_waited_for(
         finally:
             below = cluster.kill(cluster.workers[0])
         assert_gone(below)
+
+
+UNREADABLE = """
+from visualhfsm.trials._outcomes import Outcome
+
+Outcome.__reduce__ = lambda self: (__import__, ("nowhere",))
+"""
+
+
+def test_an_outcome_that_cannot_be_received_ends_the_run(tmp_path: Path, project: Path) -> None:
+    changed = tmp_path / "changed"
+    changed.mkdir()
+    (changed / "sitecustomize.py").write_text(UNREADABLE)
+    with DaskCluster(tmp_path / "cluster", workers=0) as cluster:
+        cluster.add_worker({"PYTHONPATH": str(changed)})
+        cluster.wait()
+        with pytest.raises(
+            TrialsError, match=r"does not give the outcome of trial \d+: No module named 'nowhere'"
+        ):
+            run_trials(plan(project), cluster=cluster.address)
+
+
+@pytest.mark.parametrize("failures", [0, 3])
+def test_workers_that_are_killed_before_the_first_trial_ends_change_nothing(
+    tmp_path: Path, project: Path, failures: int
+) -> None:
+    out = tmp_path / "rolls.outcomes.jsonl"
+    with (
+        DaskCluster(tmp_path / "cluster", workers=3, failures=failures) as cluster,
+        ThreadPoolExecutor(1) as aside,
+    ):
+        trials = aside.submit(run_trials, plan(project), out=out, cluster=cluster.address)
+        until(lambda: trials.done() or out.exists(), FOREVER)
+        until(lambda: trials.done() or children(WORKER) != [], FOREVER)
+        below = [each for worker in cluster.workers[:2] for each in cluster.kill(worker)]
+        there = trials.result(FOREVER)
+    assert there.rows == run_trials(plan(project), workers=2).rows
+    assert_gone(below)
+
+
+FRAIL = """
+import os, signal
+from visualhfsm.trials import _{module}
+
+_{module}.{function} = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def frail(folder: Path, module: str, function: str) -> dict[str, str]:
+    """Return the environment of a worker that dies when it calls a function."""
+    folder.mkdir()
+    (folder / "sitecustomize.py").write_text(FRAIL.format(module=module, function=function))
+    return {"PYTHONPATH": str(folder)}
+
+
+def test_a_worker_that_dies_when_it_is_looked_at_is_not_counted(
+    tmp_path: Path, project: Path, cluster: DaskCluster
+) -> None:
+    cluster.add_worker(frail(tmp_path / "frail", "outcomes", "versions"))
+    cluster.wait()
+    assert len(run_trials(plan(project, 4), cluster=cluster.address).rows) == 4
+
+
+def test_a_worker_that_dies_of_the_files_costs_no_trial(tmp_path: Path, project: Path) -> None:
+    with DaskCluster(tmp_path / "cluster", workers=0, failures=0) as cluster, ThreadPoolExecutor(1) as aside:
+        worker = cluster.add_worker(frail(tmp_path / "frail", "cluster", "_hold"))
+        cluster.wait()
+        trials = aside.submit(run_trials, plan(project, 4), cluster=cluster.address)
+        until(lambda: trials.done() or worker.process.poll() is not None, FOREVER)
+        cluster.add_worker()
+        assert len(trials.result(FOREVER).rows) == 4
+
+
+def test_a_cluster_that_loses_its_last_worker_ends_the_run(
+    tmp_path: Path, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("visualhfsm.trials._cluster._NO_WORKER_LIMIT", 1.0)
+    out = tmp_path / "rolls.outcomes.jsonl"
+    with DaskCluster(tmp_path / "cluster") as cluster, ThreadPoolExecutor(1) as aside:
+        trials = aside.submit(run_trials, plan(project, 100_000), out=out, cluster=cluster.address)
+        until(lambda: trials.done() or (out.exists() and out.read_bytes().count(b"\n") > 2), FOREVER)
+        below = cluster.kill(cluster.workers[0])
+        with pytest.raises(TrialsError, match="it has had no worker for 1 s"):
+            trials.result(FOREVER)
+        assert_gone(below)
+
+
+def test_a_scheduler_that_hangs_ends_the_run(
+    tmp_path: Path, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "rolls.outcomes.jsonl"
+    with DaskCluster(tmp_path / "cluster") as cluster, ThreadPoolExecutor(1) as aside:
+        trials = aside.submit(run_trials, plan(project, 100_000), out=out, cluster=cluster.address)
+        until(lambda: trials.done() or (out.exists() and out.read_bytes().count(b"\n") > 2), FOREVER)
+        monkeypatch.setattr("visualhfsm.trials._cluster._CONNECT_LIMIT", 1.0)
+        cluster.scheduler.freeze()
+        try:
+            with pytest.raises(TrialsError, match="its scheduler does not answer: "):
+                trials.result(FOREVER)
+        finally:
+            cluster.scheduler.process.send_signal(signal.SIGCONT)
 
 
 def test_a_server_that_is_no_scheduler_is_not_waited_for(project: Path) -> None:

@@ -21,18 +21,21 @@ __all__ = ["DaskCluster"]
 
 _PATIENT: Final = {
     "PYTHONPATH": str(ROOT),
-    "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "3",
     "DASK_DISTRIBUTED__ADMIN__TICK__LIMIT": "1h",  # a busy machine is no news
 }
 
 
 class DaskCluster:
-    """A scheduler and its workers, each in its own empty folder; leaving the `with` block ends them."""
+    """A scheduler and its workers, each in its own empty folder; leaving the `with` block ends them.
 
-    def __init__(self, folder: Path, workers: int = 1, threads: int = 1) -> None:
+    A task whose worker is killed runs on another one, for so many `failures`.
+    """
+
+    def __init__(self, folder: Path, workers: int = 1, threads: int = 1, failures: int = 3) -> None:
         self._folder = folder
         self._threads = threads
         self._first = workers
+        self._failures = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(failures)}
         self._processes = ExitStack()
         self.workers: list[ComponentProcess] = []
         self.address: Final = f"tcp://127.0.0.1:{free_port()}"
@@ -42,7 +45,7 @@ class DaskCluster:
             started.push(self._processes)
             port = self.address.rpartition(":")[2]
             options = ("--host", "127.0.0.1", "--port", port, "--no-dashboard")
-            self.scheduler = self._start("scheduler", "scheduler", *options)
+            self.scheduler = self._start("scheduler", "scheduler", *options, environment=self._failures)
             until(lambda: "Scheduler at" in self.scheduler.output, START_LIMIT)
             for _ in range(self._first):
                 self.add_worker()

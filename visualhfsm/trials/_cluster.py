@@ -7,8 +7,8 @@ import logging
 import time
 import warnings
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from typing import Any, Final
 
 from codegen.messages import Message
@@ -64,9 +64,8 @@ class Cluster:
         self._log = logging.getLogger("distributed")
         self._log_level = self._log.level
         self._log.setLevel(logging.CRITICAL)  # each of its errors is raised here, too, and says it in a line
-        self._executor: Executor = self._client.get_executor(pure=False)
         self._sent: dict[str, Any] = {}
-        self._looked = self._seen = self._ended = time.monotonic()
+        self._looked = self._seen = self._moved = time.monotonic()
         self._patience = 0.0
         """s that a trial may take, of the tasks that were submitted."""
 
@@ -74,18 +73,49 @@ class Cluster:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._client.close(_CLOSE_LIMIT)
+        with suppress(TimeoutError):  # a scheduler that hangs is left alone
+            self._client.close(_CLOSE_LIMIT)
         self._log.setLevel(self._log_level)
 
     def submit(self, task: Task) -> Future[Outcome]:
         """Begin to run a task, as soon as a worker has time."""
         self._patience = task.plan.patience
-        future = self._executor.submit(_run, task.without_snapshot, self._send(task.snapshot))
-        future.add_done_callback(self._note_end)
-        return future
+        self._note_move()
+        there = self._client.submit(_run, task.without_snapshot, self._send(task.snapshot), pure=False)
+        loop = self._client.loop.asyncio_loop
+        here = asyncio.run_coroutine_threadsafe(self._receive(there, task.number), loop)
+        here.add_done_callback(self._note_move)
+        return here
 
-    def _note_end(self, _: Future[Outcome]) -> None:
-        self._ended = time.monotonic()
+    async def _receive(self, there: Any, number: int) -> Outcome:  # noqa: ANN401 - a future of Dask
+        """Return the outcome of a task when it has ended.
+
+        The futures of Dask's own executor never end when this fails, as for an outcome that was lost with its
+        worker, and cannot be computed again.
+        """
+        try:
+            outcome: Outcome = await self._client.gather(there, asynchronous=True)
+        except (TrialsError, CancelledError, *self.lost):
+            raise
+        except OSError as error:
+            raise self._silent(error) from error
+        except Exception as error:
+            raise TrialsError(
+                Message(
+                    "the cluster at {address} does not give the outcome of trial {number}: {reason}. What is "
+                    "done is kept, and the same command goes on, with any cluster or without",
+                    address=self._address,
+                    number=number,
+                    reason=reason(error),
+                )
+            ) from error
+        else:
+            return outcome
+        finally:
+            there.release()  # it is not run any more if nobody waits
+
+    def _note_move(self, *_: object) -> None:
+        self._moved = time.monotonic()
 
     def check(self) -> None:
         """Raise TrialsError when the scheduler, or every worker, has been lost, or no trial ends any more."""
@@ -100,8 +130,11 @@ class Cluster:
         elif now - self._seen > _NO_WORKER_LIMIT:
             raise self._left(Message("it has had no worker for {limit:g} s", limit=_NO_WORKER_LIMIT))
         limit = self._patience + _START_LIMIT
-        if now - self._ended > limit:
+        if now - self._moved > limit:
             raise self._left(Message("none of its trials has ended for {limit:g} s", limit=limit))
+
+    def _silent(self, error: OSError) -> TrialsError:
+        return self._left(Message("its scheduler does not answer: {reason}", reason=reason(error)))
 
     def _left(self, why: Message) -> TrialsError:
         return TrialsError(
@@ -115,18 +148,17 @@ class Cluster:
 
     def _send(self, snapshot: Snapshot) -> Any:  # noqa: ANN401 - a future of Dask
         """Return the snapshot on the cluster: it is sent once, and computed again where it is lost."""
-        if snapshot.digest not in self._sent:
-            self._sent[snapshot.digest] = self._client.submit(_hold, snapshot, pure=False)
-        return self._sent[snapshot.digest]
+        sent = self._sent.get(snapshot.digest)
+        if sent is None or sent.status == "error":  # its workers were killed
+            sent = self._sent[snapshot.digest] = self._client.submit(_hold, snapshot, pure=False)
+        return sent
 
     def _count(self) -> int:
         """Return how many workers there are now."""
         try:
             seen = self._client.sync(self._client.scheduler.identity, callback_timeout=_CONNECT_LIMIT)
         except OSError as error:  # also when it takes too long
-            raise self._left(
-                Message("its scheduler does not answer: {reason}", reason=reason(error))
-            ) from error
+            raise self._silent(error) from error
         return len(seen["workers"])
 
 
@@ -175,6 +207,9 @@ def _look_at(address: str) -> tuple[dict[str, object], int]:
 
 
 def _compare_versions(address: str, found: Mapping[str, object]) -> None:
+    found = {
+        worker: theirs for worker, theirs in found.items() if not isinstance(theirs, OSError)
+    }  # it ended
     if not found:
         raise TrialsError(
             Message(
