@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import re
 import signal
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from codegen.messages import Message
 from visualhfsm._failures import Failure, Failures
 from visualhfsm._origins import Origin, Origins
-from visualhfsm._watched_process import describe_exit
+from visualhfsm._services import Stopper
+from visualhfsm._watched_process import describe_exit, was_stopped
 from zenoh_ice.application.last_cycle import LastCycle
 
 _NO_ERROR: Final = re.compile(r"[\d-]+ [\d:.]+ (DEBUG|INFO|WARNING) ")
 """The beginning of a line of the log that reports no error."""
 _CRASH: Final = "Fatal Python error: "
 _ABRUPT: Final = " ends the process before "
+_STOPPED_BY: Final[Mapping[Stopper, Message]] = {
+    "window": Message("it was stopped in another window"),
+    "viewer": Message("it was stopped by a viewer"),
+}
 
 
 class LastWords:
@@ -53,13 +59,21 @@ class End(NamedTuple):
 
 
 def describe_end(
-    code: int, words: LastWords, cut_short: LastCycle | None, origins: Origins | None, *, stopped: bool
+    code: int,
+    words: LastWords,
+    cut_short: LastCycle | None,
+    origins: Origins | None,
+    *,
+    stopped: bool,
+    by: Stopper | None = None,
 ) -> End:
-    """Describe how a component ended; `stopped` when that was requested.
+    """Describe how a component ended; `stopped` when that was requested, `by` somebody who is to be named.
 
     `cut_short` is what it executed last if it did not end in an orderly way.
     """
     message = describe_exit(code, stopped=stopped)
+    if by is not None and was_stopped(code, stopped=stopped):
+        message = _STOPPED_BY[by]
     if stopped or (cut_short is None and code == 0):
         return End(message)
     state = "" if cut_short is None or origins is None else origins.state_name(*cut_short[:2])

@@ -11,6 +11,7 @@ import shutil
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final, Literal
@@ -39,6 +40,7 @@ from visualhfsm._services import (
     Publish,
     RunPush,
     Source,
+    Stopper,
     complete,
     own_listener,
 )
@@ -110,17 +112,18 @@ class RunningComponents:
         await complete(self._run_of(source.tab).start(source, arguments, dry_run=dry_run))
         return {"component": name}
 
-    async def stop(self, tab: int) -> object:
-        """Stop the tab's process, if one runs."""
+    async def stop(self, tab: int, by: Stopper | None = None) -> object:
+        """Stop the tab's process, if one runs; `by` says who wants that."""
         run = self._runs.get(tab)
         if run is not None:
+            run.announce_stop(by)
             await complete(run.stop())
         return None
 
-    def announce_stop(self) -> None:
-        """Report that all processes are being stopped, before they are."""
+    def announce_stop(self, by: Stopper | None = None) -> None:
+        """Report that all processes are being stopped, before they are; `by` says who wants that."""
         for run in self._runs.values():
-            run.announce_stop()
+            run.announce_stop(by)
 
     async def stop_all(self) -> None:
         """Stop all processes, also those that are being started."""
@@ -192,6 +195,7 @@ class _Run:
         """The file in which the component keeps what it executes."""
         self._busy = asyncio.Lock()
         self._stopping = False
+        self._stopped_by: Stopper | None = None
         self.component = ""
         """The name of the component that starts or runs; empty when there is none."""
 
@@ -220,6 +224,7 @@ class _Run:
             self._directory.close()
             self.component = source.component
             self._stopping = False
+            self._stopped_by = None
             self._report("generating")
             try:
                 generated = await self._generate(source)
@@ -234,9 +239,11 @@ class _Run:
                 raise
             self._report("running")
 
-    def announce_stop(self) -> None:
-        """Report that the process, if there is one, is being stopped."""
-        if self._process.is_running:
+    def announce_stop(self, by: Stopper | None = None) -> None:
+        """Report that the process, if there is one, is being stopped, and who was the first to want that."""
+        if self.component:
+            self._stopped_by = self._stopped_by or by
+        if self._process.is_running and not self._stopping:
             self._stopping = True
             self._report("stopping")
 
@@ -276,10 +283,10 @@ class _Run:
     def _end(self, code: int, stopped: bool) -> None:
         kept = last_cycle.read(self._last_cycle) if self._last_cycle else None
         origins = self._generated.origins if self._generated else None
-        stopped = stopped or self._stopping
-        end = describe_end(code, self._words, kept, origins, stopped=stopped)
+        describe = partial(describe_end, code, self._words, kept, origins, stopped=stopped or self._stopping)
+        end, by = describe(), self._stopped_by
         self._report_failures(self._words.failures.end(*end))
-        self._report("ended", code, end.message, end.origin)
+        self._report("ended", code, end.message, end.origin, describe(by=by).message if by else NO_MESSAGE)
 
     def _report(
         self,
@@ -287,6 +294,7 @@ class _Run:
         exit_code: int | None = None,
         message: Message = NO_MESSAGE,
         origin: Origin | None = None,
+        elsewhere: Message = NO_MESSAGE,
     ) -> None:
         self._publish(
             RunPush(
@@ -295,6 +303,7 @@ class _Run:
                 status=status,
                 exit_code=exit_code,
                 message=message,
+                elsewhere=elsewhere,
                 place=origin.place if origin else None,
                 line=origin.line if origin else 0,
             )

@@ -128,12 +128,17 @@ class RecentLines:
             self.dropped += 1
 
 
+Stopper = Literal["window", "viewer"]
+"""Who asks for the end of a run: a window of the editor, or a viewer."""
+
+
 class RunPush(Push, tag="run"):
     """The status of a component that was started here.
 
     `component` is its name, under which it is followed. The exit code is minus the number of the signal that
     ended it, if one did. An end that was not requested has the place in the document that led to it, and the
-    line there, if they are known.
+    line there, if they are known. `elsewhere` is the message for those who did not request the end: it also
+    says who did; empty if nobody did.
     """
 
     tab: int
@@ -141,6 +146,7 @@ class RunPush(Push, tag="run"):
     status: Literal["generating", "starting", "running", "stopping", "ended"]
     exit_code: int | None = None
     message: Message = NO_MESSAGE
+    elsewhere: Message = NO_MESSAGE
     place: Place | None = None
     line: int = 0
 

@@ -164,10 +164,17 @@ class WatchedProcess:
         self._ended(await child.wait(), self._stopping)
 
 
+def was_stopped(code: int, *, stopped: bool) -> bool:
+    """Return whether a process ended as it was `stopped`, if that was requested."""
+    return stopped and code in (0, _INTERRUPTED, _TERMINATED, -signal.SIGINT)
+
+
 def describe_exit(code: int, *, stopped: bool) -> Message:
     """Describe how a process ended; `stopped` when that was requested."""
-    if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED, -signal.SIGINT)):
-        return Message("it was stopped") if stopped else Message("it has finished")
+    if was_stopped(code, stopped=stopped):
+        return Message("it was stopped")
+    if code == 0:
+        return Message("it has finished")
     if code > 0:
         match code:
             case 1:

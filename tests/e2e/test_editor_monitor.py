@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from collections.abc import Iterator
@@ -11,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 
 from hfsm_runtime.recording_file.reader import RecordingFile
-from tests.support.browser import EditorPage, shared_address
+from tests.support.browser import EditorPage, new_context, shared_address
 from tests.support.editor import Editor
 from tests.support.monitor import (
     comes_true,
@@ -519,3 +520,43 @@ def test_who_looks_on_follows_what_runs(shown: EditorPage, browser: Browser) -> 
         page.get_by_role("button", name="Withdraw it").click()
         expect(early.get_by_role("alert")).to_contain_text("The owner has withdrawn this address")
         expect(early.locator("hfsm-tools")).to_be_hidden()
+
+
+def test_all_but_the_window_that_stops_a_run_say_who_stopped_it(
+    shown: EditorPage, served: tuple[ServedRobot, Editor], browser: Browser
+) -> None:
+    address = shared_address(shown)
+    with contextlib.ExitStack() as opened:
+        other = opened.enter_context(monitor_page(browser, served[1]))
+        viewer, phone = [
+            EditorPage(
+                opened.enter_context(contextlib.closing(new_context(browser, language))).new_page(),
+                served[1],
+                address,
+            )
+            for language in (None, "es")
+        ]
+        phone.resize(390, 844)
+
+        def run_everywhere() -> None:
+            for each in (viewer, phone):
+                each.page.locator("hfsm-canvas .state").first.wait_for()
+            run(shown)
+            follow(other, "walk")
+            expect(status(viewer)).to_have_text("Running")
+            expect(status(phone)).to_have_text("En marcha")
+
+        def expect_ends(*ends: str) -> None:
+            for each, end in zip((shown, other, viewer, phone), ends, strict=True):
+                expect(status(each)).to_have_text(end)
+
+        run_everywhere()
+        shown.button("Stop").click()
+        elsewhere = "Ended: stopped in another window"
+        expect_ends("Ended: stopped", elsewhere, elsewhere, "Terminado: detenido en otra ventana")
+        run_everywhere()
+        phone.button("STOP: parar el robot y todo lo que se ejecuta").click()
+        by_a_viewer = "Ended: stopped by a viewer"
+        expect_ends(*[by_a_viewer] * 3, "Terminado: parado con STOP")
+        other.press("Alt+o")
+        expect(other.page.locator("hfsm-output")).to_contain_text(by_a_viewer)

@@ -25,7 +25,7 @@ from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.ports import free_port
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._errors import VisualHfsmError
-from visualhfsm._services import Publish
+from visualhfsm._services import Publish, Stopper
 from visualhfsm._web.limits import Limits
 from visualhfsm._web.server import Options, Report, Server
 from visualhfsm._web.services import MakeServices, Services
@@ -77,7 +77,7 @@ class NoService:
         raise VisualHfsmError(Message("the poses are not available"))
         yield
 
-    def announce_stop(self) -> None:
+    def announce_stop(self, by: Stopper | None = None) -> None:
         """Do nothing: nothing runs."""
 
     async def stop_all(self) -> None:

@@ -12,6 +12,7 @@ from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._editing.serialization import written
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._services import Stopper
 from visualhfsm.project._root import Root
 
 from .news import Realm
@@ -119,13 +120,13 @@ class Runs:
 
     # ---------------------------------------------------------------------------------------- stopping
 
-    async def emergency_stop(self) -> object:
+    async def emergency_stop(self, by: Stopper) -> object:
         """Stop the robot and all components of its realm, then all processes of components started here.
 
         The window that asked for it may close: it is repeated until the robot is still.
         """
         services = self._services
-        services.running.announce_stop()
+        services.running.announce_stop(by)
         stopping = self._stop(services.live.control("", "emergencyStop", {}))
         try:
             await asyncio.wait({stopping}, timeout=_COMPONENTS_END)

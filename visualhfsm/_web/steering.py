@@ -28,9 +28,9 @@ async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]
     return await workspace.runs.run(tab, request.arguments, record=request.record, dry_run=dry_run)
 
 
-async def stop_run(workspace: Workspace, _: Window, request: p.StopRun) -> object:
+async def stop_run(workspace: Workspace, window: Window, request: p.StopRun) -> object:
     """Stop the process of a component."""
-    return await workspace.services.running.stop(request.tab)
+    return await workspace.services.running.stop(request.tab, window.kind)
 
 
 async def attach(workspace: Workspace, window: Window, request: p.Attach) -> object:
@@ -43,10 +43,10 @@ async def detach(workspace: Workspace, window: Window, request: p.Detach) -> Non
     await workspace.runs.unfollow(window, request.component)
 
 
-async def control(workspace: Workspace, _: Window, request: p.Control) -> object:
+async def control(workspace: Workspace, window: Window, request: p.Control) -> object:
     """Steer a running component, or stop everything."""
     if request.action == p.EMERGENCY_STOP:
-        return await workspace.runs.emergency_stop()
+        return await workspace.runs.emergency_stop(window.kind)
     return await workspace.runs.control(request.component, request.action, request.arguments)
 
 

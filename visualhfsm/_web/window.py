@@ -24,7 +24,7 @@ import msgspec
 from codegen.hfsm.document import Annotation, Automaton, Document, State, Transition
 from visualhfsm._editing.views import view
 from visualhfsm._languages import ENGLISH
-from visualhfsm._services import Output, Push, RecentLines, RunPush, Snapshot, Stale, Structure
+from visualhfsm._services import Output, Push, RecentLines, RunPush, Snapshot, Stale, Stopper, Structure
 from visualhfsm._sessions import session as sessions
 
 from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, Step, encode
@@ -56,6 +56,8 @@ class Window:
         self.greeted = False
         self.is_viewer: Final = is_viewer
         """Whether it only looks on."""
+        self.kind: Final[Stopper] = "viewer" if is_viewer else "window"
+        """What it is for others when it stops a run."""
         self.key: Final = key
         """The key by which its page is let in again after a restart of the editor."""
         self.language = ENGLISH

@@ -13,6 +13,7 @@ from tests.support.editing import tree
 from visualhfsm._editing.places import Place
 from visualhfsm._ending import End, LastWords, describe_end
 from visualhfsm._origins import Origin, Origins
+from visualhfsm._services import Stopper
 from zenoh_ice.application.last_cycle import LastCycle
 
 HERE = Origin(Place(kind="state", automaton=1, id=1, part="code"), 2)
@@ -51,6 +52,14 @@ def test_an_end_that_was_requested_or_in_order_leads_nowhere() -> None:
     assert describe_end(130, error, None, None, stopped=True) == End(Message("it was stopped"))
     assert describe_end(KILLED, error, LastCycle(1, 1, 0, running=True), None, stopped=True)[1] is None
     assert describe_end(0, error, None, None, stopped=False) == End(Message("it has finished"))
+
+
+@pytest.mark.parametrize(
+    ("by", "says"), [("window", "it was stopped in another window"), ("viewer", "it was stopped by a viewer")]
+)
+def test_an_end_that_was_requested_says_by_whom(by: Stopper, says: str) -> None:
+    assert describe_end(130, words(), None, None, stopped=True, by=by) == End(Message(says))
+    assert describe_end(3, words(), None, None, stopped=True, by=by).message == "it ended with exit code 3"
 
 
 def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:

@@ -15,6 +15,14 @@ const hasDocument = () => Boolean(page.document);
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && runs.isRunning(tab)) || 0;
 
+/** Stop the component that was started here, or else the followed one. */
+function stopRun() {
+  const tab = startedHere();
+  if (!tab) return monitor.stop();
+  runs.stopHere(tab);
+  return commands.ask("stopRun", {tab});
+}
+
 const files = () => import("./files.js");
 
 addActions([
@@ -169,7 +177,7 @@ addActions([
     keys: ["Shift+F5"],
     scope: "typing",
     enabled: () => startedHere() > 0 || monitor.steers,
-    run: () => (startedHere() ? commands.ask("stopRun", {tab: startedHere()}) : monitor.stop()),
+    run: stopRun,
     hint: t("the component of the shown document, or else the followed one"),
   },
 

@@ -928,6 +928,7 @@ export interface RunPush {
   status: "ended" | "generating" | "running" | "starting" | "stopping";
   exitCode: number | null;
   message: string;
+  elsewhere: string;
   place: Place | null;
   line: number;
 }

@@ -21,6 +21,8 @@ class Runs {
   #notices = new Map();
   /** The tabs whose run has failed in code that was changed since. @type {Set<number>} */
   #corrected = new Set();
+  /** The tabs whose run this window saw, and did not stop. @type {Set<number>} */
+  #watched = new Set();
 
   constructor() {
     store.addEventListener("run", ({detail}) => this.#take(detail));
@@ -41,6 +43,17 @@ class Runs {
   /** @param {number} tab */
   isRunning(tab) {
     return ALIVE.includes(this.of(tab)?.status);
+  }
+
+  /** This window stops the component of a tab, or all. @param {number} [tab] */
+  stopHere(tab) {
+    if (tab) this.#watched.delete(tab);
+    else this.#watched.clear();
+  }
+
+  /** How a run has ended, in a window that saw it: also who has stopped it, if not this window. @param {RunPush} run */
+  endOf({tab, message, elsewhere}) {
+    return (this.#watched.has(tab) && elsewhere) || message;
   }
 
   /**
@@ -71,6 +84,7 @@ class Runs {
     const former = this.of(run.tab)?.status; // undefined for the first status in a new window
     this.#runs.set(run.tab, run);
     this.#corrected.delete(run.tab);
+    if (run.status === "generating" || (!former && this.isRunning(run.tab))) this.#watched.add(run.tab);
     if (run.status === "generating" && former !== "generating") outputLog.clear(run.tab);
     const failed = run.exitCode || run.place;
     if (run.status === "ended" && failed && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
@@ -78,7 +92,8 @@ class Runs {
 
   /** @param {RunPush} run */
   #tellEnd(run) {
-    const {tab, component, message, place, line} = run;
+    const {tab, component, place, line} = run;
+    const message = this.endOf(run);
     const why = place ? undefined : outputLog.lastError(tab);
     const outcome = message ? subjected(message, component) : t("{component} has ended", {component});
     const link = place && {label: line ? t("line {line}", {line}) : t("show it"), run: () => this.showEnd(run)};
@@ -109,6 +124,7 @@ class Runs {
   #forget(tab) {
     this.#runs.delete(tab);
     this.#corrected.delete(tab);
+    this.#watched.delete(tab);
     this.dismiss(tab);
   }
 }
@@ -117,8 +133,8 @@ class Runs {
 const subjected = (message, component) =>
   message.startsWith("it ") ? message.replace("it", component) : `${component}: ${message}`;
 
-/** How a component ended. @param {{message?: string}} ended */
-export function spokenEnd({message = ""}) {
+/** How a component ended. @param {string} message that says so */
+export function spokenEnd(message) {
   const how = message.replace(/^it (has ended:? |ended:? |was |has )?/, "");
   if (!how) return t("Ended");
   return how.startsWith("with") ? `Ended ${how}` : t("Ended: {how}", {how});

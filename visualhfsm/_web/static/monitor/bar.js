@@ -121,7 +121,7 @@ class MonitorBar extends MonitorElement {
     if (run?.status !== "ended" || !run.place) return nothing;
     const failed = runs.failed(page.tab);
     return html`<span class="live-status ${failed ? "failed" : "ended"}"
-        ><span class="sign" aria-hidden="true"></span>${spokenEnd(run)}</span
+        ><span class="sign" aria-hidden="true"></span>${spokenEnd(runs.endOf(run))}</span
       >
       ${failureLink(failed)}<strong class="component">${run.component}</strong>`;
   }
@@ -266,7 +266,7 @@ export function statusOf() {
     return {status: "recording", word: recording.complete ? t("Recording") : t("Recording, its beginning")};
   if (!store.online) return {status: "stale", word: t("The editor is offline")};
   if (monitor.ended && monitor.isOver)
-    return {status: failedRun() ? "failed" : "ended", word: spokenEnd(monitor.ended)};
+    return {status: failedRun() ? "failed" : "ended", word: spokenEnd(monitor.ended.message)};
   if (isStopping()) return {status: "waiting", word: t("Stopping…")};
   if (since && !monitor.ended)
     return {

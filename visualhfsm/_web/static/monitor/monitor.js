@@ -10,6 +10,7 @@
  */
 
 import {notify, notifyError, clearErrors} from "../notices.js";
+import {runs} from "../runs.js";
 import {store} from "../store.js";
 import {t} from "../texts.js";
 import {viewing} from "../viewing.js";
@@ -262,12 +263,13 @@ class Monitor extends Shown {
   }
 
   /** A component was started from a tab, or has ended. @param {RunPush} run */
-  #ran({tab, component, status, message}) {
+  #ran(run) {
+    const {tab, component, status} = run;
     this.starts.from(component, tab);
     if (status !== "ended") return;
     if (component === this.#expected) this.#expected = "";
     this.starts.end(component);
-    if (component === this.component) this.end(this.ended?.message ?? message);
+    if (component === this.component) this.end(this.ended?.message ?? runs.endOf(run));
   }
 
   /** A component ends with the tab from which it was started, a recording with its own. @param {number} tab */

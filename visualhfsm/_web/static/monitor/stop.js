@@ -1,6 +1,7 @@
 /** The operator's stop button: it asks no question, does not wait, and works in every mode. */
 
 import {clearErrors, messageOf, notify} from "../notices.js";
+import {runs} from "../runs.js";
 import {t} from "../texts.js";
 import {monitor} from "./monitor.js";
 
@@ -21,6 +22,7 @@ const late = new Map();
 export async function stopRobot() {
   clearErrors(STOP);
   late.clear();
+  runs.stopHere();
   let confirmed = () => {};
   const timer = setTimeout(() => {
     const what = t("STOP is not confirmed yet, and repeated. If the robot moves, use its own button.");

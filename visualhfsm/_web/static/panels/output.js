@@ -82,7 +82,7 @@ class Output extends PageElement {
     if (run.status === "running" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
       return spokenStatus(monitor.newest.component.status);
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
-    return spokenEnd(run);
+    return spokenEnd(runs.endOf(run));
   }
 
   /** @returns {HTMLElement | null} */
