@@ -11,14 +11,16 @@ from codegen.messages import Message
 from visualhfsm._failures import Failure, Failures
 from visualhfsm._origins import Origin, Origins
 from visualhfsm._services import Stopper
-from visualhfsm._watched_process import describe_exit, was_stopped
+from visualhfsm._watched_process import describe_exit
 from zenoh_ice.application.last_cycle import LastCycle
 
 _NO_ERROR: Final = re.compile(r"[\d-]+ [\d:.]+ (DEBUG|INFO|WARNING) ")
 """The beginning of a line of the log that reports no error."""
 _CRASH: Final = "Fatal Python error: "
 _ABRUPT: Final = " ends the process before "
-_STOPPED_BY: Final[Mapping[Stopper, Message]] = {
+_ABANDONED: Final = " is abandoned: its code must not block"
+_STOPPED: Final[Mapping[Stopper | None, Message]] = {
+    None: Message("it was stopped"),
     "window": Message("it was stopped in another window"),
     "viewer": Message("it was stopped by a viewer"),
 }
@@ -32,6 +34,8 @@ class LastWords:
         """Where its last error was raised."""
         self.are_final = False
         """Whether it reported that it crashes, or that its code ends the process at once."""
+        self.abandoned: Failure | None = None
+        """The cycle that it did not wait for at its end, the first of several."""
         self.failures = Failures()
         """The errors that it reported."""
         self._in_crash = False
@@ -39,6 +43,8 @@ class LastWords:
     def hear(self, line: str, origin: Origin | None) -> list[Failure]:
         """Take a line of stderr, and the code to which it refers; return the failures that it completes."""
         found = self.failures.hear(line, origin)
+        if _ABANDONED in line and origin is not None:
+            self.abandoned = self.abandoned or self.failures.last
         if line.startswith(_CRASH):
             self.are_final = self._in_crash = True
             self.origin = None
@@ -71,10 +77,10 @@ def describe_end(
 
     `cut_short` is what it executed last if it did not end in an orderly way.
     """
-    message = describe_exit(code, stopped=stopped)
-    if by is not None and was_stopped(code, stopped=stopped):
-        message = _STOPPED_BY[by]
-    if stopped or (cut_short is None and code == 0):
+    if stopped:
+        return _describe_stop(code, words, cut_short, origins, _STOPPED[by])
+    message = describe_exit(code)
+    if cut_short is None and code == 0:
         return End(message)
     state = "" if cut_short is None or origins is None else origins.state_name(*cut_short[:2])
     failure = words.failures.last or words.failures.printed
@@ -96,3 +102,19 @@ def describe_end(
             message = Message("{ending}, after a cycle in the state {state}", ending=message, state=state)
     place = origins.element(cut_short.automaton, cut_short.state, cut_short.transition)
     return End(message, place, state)
+
+
+def _describe_stop(
+    code: int, words: LastWords, cut_short: LastCycle | None, origins: Origins | None, stopped: Message
+) -> End:
+    """Describe an end that was requested, and where the code hung that did not end by itself."""
+    hung = words.abandoned
+    place: Origin | None
+    if hung is not None:
+        where, place, state = hung.where, hung.origin, hung.state
+    elif code == -signal.SIGKILL and cut_short is not None and cut_short.running and origins is not None:
+        place = origins.element(cut_short.automaton, cut_short.state, cut_short.transition)
+        where = state = origins.state_name(*cut_short[:2])
+    else:
+        return End(describe_exit(code, stopped))
+    return End(Message("{ending} while hanging in {state}", ending=stopped, state=where), place, state)

@@ -43,6 +43,11 @@ class Failure(NamedTuple):
     message: Message
 
     @property
+    def where(self) -> str:
+        """What people call the state or the transition; empty if it is unknown."""
+        return self.origin.transition or self.state
+
+    @property
     def in_short(self) -> Message:
         """What happened, and in which state or transition, in short: `float division by zero in left`."""
         found, ends = _EXCEPTION.fullmatch(self.message), _ENDS.match(self.message)
@@ -51,7 +56,7 @@ class Failure(NamedTuple):
             what = Message.verbatim(ends["call"])
         elif found is not None and " " in (found["what"] or ""):
             what = known_text(found["what"].partition("; ")[0])
-        where = self.origin.transition or self.state
+        where = self.where
         if not where:
             return what
         if "," in what:

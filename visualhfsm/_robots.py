@@ -304,7 +304,7 @@ class Robots:
         if stopped:
             return
         reported = _REPORTED.sub("", self._last_error)[:300] if code > 0 else ""
-        why = Message.verbatim(reported) if reported else describe_exit(code, stopped=False)
+        why = Message.verbatim(reported) if reported else describe_exit(code)
         self._trouble = self._ended(why)
         self._kind = ""
         if self._balls is not None:

@@ -136,9 +136,9 @@ class RunPush(Push, tag="run"):
     """The status of a component that was started here.
 
     `component` is its name, under which it is followed. The exit code is minus the number of the signal that
-    ended it, if one did. An end that was not requested has the place in the document that led to it, and the
-    line there, if they are known. `elsewhere` is the message for those who did not request the end: it also
-    says who did; empty if nobody did.
+    ended it, if one did. An end that was not requested, or of code that hung, has the place in the document
+    that led to it, and the line there, if they are known. `elsewhere` is the message for those who did not
+    request the end: it also says who did; empty if nobody did.
     """
 
     tab: int

@@ -164,15 +164,10 @@ class WatchedProcess:
         self._ended(await child.wait(), self._stopping)
 
 
-def was_stopped(code: int, *, stopped: bool) -> bool:
-    """Return whether a process ended as it was `stopped`, if that was requested."""
-    return stopped and code in (0, _INTERRUPTED, _TERMINATED, -signal.SIGINT)
-
-
-def describe_exit(code: int, *, stopped: bool) -> Message:
-    """Describe how a process ended; `stopped` when that was requested."""
-    if was_stopped(code, stopped=stopped):
-        return Message("it was stopped")
+def describe_exit(code: int, stopped: Message | None = None) -> Message:
+    """Describe how a process ended; `stopped` describes an end that was requested, if one was."""
+    if stopped is not None and code in (0, _INTERRUPTED, _TERMINATED, -signal.SIGINT):
+        return stopped
     if code == 0:
         return Message("it has finished")
     if code > 0:

@@ -68,8 +68,9 @@ def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(
             assert client.proxy(SafetyPrx, "Safety").getSafetyState().stopped
 
 
+@pytest.mark.parametrize("key", ["Shift+F5", "Control+Shift+Space"])
 def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
-    browser: Browser, tmp_path: Path
+    browser: Browser, tmp_path: Path, key: str
 ) -> None:
     with (
         robot_and_editor(tmp_path / "hanging.xml", HANGING) as (_, editor),
@@ -80,10 +81,16 @@ def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
         expect_current(shown, "wait", "its code does not end")
         shown.page.get_by_role("button", name=re.compile(r"in wait, line [23]")).click()
         expect(shown.page.locator(".cm-activeLine")).to_have_text(re.compile(r"^(while count > 3:| *pass)$"))
-        shown.press("Shift+F5")
-        expect(status(shown)).to_have_text("Ended: stopped")
+        shown.press(key)
+        expect(status(shown)).to_have_text("Ended: stopped while hanging in wait")
         expect(shown.page.locator(".cm-failed")).to_contain_text("is abandoned: its code must not block")
         expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
+        shown.state("go").locator(".body").click()
+        expect(shown.page.locator(".cm-failed")).to_have_count(0)
+        shown.page.get_by_role("button", name=re.compile("^line [23]$")).click()
+        expect(shown.page.locator(".cm-activeLine")).to_have_text(re.compile(r"^(while count > 3:| *pass)$"))
+        shown.page.reload()
+        expect(status(shown)).to_have_text("Ended: stopped while hanging in wait")
 
 
 def test_what_ended_late_is_no_longer_called_not_stopped(

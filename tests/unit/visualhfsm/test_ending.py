@@ -62,6 +62,31 @@ def test_an_end_that_was_requested_says_by_whom(by: Stopper, says: str) -> None:
     assert describe_end(3, words(), None, None, stopped=True, by=by).message == "it ended with exit code 3"
 
 
+@pytest.mark.parametrize("code", [0, 130, KILLED])
+def test_a_stop_of_code_that_hangs_leads_to_its_line(code: int) -> None:
+    what = "its cycle did not end within 1 s and is abandoned: its code must not block"
+    hung = words(
+        (f"{LOGGED} ERROR    walk: walk/go: {what} at walk.py:9 (walk.xml:4)", HERE),
+        (f"{LOGGED} ERROR    walk: walk/wait: {what} at walk.py:3 (walk.xml:2)", CALLED),
+    )
+    end = describe_end(code, hung, None, None, stopped=True, by="viewer")
+    assert end == End(Message("it was stopped by a viewer while hanging in go"), HERE, "go")
+
+
+def test_a_stop_of_code_that_hangs_and_cannot_be_abandoned_leads_to_its_state() -> None:
+    document = tree()
+    automaton = document.automata[0]
+    state = automaton.states[0]
+    origins = Origins(document, Path("walk.xml"), SOMEWHERE, SourceMap())
+    place = Origin(Place(kind="state", automaton=automaton.id, id=state.id), 0)
+    hung = LastCycle(automaton.id, state.id, 0, running=True)
+    end = describe_end(KILLED, words(), hung, origins, stopped=True)
+    assert end == End(Message(f"it was stopped while hanging in {state.name}"), place, state.name)
+    between = hung._replace(running=False)
+    end = describe_end(KILLED, words(), between, origins, stopped=True)
+    assert end == End(Message("it was terminated by SIGKILL"))
+
+
 def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
     document = tree()
     automaton = document.automata[0]

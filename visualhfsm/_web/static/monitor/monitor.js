@@ -269,7 +269,7 @@ class Monitor extends Shown {
     if (status !== "ended") return;
     if (component === this.#expected) this.#expected = "";
     this.starts.end(component);
-    if (component === this.component) this.end(this.ended?.message ?? runs.endOf(run));
+    if (component === this.component) this.end(run.place || !this.ended ? runs.endOf(run) : this.ended.message);
   }
 
   /** A component ends with the tab from which it was started, a recording with its own. @param {number} tab */

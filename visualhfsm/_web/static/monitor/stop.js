@@ -36,7 +36,8 @@ export async function stopRobot() {
       if (monitor.running.includes(name)) late.set(name, report(t("Not stopped. {problems}", {problems: problem})));
       else problems.push(problem);
     }
-    if (stopped.includes(monitor.component)) monitor.end(t("it was stopped by STOP"));
+    const hung = runs.failed(monitor.tab)?.component === monitor.component; // and where is said already
+    if (stopped.includes(monitor.component) && !hung) monitor.end(t("it was stopped by STOP"));
     if (stopped.length) notify(t("Stopped: {names}.", {names: stopped.join(", ")}));
     else if (!problems.length && !late.size)
       report(t("There was nothing to stop: neither a robot nor a component is present."));
