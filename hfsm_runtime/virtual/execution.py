@@ -212,11 +212,13 @@ class Execution(VirtualRun):
         """The ROS around it, to publish messages, answer calls, carry out goals, and read what was sent."""
         return self.world.ros
 
-    def set(self, automaton: str | int, **variables: object) -> None:
-        """Set variables of an automaton."""
+    def set(self, automaton: str | int, /, **variables: object) -> None:
+        """Set variables of an automaton, or with 0 parameters of the component."""
+        number = 0 if automaton == 0 else self.automaton(automaton).automaton.id
+        whose = f" of {automaton}" if number else ""
         for name, value in variables.items():
-            self.set_variable(self.automaton(automaton).automaton.id, name, value)
-            self._journal.note(f"sets {name} of {automaton} to {value!r}")
+            self.set_variable(number, name, value)
+            self._journal.note(f"sets {name}{whose} to {value!r}")
 
     def force(self, automaton: str | int, transition: str | int) -> None:
         """Make a transition out of the current state fire in the next cycle, whatever its guard returns."""

@@ -17,6 +17,7 @@ from codegen.hfsm.document import Document
 from codegen.messages import Message
 from codegen.reasons import reason
 from hfsm_runtime.recording_file.messages import (
+    WATCHED,
     Action,
     Change,
     Cycle,
@@ -50,7 +51,7 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.description import DescribedRobot, describe, nao
 from visualhfsm._monitoring.pictures import OLDEST, encode_jpeg, evenly, require_pillow
 from visualhfsm._monitoring.robot import RobotState
-from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, is_sound
+from visualhfsm._monitoring.run_log import Intervention, Interventions, LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitoring.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm._run_page import MOST_PICTURES, Run
 
@@ -70,13 +71,29 @@ _JPEG: Final = b"\xff\xd8"
 _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 
+_STEERED: Final = {"force": "forceTransition", "set": "setVariable", "step": "step"}
+"""What a component records of an operation of its monitor, with the name of that."""
+_JUST_BEFORE: Final = 1e-6
+"""Seconds by which a change that an action causes may be before it: times are rounded."""
+
+
+class _Steered(msgspec.Struct, frozen=True):
+    """The arguments of such an action."""
+
+    automaton: int
+    transition: int = 0
+    name: str = ""
+    json: str = ""
+
+
 @dataclass(frozen=True)
 class RecordedRun:
     """A run that was recorded; `document` is the text of its document, empty when the recording lacks it.
 
     `complete` says whether all of it was read: a long recording takes too long. `world` are the shapes that a
     simulation showed, and `pictures` what the component saw. `described` is the robot, or the Nao if none is.
-    `parameters` are those of the component at its start, each as Python's repr.
+    `parameters` are those of the component at its start, each as Python's repr, `interventions` what was done
+    to it, None where the component did not record itself.
     """
 
     name: str
@@ -88,6 +105,7 @@ class RecordedRun:
     pictures: RecordedPictures
     described: DescribedRobot
     parameters: Mapping[str, str]
+    interventions: Interventions | None
 
     def exported(self, document: Document | None, imported: Sequence[Mapping[str, Any]] = ()) -> Run:
         """Return the run to export, with the document that it shows. Raises VisualHfsmError."""
@@ -186,6 +204,7 @@ def open_recording(path: Path) -> RecordedRun:
     return RecordedRun(
         recording.name, run.structure, run.log, text, complete, run.world, run.pictures, run.described,
         _parameters(recording, run.log.newest),
+        None if WATCHED in recording.metadata else run.log.interventions,
     )  # fmt: skip
 
 
@@ -308,6 +327,16 @@ class _Run:
                 found = msgspec.convert(action.arguments, ComponentStructure)
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
+        elif action.kind in _STEERED:
+            with suppress(msgspec.ValidationError):
+                done = msgspec.convert(action.arguments, _Steered)
+                at = self._now / 1e9
+                kind, before = _STEERED[action.kind], max(0.0, at - _JUST_BEFORE)
+                self.log.interventions.add(
+                    Intervention(
+                        kind, before, at, True, done.automaton, done.transition, done.name, done.json
+                    )
+                )
 
     def _show(self, snapshot: Snapshot, at: float) -> None:
         """Add a moment of a recording for viewing, which contains the snapshots themselves."""

@@ -26,7 +26,7 @@ from visualhfsm._monitoring.heard import heard
 from visualhfsm._monitoring.pictures import require_pillow
 from visualhfsm._monitoring.realm import MONITOR_PREFIX, components, missing_component
 from visualhfsm._monitoring.robot import RobotMonitor, RobotPresence
-from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, Timeline
+from visualhfsm._monitoring.run_log import Interventions, LiveSnapshot, RunLog, Timeline
 from visualhfsm._run_page import MOST_PICTURES, Run, run_page
 from visualhfsm._services import Components, Publish, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
@@ -38,7 +38,7 @@ from .poses import PoseStream
 from .recorder import Recorder
 from .recordings import RecordedRun, open_recording
 from .ros_graph import read_ros_graph
-from .steering import control, reset_robot, set_scene, stand_robot
+from .steering import control, reset_robot, set_scene, stand_robot, steer
 from .stopping import stop_once, stop_robot
 
 _PERIOD: Final = 0.1
@@ -177,7 +177,7 @@ class Monitoring:
                     )
             follower = self._follower(component)
             try:
-                return await control(follower.monitor, action, arguments)
+                return await steer(follower, action, arguments)
             finally:
                 follower.forget_breakpoints()
         except msgspec.ValidationError as error:
@@ -328,11 +328,15 @@ class Monitoring:
         return self._log(component).timeline()
 
     def parameters(self, component: str) -> Mapping[str, str]:
-        """Return the parameters of such a component, each as Python's repr. Raises VisualHfsmError."""
+        """Return the parameters that it had at first, each as Python's repr. Raises VisualHfsmError."""
         if (run := self._recordings.get(component)) is not None:
             return run.parameters
-        newest = self._log(component).newest
-        return {} if newest is None else newest.component.parameters
+        return self._log(component).first_parameters
+
+    def interventions(self, component: str) -> Interventions | None:
+        """Return what was done to it; None for a recording that does not say. Raises VisualHfsmError."""
+        run = self._recordings.get(component)
+        return run.interventions if run is not None else self._log(component).interventions
 
     def _log(self, component: str) -> RunLog:
         run = self._recordings.get(component)

@@ -18,9 +18,19 @@ from interfaces.hfsm import Explanation, HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.follower import Follower
 from visualhfsm._monitoring.heard import heard_explanation
 from visualhfsm._monitoring.realm import RELOAD_PATIENCE, refusals
-from zenoh_ice import Communicator, ObjectPrx, ZenohIceError
+from visualhfsm._monitoring.run_log import Intervention
+from zenoh_ice import (
+    Communicator,
+    ConnectionLostException,
+    MarshalException,
+    ObjectPrx,
+    TimeoutException,
+    UnknownException,
+    ZenohIceError,
+)
 from zenoh_ice.application.emergency_stop import SAFETY
 from zenoh_ice.interface import Operation
 from zenoh_ice.text import printable
@@ -44,6 +54,43 @@ OPERATIONS: Final[Mapping[str, Operation[..., Any]]] = {
     )
 }
 """Requests to a component: operations of its monitor, with their arguments."""
+
+
+_INTERVENTIONS: Final = frozenset(
+    each.name
+    for each in (
+        HfsmMonitorPrx.step,
+        HfsmMonitorPrx.forceTransition,
+        HfsmMonitorPrx.setVariable,
+        HfsmMonitorPrx.reload,
+    )
+)
+"""Requests that change what a component does; an event is seen in the transition that it causes."""
+
+_UNANSWERED: Final = (ConnectionLostException, MarshalException, TimeoutException, UnknownException)
+"""Errors of a call that may have been carried out."""
+
+
+async def steer(follower: Follower, action: str, arguments: Mapping[str, Any]) -> object:
+    """Execute a request to a component that is followed, and note in its log what changes the run.
+
+    Returns its result, None for nothing. Raises VisualHfsmError.
+    """
+    log = follower.log  # that of this run: the component may be started again meanwhile
+    since, time = log.now()
+    confirmed, refused = True, False
+    try:
+        return await control(follower.monitor, action, arguments)
+    except VisualHfsmError as error:
+        confirmed, refused = False, not isinstance(error.__cause__, _UNANSWERED)
+        raise
+    except asyncio.CancelledError:
+        confirmed = False
+        raise
+    finally:
+        if action in _INTERVENTIONS and not refused:
+            done = {**arguments, "action": action, "since": since, "time": time, "confirmed": confirmed}
+            log.interventions.add(msgspec.convert(done, Intervention))
 
 
 async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:

@@ -335,7 +335,10 @@ class RunTests(_Request):
 
 
 class SaveTest(_Request):
-    """Write what a followed component, or a recorded one, did as a new test; the answer has its `name`."""
+    """Write what a followed component, or a recorded one, did as a new test.
+
+    The answer has its `name`, and whether it is `complete`: its file says what it leaves out.
+    """
 
     tab: TabId
     component: Name

@@ -5,6 +5,8 @@ Everything raises VisualHfsmError.
 
 from __future__ import annotations
 
+import asyncio
+
 from visualhfsm._run_test import run_as_test
 from visualhfsm.trials._messages import Choices
 
@@ -55,16 +57,20 @@ async def run_tests(workspace: Workspace, _: Window, request: p.RunTests) -> Non
     tab.tests.of = source.document
 
 
-async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dict[str, str]:
+async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dict[str, object]:
     """Write a test of what a component, or that of a recording, did."""
     source = workspace.tabs.get(request.tab).source
-    timeline = workspace.services.live.timeline(request.component)
-    robot = "fake" if source.document.interfaces else None
-    parameters = workspace.services.live.parameters(request.component)
-    name = await workspace.services.tests.add(
-        source, lambda path: run_as_test(source.document, path, timeline, robot, parameters)
+    live = workspace.services.live
+    test = await asyncio.to_thread(
+        run_as_test,
+        source.document,
+        live.timeline(request.component),
+        "fake" if source.document.interfaces else None,
+        live.parameters(request.component),
+        live.interventions(request.component),
     )
-    return {"name": name}
+    name = await workspace.services.tests.add(source, test.text)
+    return {"name": name, "complete": not test.left_out}
 
 
 async def stop_tests(workspace: Workspace, _: Window, request: p.StopTests) -> None:

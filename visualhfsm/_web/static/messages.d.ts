@@ -183,7 +183,7 @@ export interface Answers {
   lookAtTests: null;
   runTests: null;
   stopTests: null;
-  saveTest: {name: string};
+  saveTest: {name: string; complete: boolean};
   simulate: null;
   record: {recording: string} | null;
   connectRobot: null;

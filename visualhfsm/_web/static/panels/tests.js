@@ -232,7 +232,7 @@ class TestsPanel extends PageElement {
         </button>
       </div>
       <p class="empty">
-        ${t("The test runs the document as it is now, without a robot, with the parameters and the events from outside of the recording. It expects the same states in the same order, each within half a second of its time.")}
+        ${t("The test runs the document as it is now, without a robot, with the parameters of the recording, the events from outside, and what was forced and set by hand. It expects the same states in the same order, each within half a second of its time.")}
       </p>
     </div>`;
   }
@@ -251,7 +251,12 @@ class TestsPanel extends PageElement {
     const {tab} = page;
     const saved = await ask("saveTest", {tab, component});
     if (!saved) return;
-    notify(t("The run is now the test {name}.", {name: saved.name.replace("::", ", ")}));
+    const name = saved.name.replace("::", ", ");
+    notify(
+      saved.complete
+        ? t("The run is now the test {name}.", {name})
+        : t("The run is now the test {name}. Its first lines say what it leaves out.", {name}),
+    );
     await this.#run([saved.name]);
   }
 
