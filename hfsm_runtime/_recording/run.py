@@ -267,7 +267,12 @@ class RecordedRuntime(Runtime):
         with self._recorder.lock.held(MONITOR):
             if not inside:  # otherwise it results from user code, or from a breakpoint
                 self._recorder.action(kind, **arguments)
-            yield
+            try:
+                yield
+            except ComponentError:
+                if not inside:
+                    self._recorder.action("refused", of=kind)
+                raise
 
     def _sleep(self, seconds: float) -> None:
         ending = "done"

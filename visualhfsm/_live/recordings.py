@@ -247,6 +247,8 @@ class _Run:
         self._next = 0
         self._now = 0
         self._status = ComponentStatus.Running
+        self._intervention: Intervention | None = None
+        """The last one: the next message may say that it was refused."""
         self._errors: list[ErrorReport] = []
         self._marks: dict[tuple[str, str], tuple[int, hfsm.Mark]] = {}
 
@@ -296,6 +298,7 @@ class _Run:
 
     def finish(self) -> None:
         """Note that there are no more messages."""
+        self._keep_intervention()
         if self._automata:
             self._add_moment()
 
@@ -328,15 +331,27 @@ class _Run:
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
         elif action.kind in _STEERED:
+            self._keep_intervention()
             with suppress(msgspec.ValidationError):
                 done = msgspec.convert(action.arguments, _Steered)
                 at = self._now / 1e9
-                kind, before = _STEERED[action.kind], max(0.0, at - _JUST_BEFORE)
-                self.log.interventions.add(
-                    Intervention(
-                        kind, before, at, True, done.automaton, done.transition, done.name, done.json
-                    )
+                self._intervention = Intervention(
+                    _STEERED[action.kind],
+                    max(0.0, at - _JUST_BEFORE),
+                    at,
+                    automaton=done.automaton,
+                    transition=done.transition,
+                    name=done.name,
+                    value=done.json,
                 )
+        elif action.kind == "refused" and str(action.arguments.get("of")) in _STEERED:
+            self._intervention = None
+
+    def _keep_intervention(self) -> None:
+        """Note the last intervention, which was not refused."""
+        if self._intervention is not None:
+            self.log.interventions.add(self._intervention)
+        self._intervention = None
 
     def _show(self, snapshot: Snapshot, at: float) -> None:
         """Add a moment of a recording for viewing, which contains the snapshots themselves."""

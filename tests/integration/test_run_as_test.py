@@ -1,0 +1,169 @@
+"""What somebody did to a run is in its test: a real component on the fake robot, and pytest as the editor runs it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from naoserver.fake import FakeRobot
+from tests.support.documents import document, state, sub, transition
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.pushes import Pushes
+from tests.support.robot_server import served
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._live.recordings import open_recording
+from visualhfsm._monitoring.run_log import LiveSnapshot
+from visualhfsm._run_test import RunTest, run_as_test
+from visualhfsm._services import Components, RunPush, Snapshot, Source
+from visualhfsm._test_results import TestsPush, TestView
+from visualhfsm._web.services import Services, make_services
+from zenoh_ice import Settings
+
+GIVE_UP = transition(4, 1, 2, "False", name="give up")
+TEXT = document(
+    sub(
+        1,
+        0,
+        state(1, "look", "self.head.setSpeed(0.1, 0.0)", initial=True),
+        state(2, "lost"),
+        state(3, "found"),
+        GIVE_UP,
+        transition(5, 2, 3, "x == ['it', \"it's\"] and self.bold"),
+        variables="x = []",
+        period="20",
+    ),
+    config=(
+        "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
+        "<interface>PoseHead</interface></iceinterface>"
+    ),
+    head="<parameters><parameter><name>bold</name><type>bool</type><default>False</default></parameter></parameters>",
+)
+AT_ITS_START = ["--breakpoint", "1.1"]
+"""The options of a component whose time stands still until it is followed."""
+
+
+@dataclass
+class Editor:
+    """The services of an editor, and what they published."""
+
+    services: Services
+    pushes: Pushes
+    path: Path
+
+    @property
+    def source(self) -> Source:
+        found = read_document(self.path, Diagnostics())
+        assert found is not None
+        return Source(1, 1, found, self.path, False)
+
+    async def do(self, action: str, **arguments: object) -> None:
+        await self.services.live.control("waits", action, arguments)
+
+    async def until(self, matches: Callable[[LiveSnapshot], object]) -> None:
+        def find() -> object:
+            newest = next(reversed(self.pushes.of(Snapshot)), None)
+            return newest is not None and isinstance(newest.value, LiveSnapshot) and matches(newest.value)
+
+        await self.pushes.until(lambda: find() or None)
+
+    async def run(self, *arguments: str) -> None:
+        """Run the document, and do to it what makes it reach its last state."""
+        await self.services.running.run(self.source, [*AT_ITS_START, *arguments])
+        await self.pushes.until(lambda: any(push.running for push in self.pushes.of(Components)) or None)
+        await self.services.live.attach("waits")
+        await self.until(lambda live: live.component.stoppedAt)
+        await self.do("resume")
+        await self.until(lambda live: live.component.time > 0.2)
+        await self.do("forceTransition", automaton=1, transition=4)
+        await self.until(lambda live: live.component.automata[0].state == 2)
+        await self.do("setVariable", automaton=1, name="x", value='["it", "it\'s"]')
+        with pytest.raises(VisualHfsmError, match="uses no variable 'y'"):
+            await self.do("setVariable", automaton=1, name="y", value="1")
+        await self.do("setVariable", automaton=0, name="bold", value="true")
+        await self.until(lambda live: live.component.automata[0].state == 3)
+
+    async def result(self, test: RunTest) -> TestView:
+        """Write a test as the page does, run it, and return how it went."""
+        name = await self.services.tests.add(self.source, test.text)
+        seen = len(self.pushes.of(TestsPush))
+        await self.services.tests.run(self.source, [name])
+        end = await self.pushes.until(
+            lambda: next((p for p in self.pushes.of(TestsPush)[seen:] if p.status == "idle"), None)
+        )
+        assert not end.error
+        return next(each for each in end.tests if f"{each.file}::{each.name}" == name)
+
+
+def edit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, go: Callable[[Editor], Awaitable[None]]) -> None:
+    monkeypatch.setenv("VISUALHFSM_CLOCK", "wall")
+    path = tmp_path / "waits.xml"
+    path.write_text(TEXT, encoding="utf-8")
+
+    async def work(settings: Settings) -> None:
+        pushes = Pushes()
+        services = make_services(settings, folder=tmp_path)(pushes)
+        try:
+            async with asyncio.timeout(RUN_LIMIT):
+                await go(Editor(services, pushes, path))
+        finally:
+            await services.tests.close()
+            await services.running.close()
+            await services.live.close()
+
+    with served(FakeRobot()) as robot:
+        asyncio.run(
+            work(Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT))
+        )
+
+
+def test_a_run_that_was_forced_and_set_passes_as_a_test_and_fails_without_the_transition(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def go(editor: Editor) -> None:
+        await editor.run()
+        live = editor.services.live
+        test = run_as_test(
+            editor.source.document,
+            live.timeline("waits"),
+            "fake",
+            live.parameters("waits"),
+            live.interventions("waits"),
+        )
+        assert not test.left_out
+        done = [line for line in test.lines if line.startswith(("b.force", "b.set"))]
+        assert done == ["b.force(1, 4)", 'b.set(1, x=["it", "it\'s"])', "b.set(0, bold=True)"]
+        passed = await editor.result(test)
+        assert passed.outcome == "passed", passed.reason
+        editor.path.write_text(TEXT.replace(GIVE_UP, ""))
+        failed = await editor.result(test)
+        assert failed.outcome == "failed"
+        assert "no transition 4 leaves look; there are none" in failed.reason
+
+    edit(tmp_path, monkeypatch, go)
+
+
+def test_a_component_records_what_was_done_to_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def go(editor: Editor) -> None:
+        file = tmp_path / "run.mcap"
+        await editor.run("--record", str(file))
+        await editor.do("stop")
+        await editor.pushes.until(
+            lambda: next((p for p in editor.pushes.of(RunPush) if p.status == "ended"), None)
+        )
+        run = open_recording(file)
+        assert run.interventions is not None
+        assert [each.name for each in run.interventions.kept] == ["", "x", "bold"]  # what was refused is not
+        test = run_as_test(
+            editor.source.document, run.log.timeline(), "fake", run.parameters, run.interventions
+        )
+        assert "b.force(1, 4)" in test.lines
+        passed = await editor.result(test)
+        assert passed.outcome == "passed", passed.reason
+
+    edit(tmp_path, monkeypatch, go)
