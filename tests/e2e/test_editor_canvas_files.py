@@ -101,6 +101,43 @@ def open_file(shown: EditorPage, name: str) -> None:
     shown.page.get_by_role("option", name=name).dblclick()
 
 
+def test_a_document_is_found_by_typing_a_part_of_its_name(shown: EditorPage, root: Path) -> None:
+    page = shown.page
+    (root / "Kür").mkdir()
+    shutil.copy(root / "dance.xml", root / "Kür" / "waltz.xml")
+    shown.press("Control+o")
+    field = page.get_by_role("combobox", name="Part of the name")
+    options = page.get_by_role("dialog").get_by_role("option")
+    expect(field).to_be_focused()
+    expect(options).to_have_count(4)
+    shown.type("FOLLOW")
+    expect(options).to_have_count(2)
+    expect(page.get_by_role("dialog").get_by_role("status")).to_have_text("2 found")
+    shown.type(" ba")
+    expect(options).to_have_count(1)
+    expect(options).to_contain_text("follow_ball.xml")
+    shown.type("x")
+    expect(page.get_by_role("dialog").get_by_text("No matches for “FOLLOW bax”.")).to_be_visible()
+    assert shown.violations("dialog") == []
+    # A folder is opened like a document, and left with Backspace; a click leaves the focus in the field.
+    field.fill("kur")
+    expect(options).to_have_count(1)
+    shown.press("Enter")
+    expect(options.filter(has_text="waltz.xml")).to_be_visible()
+    expect(field).to_have_value("")
+    shown.press("Backspace")
+    expect(options.filter(has_text="dance.xml")).to_be_visible()
+    options.filter(has_text="dance.xml").click()
+    expect(field).to_be_focused()
+    field.fill("dance")
+    expect(options).to_have_count(2)
+    shown.press("ArrowDown", "ArrowUp", "ArrowUp")
+    expect(options.nth(1)).to_have_attribute("aria-selected", "true")
+    expect(field).to_have_attribute("aria-activedescendant", str(options.nth(1).get_attribute("id")))
+    shown.press("ArrowUp", "Enter")
+    shown.expect_states("up", "out", "front", "low")
+
+
 def test_documents_come_from_the_start_page_and_from_dropped_files(shown: EditorPage, root: Path) -> None:
     shown.page.get_by_role("button", name=re.compile("^Follow the ball")).click()
     shown.expect_states("follow", "search")

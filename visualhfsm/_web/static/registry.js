@@ -14,6 +14,7 @@
 
 import {required} from "./required.js";
 import {isForbidden} from "./viewing.js";
+import {containsWords, folded} from "./words.js";
 
 /** All actions by their ids, in the order in which they are found. @type {Map<string, Action>} */
 export const actions = new Map();
@@ -47,15 +48,16 @@ export function perform(id, context) {
  * @param {Context} context
  */
 export function findActions(text, context) {
-  const sought = text.trim().toLowerCase();
-  const words = sought.split(/\s+/);
+  const sought = folded(text);
   /** @param {Action} action */
-  const rank = ({label}) =>
-    [label.toLowerCase().startsWith(sought), label.toLowerCase().includes(sought), true].indexOf(true);
+  const rank = ({label}) => [folded(label).startsWith(sought), folded(label).includes(sought), true].indexOf(true);
   return [...actions.values()]
-    .filter(({id, label, hint = "", help = ""}) => {
-      const all = `${label} ${hint} ${help}`.toLowerCase();
-      return id !== "palette" && id !== "cancel" && words.every((word) => all.includes(word)) && isEnabled(id, context);
-    })
+    .filter(
+      ({id, label, hint = "", help = ""}) =>
+        id !== "palette" &&
+        id !== "cancel" &&
+        containsWords(`${label} ${hint} ${help}`, text) &&
+        isEnabled(id, context),
+    )
     .sort((one, other) => rank(one) - rank(other));
 }

@@ -12,7 +12,9 @@ import {icon} from "../icons.js";
 import {messageOf} from "../notices.js";
 import {store} from "../store.js";
 import {language, rich, t} from "../texts.js";
+import {containsWords} from "../words.js";
 import {showDialog} from "./dialog.js";
+import {Finder} from "./finder.js";
 
 /**
  * @param {{title: string, verb: string, suggestion?: string, kind?: "document" | "recording",
@@ -24,9 +26,10 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
   const saving = suggestion !== undefined;
   const [, folder = "", name = ""] = /^(?:(.*)\/)?([^/]*)$/.exec(suggestion ?? "") ?? [];
   /**
-   * @type {{directory: string, parent: string | null, entries: Entry[], error: string, name: string, chosen: number}}
+   * @type {{directory: string, parent: string | null, entries: Entry[], error: string, name: string}}
    */
-  const state = {directory: folder, parent: null, entries: [], error: "", name, chosen: 0};
+  const state = {directory: folder, parent: null, entries: [], error: "", name};
+  const finder = new Finder("file");
   let draw = () => {};
 
   /**
@@ -38,7 +41,8 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
   const list = async (directory, error = "") => {
     state.error = error; // and not once the files have come: what failed meanwhile has to stay
     try {
-      Object.assign(state, await store.request("listFiles", {directory}), {chosen: 0});
+      Object.assign(state, await store.request("listFiles", {directory}));
+      finder.clear();
     } catch (reason) {
       if (directory) return list("", messageOf(reason));
       state.error = messageOf(reason);
@@ -48,13 +52,14 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
   };
 
   /** @returns {Entry[]} */
-  const rows = () => [
+  const all = () => [
     ...(state.parent === null ? [] : [{name: "..", path: state.parent, kind: /** @type {const} */ ("directory")}]),
     ...state.entries.filter(
       (each) => each.kind === "directory" || (each.kind === kind && !(saving && /\.scxml$/i.test(each.name))),
     ),
   ];
-  const path = () =>
+  const rows = () => (finder.text ? all().filter((each) => containsWords(each.name, finder.text)) : all());
+  const typed = () =>
     (state.directory ? `${state.directory}/` : "") + (/\.xml$/i.test(state.name) ? state.name : `${state.name}.xml`);
 
   /** @param {Entry} row @param {Close} close */
@@ -70,29 +75,33 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
   const accept = async (close) => {
     if (saving) {
       if (!state.name.trim()) return;
-      const wanted = path();
+      const wanted = typed();
       state.error = (await attempt?.(wanted)) ?? "";
       if (state.error) draw();
       else close(wanted);
-    } else if (rows()[state.chosen]) take(rows()[state.chosen], close);
+    } else if (rows()[finder.chosen]) take(rows()[finder.chosen], close);
   };
 
-  /** @param {KeyboardEvent} event @param {Close} close */
-  const key = (event, close) => {
+  /** What keys do in the field above the list, and in the list. @param {KeyboardEvent} event @param {Close} close */
+  const press = ({key}, close) => {
+    if (key === "Enter" && rows()[finder.chosen]) take(rows()[finder.chosen], close);
+    else if (key === "Backspace" && !finder.text && state.parent !== null) list(state.parent);
+    else return key === "Enter";
+    return true;
+  };
+
+  /** Keys in the list itself, beside a field for a new name. @param {KeyboardEvent} event @param {Close} close */
+  const move = (event, close) => {
     const last = rows().length - 1;
     const next = /** @type {Record<string, number>} */ ({
-      ArrowDown: Math.min(last, state.chosen + 1),
-      ArrowUp: Math.max(0, state.chosen - 1),
+      ArrowDown: Math.min(last, finder.chosen + 1),
+      ArrowUp: Math.max(0, finder.chosen - 1),
       Home: 0,
       End: last,
     })[event.key];
-    if (next !== undefined) state.chosen = next;
-    else if (event.key === "Enter" && rows()[state.chosen]) take(rows()[state.chosen], close);
-    else if (event.key === "Backspace" && state.parent !== null) list(state.parent);
-    else return;
+    if (next !== undefined) finder.choose(next, draw);
+    else if (!press(event, close)) return;
     event.preventDefault();
-    draw();
-    document.getElementById(`file-${state.chosen}`)?.scrollIntoView({block: "nearest"});
   };
 
   /** @param {KeyboardEvent} event @param {Close} close */
@@ -103,30 +112,43 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
   };
 
   const nothingHere = kind === "recording" ? t("No recordings in this folder.") : t("No documents in this folder.");
-  const shown = showDialog({
+  const path = showDialog({
     title,
     content: (/** @type {Close} */ close, redraw) => {
       draw = redraw;
+      const shown = rows();
+      const nothingShown = finder.text ? t("No matches for “{text}”.", {text: finder.text}) : nothingHere;
       return html`<p class="folder">${state.directory || store.greeting.root || "."}</p>
         ${state.error ? html`<p role="alert">${state.error}</p>` : nothing}
+        ${
+          saving
+            ? nothing
+            : finder.field({
+                label: t("Part of the name"),
+                count: shown.length,
+                press: (event) => press(event, close),
+                redraw,
+              })
+        }
         <div
           class="files"
-          role=${rows().length ? "listbox" : "group"}
-          tabindex="0"
+          id=${finder.listId}
+          role=${shown.length ? "listbox" : "group"}
+          tabindex=${saving ? 0 : nothing}
           aria-label=${kind === "recording" ? t("Recordings and folders") : t("Documents and folders")}
-          aria-activedescendant=${rows().length ? `file-${state.chosen}` : nothing}
-          ?autofocus=${!saving}
-          @keydown=${(/** @type {KeyboardEvent} */ event) => key(event, close)}
+          aria-activedescendant=${saving && shown.length ? finder.entryId(finder.chosen) : nothing}
+          @keydown=${(/** @type {KeyboardEvent} */ event) => move(event, close)}
+          @mousedown=${(/** @type {MouseEvent} */ event) => saving || event.preventDefault()}
         >
-          ${rows().some((row) => row.name !== "..") ? nothing : html`<p class="empty">${nothingHere}</p>`}
-          ${rows().map(
+          ${shown.some((row) => row.name !== "..") ? nothing : html`<p class="empty">${nothingShown}</p>`}
+          ${shown.map(
             (row, index) =>
               html`<div
                 role="option"
-                id="file-${index}"
-                aria-selected=${index === state.chosen}
+                id=${finder.entryId(index)}
+                aria-selected=${index === finder.chosen}
                 @click=${() => {
-                  state.chosen = index;
+                  finder.chosen = index;
                   if (saving && row.kind !== "directory") state.name = row.name;
                   redraw();
                 }}
@@ -169,5 +191,5 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
         ><button type="button" class="button primary" @click=${() => accept(close)}>${verb}</button>`,
   });
   list(folder);
-  return shown;
+  return path;
 }

@@ -7,58 +7,36 @@ import {spoken} from "../keys.js";
 import {findActions, perform} from "../registry.js";
 import {canDraw, drawReady, findReady, readyStates} from "../shelf/ready-states.js";
 import {t} from "../texts.js";
+import {folded} from "../words.js";
 import {showDialog} from "./dialog.js";
+import {Finder} from "./finder.js";
 
 /**
  * Let the user choose an action, and perform it.
  *
- * @import {From} from "../element.js"
  * @typedef {{id: string, label: string, name?: string, hint?: string, icon: string, keys?: string[]}} Shown
  * @param {import("../registry.js").Context} context
  */
 export async function showPalette(context) {
-  let text = "";
-  let chosen = 0;
+  const finder = new Finder("action");
   const id = await showDialog({
     title: t("All actions"),
     content: (/** @type {import("./dialog.js").Close<string>} */ close, redraw) => {
+      const {text} = finder;
       const found = [...findActions(text, context), ...readyFor(text, context)].sort(byName(text));
       /** @param {KeyboardEvent} event */
-      const key = (event) => {
-        const step = /** @type {Record<string, number>} */ ({ArrowDown: 1, ArrowUp: -1})[event.key];
-        if (step && found.length) chosen = (chosen + step + found.length) % found.length;
-        else if (event.key === "Enter") close(found[chosen]?.id);
-        else return;
-        event.preventDefault();
-        redraw();
-        document.getElementById(`action-${chosen}`)?.scrollIntoView({block: "nearest"});
+      const press = ({key}) => {
+        if (key === "Enter") close(found[finder.chosen]?.id);
+        return key === "Enter";
       };
-      return html`<div class="field">
-          <label for="palette-text">${t("What to do")}</label>
-          <input
-            id="palette-text"
-            role="combobox"
-            aria-expanded="true"
-            aria-controls="palette-list"
-            aria-activedescendant=${found.length ? `action-${chosen}` : nothing}
-            autocomplete="off"
-            spellcheck="false"
-            autofocus
-            @input=${(/** @type {From<HTMLInputElement>} */ {target}) => {
-              text = target.value;
-              chosen = 0;
-              redraw();
-            }}
-            @keydown=${key}
-          />
-        </div>
-        <div class="files" id="palette-list" role="listbox" aria-label=${t("Actions")}>
+      return html`${finder.field({label: t("What to do"), count: found.length, press, redraw})}
+        <div class="files" id=${finder.listId} role="listbox" aria-label=${t("Actions")}>
           ${found.map(
             ({id: each, label, hint, icon: image, keys = []}, index) =>
               html`<div
                 role="option"
-                id="action-${index}"
-                aria-selected=${index === chosen}
+                id=${finder.entryId(index)}
+                aria-selected=${index === finder.chosen}
                 @click=${() => close(each)}
               >
                 ${icon(image)}<span>${label}${hint ? html`<span class="faint"> ${hint}</span>` : nothing}</span
@@ -99,8 +77,8 @@ function readyFor(text, {canvas}) {
 
 /** What is called by a text comes first; otherwise the order stays. @param {string} text */
 function byName(text) {
-  const sought = text.trim().toLowerCase();
+  const sought = folded(text);
   /** @param {Shown} shown */
-  const rank = ({label, name = label}) => (name.toLowerCase().startsWith(sought) ? 0 : 1);
+  const rank = ({label, name = label}) => (folded(name).startsWith(sought) ? 0 : 1);
   return (/** @type {Shown} */ one, /** @type {Shown} */ other) => rank(one) - rank(other);
 }

@@ -15,6 +15,7 @@ import {triggerFrom} from "../outline.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 import {language, t, translated} from "../texts.js";
+import {containsWords, folded} from "../words.js";
 
 const SENTENCE = /(?<=[.!?]) /; // ends before its space
 const BESIDE = 190; // pixels from a state to one that is drawn after it
@@ -81,17 +82,15 @@ function inLanguage(ready) {
 
 /** The ready states that contain all words of a text, the best first. @param {string} text */
 export function findReady(text) {
-  const sought = text.trim().toLowerCase();
-  const words = sought.split(/\s+/);
+  const sought = folded(text);
   /** @param {ReadyState} ready */
   const rank = ({title, words: others}) => {
-    const name = title.toLowerCase();
-    return [name.startsWith(sought), name.includes(sought), others.toLowerCase().includes(sought), true].indexOf(true);
+    const name = folded(title);
+    return [name.startsWith(sought), name.includes(sought), folded(others).includes(sought), true].indexOf(true);
   };
-  const found = readyStates().filter(({title, category, summary, words: others}) => {
-    const all = `${title} ${category} ${summary} ${others}`.toLowerCase();
-    return words.every((word) => all.includes(word));
-  });
+  const found = readyStates().filter(({title, category, summary, words}) =>
+    containsWords(`${title} ${category} ${summary} ${words}`, text),
+  );
   return sought ? found.sort((one, other) => rank(one) - rank(other)) : found;
 }
 
