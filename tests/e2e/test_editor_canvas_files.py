@@ -101,6 +101,14 @@ def open_file(shown: EditorPage, name: str) -> None:
     shown.page.get_by_role("option", name=name).dblclick()
 
 
+def test_what_is_typed_on_the_start_page_after_alt_n_is_drawn(shown: EditorPage) -> None:
+    shown.press("Alt+n", "s", "Enter")
+    shown.name("first")
+    shown.expect_states("first")
+    expect(shown.state("first")).to_be_focused()
+    expect(shown.state("first")).to_be_in_viewport(ratio=1)
+
+
 def test_a_document_is_found_by_typing_a_part_of_its_name(shown: EditorPage, root: Path) -> None:
     page = shown.page
     (root / "Kür").mkdir()

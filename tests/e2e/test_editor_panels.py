@@ -145,6 +145,27 @@ def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
     expect(lines).to_have_text(["first = 1", "sti = 1", "count += 10", "lastss = 1"])
 
 
+def test_keys_after_a_new_document_go_to_its_canvas(shown: EditorPage) -> None:
+    code = edit(shown, "wait")
+    shown.type("1")
+    expect(code).to_contain_text("count += 11")
+    shown.press("Alt+n", "s", "Enter")
+    shown.name("first")
+    shown.expect_states("first")
+    expect(shown.state("first")).to_be_focused()
+    # The same from a field of a panel, and by the menu.
+    shown.press("Control+f")
+    expect(shown.page.get_by_role("searchbox")).to_be_focused()
+    shown.press("Alt+n")
+    expect(shown.page.get_by_role("application")).to_be_focused()
+    shown.choose_in("File", "New")
+    shown.press("s", "Enter")
+    shown.name("second")
+    shown.expect_states("second")
+    shown.page.get_by_role("tab", name="walk").click()
+    expect(edit(shown, "wait")).to_have_text("count += 11")
+
+
 def test_shift_enter_in_a_name_that_is_typed_opens_the_code(shown: EditorPage) -> None:
     shown.state("go").locator(".body").click()
     shown.press("F2")

@@ -42,7 +42,14 @@ addActions([
     icon: "file",
     keys: ["Alt+N"],
     scope: "typing",
-    run: async () => (await files()).openNew(),
+    // What is typed from now on is meant for the new document.
+    run: ({app, canvas}) => {
+      canvas.surface.focus({preventScroll: true});
+      return holdKeys(async () => {
+        await (await files()).openNew();
+        await app.updateComplete; // the start page is gone
+      });
+    },
   },
   {
     id: "open",

@@ -69,7 +69,9 @@ function shown({tab, remarks}, name) {
 
 export async function openNew(template = "empty") {
   const done = await ask("new", {template});
-  if (done) page.show(done.tab);
+  if (!done) return;
+  page.show(done.tab);
+  page.dispatchEvent(new Event("focus-canvas"));
 }
 
 export async function openFile() {
