@@ -1,4 +1,5 @@
 import assert from "node:assert/strict";
+import {readFileSync} from "node:fs";
 import {beforeEach, test} from "node:test";
 
 import {Socket, STATIC} from "./page.js";
@@ -11,6 +12,7 @@ const {listenForKeys, spoken, written} = await import(new URL("keys.js", STATIC)
 const {page} = await import(new URL("page.js", STATIC).href);
 const {actions, findActions, isEnabled, perform} = await import(new URL("registry.js", STATIC).href);
 const {store} = await import(new URL("store.js", STATIC).href);
+const {containsWords} = await import(new URL("words.js", STATIC).href);
 
 const state = (id, fields = {}) => ({id, name: `s${id}`, initial: false, final: false, children: [], ...fields});
 const transition = (id, origin, destination, priority = "") => ({id, name: `t${id}`, origin, destination, priority});
@@ -123,6 +125,41 @@ test("actions that are possible are found by their words, those that begin so fi
   for (const {id} of actions.values())
     assert.equal(all.includes(id), isEnabled(id, context) && id !== "palette" && id !== "cancel", id);
   assert.deepEqual(found("no such thing"), []);
+});
+
+test("the palette finds actions by what else people call them, in each language", () => {
+  show(automaton(1, 0, [state(1), state(2)], [transition(1, 1, 2)]));
+  page.select({states: [1]});
+  /** @type {[id: string, english: string, spanish: string][]} */
+  const called = [
+    [
+      "export",
+      "drawing as a page|export drawing|print|picture|svg|png|pdf",
+      "dibujo como página|imprimir|imagen|svg|png",
+    ],
+    ["share", "share|link", "compartir|enlace"],
+    ["layout", "arrange|layout|tidy", "ordenar|organizar|disposicion"],
+    ["fit", "fit|zoom", "encajar|ajustar|zoom"],
+    ["zoomIn", "zoom|larger", "zoom|acercar"],
+    ["zoomOut", "zoom|smaller", "zoom|alejar"],
+    ["search", "find|replace", "buscar|reemplazar"],
+    ["delete", "remove", "eliminar"],
+    ["newNote", "comment", "comentario"],
+    ["theme", "dark mode", "modo oscuro"],
+    ["help", "shortcuts", "atajos"],
+    ["tryIt", "simulate", "simular"],
+  ];
+  const spanish = JSON.parse(readFileSync(new URL("languages/es.json", STATIC), "utf-8"));
+  for (const [id, english, others] of called) {
+    for (const words of english.split("|"))
+      assert.ok(
+        findActions(words, context).some((each) => each.id === id),
+        `${id} is not found by “${words}”`,
+      );
+    const {label, hint = "", help = "", words = ""} = actions.get(id);
+    const said = [label, hint, help, words].map((text) => spanish[text] ?? text).join(" ");
+    for (const each of others.split("|")) assert.ok(containsWords(said, each), `${id} is not found by “${each}”`);
+  }
 });
 
 test("without a document only what needs none can be done", () => {

@@ -19,7 +19,7 @@ const FUNCTIONS = {t: 1, n: 2, rich: 1};
 const TEMPLATES = new Set(["html", "svg"]);
 const ATTRIBUTES =
   /^(alt|title|label|placeholder|aria-(label|description|roledescription|valuetext|placeholder|braillelabel))$/;
-const PROPERTIES = new Set(["label", "title", "hint", "help", "placeholder", "ariaLabel", "textContent"]);
+const PROPERTIES = new Set(["label", "title", "hint", "help", "words", "placeholder", "ariaLabel", "textContent"]);
 const CALLS = new Set(["notify", "announce"]);
 /** Elements whose content is not for translators. */
 const CODE = new Set(["code", "kbd", "samp", "style", "script"]);

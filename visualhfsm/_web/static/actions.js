@@ -54,6 +54,7 @@ addActions([
   {
     id: "open",
     label: t("Open"),
+    words: t("load a file"),
     icon: "open",
     keys: ["Ctrl+O"],
     scope: "typing",
@@ -89,15 +90,18 @@ addActions([
   {
     id: "export",
     label: t("Export"),
+    words: t("print the drawing as a page, image, PDF, SVG, PNG, HTML, XML, download"),
     icon: "exportFile",
     keys: ["Ctrl+E"],
     scope: "typing",
     enabled: hasDocument,
     run: async () => (await import("./dialogs/export.js")).showExport(),
+    hint: t("pictures, pages for print, one page to send"),
   },
   {
     id: "share",
     label: t("Share to look on"),
+    words: t("link, URL, publish, send, viewers"),
     icon: "eye",
     run: async () => (await import("./dialogs/share.js")).showShare(),
     hint: t("an address at which nothing can be changed"),
@@ -105,6 +109,7 @@ addActions([
   {
     id: "compare",
     label: t("Compare"),
+    words: t("difference, diff, changes, versions"),
     icon: "diff",
     keys: ["Alt+C"],
     scope: "typing",
@@ -171,6 +176,7 @@ addActions([
   {
     id: "run",
     label: t("Run"),
+    words: t("start, play, execute"),
     icon: "run",
     keys: ["F5"],
     scope: "typing",
@@ -195,6 +201,7 @@ addActions([
   {
     id: "undo",
     label: t("Undo"),
+    words: t("revert"),
     icon: "undo",
     keys: ["Ctrl+Z"],
     enabled: () => commands.canStep("undo"),
@@ -212,6 +219,7 @@ addActions([
   {
     id: "search",
     label: t("Search"),
+    words: t("find and replace"),
     icon: "search",
     keys: ["Ctrl+F"],
     enabled: hasDocument,
@@ -221,6 +229,7 @@ addActions([
   {
     id: "problems",
     label: t("Problems"),
+    words: t("errors, warnings, checks"),
     icon: "problems",
     keys: ["Ctrl+M"],
     scope: "typing",
@@ -230,6 +239,7 @@ addActions([
   {
     id: "output",
     label: t("Output"),
+    words: t("console, log, terminal"),
     icon: "code",
     keys: ["Alt+O"],
     scope: "typing",
@@ -259,6 +269,7 @@ addActions([
   {
     id: "undoSteps",
     label: t("Undo steps"),
+    words: t("history, versions"),
     icon: "history",
     keys: ["Alt+H"],
     scope: "typing",
@@ -303,6 +314,7 @@ addActions([
   {
     id: "theme",
     label: t("Light or dark"),
+    words: t("dark mode, colors, settings"),
     icon: "moon",
     keys: ["Alt+D"],
     scope: "typing",
@@ -311,6 +323,7 @@ addActions([
   {
     id: "language",
     label: t("Language"),
+    words: t("translation, settings"),
     icon: "globe",
     run: async () => (await import("./dialogs/language.js")).showLanguages(),
   },
@@ -336,6 +349,7 @@ addActions([
   {
     id: "help",
     label: t("Help"),
+    words: t("shortcuts, keyboard, manual"),
     icon: "help",
     keys: ["?", "F1"],
     run: async (context) => (await import("./dialogs/help.js")).showHelp(context),

@@ -5,8 +5,9 @@
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
  *   enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, scope?: "canvas" | "typing", hint?: string,
- *   help?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint`
- *   says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch is on.
+ *   help?: string, words?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is
+ *   typed. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
+ *   is on. An action is also found by its `words`, which are not shown: what else people call it.
  * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
  *   point?: {x: number, y: number}, text?: string}} Context `point` is where in the drawing a menu was opened, `text`
  *   what is pasted
@@ -53,10 +54,10 @@ export function findActions(text, context) {
   const rank = ({label}) => [folded(label).startsWith(sought), folded(label).includes(sought), true].indexOf(true);
   return [...actions.values()]
     .filter(
-      ({id, label, hint = "", help = ""}) =>
+      ({id, label, hint = "", help = "", words = ""}) =>
         id !== "palette" &&
         id !== "cancel" &&
-        containsWords(`${label} ${hint} ${help}`, text) &&
+        containsWords(`${label} ${hint} ${help} ${words}`, text) &&
         isEnabled(id, context),
     )
     .sort((one, other) => rank(one) - rank(other));

@@ -285,6 +285,7 @@ export const canvasActions = [
   {
     id: "delete",
     label: t("Delete"),
+    words: t("remove, erase"),
     icon: "delete",
     keys: ["Delete"],
     enabled: () => drawable() && anySelected(),
@@ -386,6 +387,7 @@ export const canvasActions = [
   {
     id: "fit",
     label: t("Fit"),
+    words: t("zoom to all of it, whole, center"),
     icon: "fit",
     keys: ["F"],
     enabled: hasDocument,
@@ -395,6 +397,7 @@ export const canvasActions = [
   {
     id: "fitSelection",
     label: t("Fit the selection"),
+    words: t("zoom to it, center"),
     icon: "fit",
     keys: ["Shift+F"],
     enabled: hasDocument,
@@ -403,6 +406,7 @@ export const canvasActions = [
   {
     id: "zoomIn",
     label: t("Zoom in"),
+    words: t("larger, enlarge, magnify"),
     icon: "add",
     keys: ["+", "="],
     enabled: hasDocument,
@@ -411,6 +415,7 @@ export const canvasActions = [
   {
     id: "zoomOut",
     label: t("Zoom out"),
+    words: t("smaller, shrink"),
     icon: "minus",
     keys: ["-"],
     enabled: hasDocument,
@@ -430,6 +435,7 @@ export const canvasActions = [
   {
     id: "layout",
     label: t("Arrange"),
+    words: t("layout, tidy up, clean up, order, organize"),
     icon: "layout",
     keys: ["L"],
     enabled: drawable,
@@ -439,6 +445,7 @@ export const canvasActions = [
   {
     id: "layoutAll",
     label: t("Arrange all automata"),
+    words: t("layout, tidy up, clean up, order, organize"),
     icon: "layout",
     keys: ["Shift+L"],
     enabled: hasDocument,

@@ -50,6 +50,7 @@ export const annotationActions = [
   {
     id: "newNote",
     label: t("Note"),
+    words: t("comment, remark, text"),
     icon: "note",
     keys: ["N"],
     enabled: drawable,

@@ -101,6 +101,7 @@ export const monitorActions = [
   {
     id: "tryIt",
     label: t("Try it without a robot"),
+    words: t("simulate, dry run, debug"),
     icon: "flask",
     keys: ["Alt+Shift+T"],
     scope: "typing",
@@ -154,6 +155,7 @@ export const monitorActions = [
   {
     id: "exportRun",
     label: t("Export as a page…"),
+    words: t("share, send, HTML, report"),
     icon: "exportFile",
     enabled: () => Boolean(monitor.snapshot),
     run: async () => (await import("./documents.js")).exportRun(),
