@@ -54,6 +54,29 @@ def test_the_robot_stays_beside_the_code_on_every_run_and_covers_no_state(shown:
     assert shown.violations(".dock") == []
 
 
+def test_what_the_robot_does_not_cover_stays_uncovered_when_the_canvas_shrinks(shown: EditorPage) -> None:
+    page = shown.page
+    show(shown)
+    shown.press("f", "-", "-", "-")
+    beside = Box.of(dock(shown))
+    x, y = shown.middle_of("go")
+    page.mouse.move(x - 60, y + 60)
+    page.mouse.down(button="middle")
+    # Right above the robot's picture, in a view that is not fitted.
+    page.mouse.move(beside.x + 120, beside.y - 10, steps=3)
+    page.mouse.up(button="middle")
+    go = shown.state("go").locator(".body")
+    assert Box.of(go).y > beside.y - 120
+    assert not Box.of(go).overlaps(beside)
+    run(shown)
+    expect(page.locator("main > hfsm-monitor-timeline .timeline")).to_be_visible()
+    page.evaluate(SEVERAL_FRAMES)
+    assert not Box.of(go).overlaps(Box.of(dock(shown)))
+    shown.resize(1280, 620)
+    page.evaluate(SEVERAL_FRAMES)
+    assert not Box.of(go).overlaps(Box.of(dock(shown)))
+
+
 def test_the_robot_is_drawn_once_and_its_view_is_kept_where_it_moves(shown: EditorPage) -> None:
     page = shown.page
     show(shown)

@@ -179,15 +179,19 @@ export class HfsmCanvas extends HTMLElement {
     this.#fitted = this.#view();
   }
 
-  /** Fit what is drawn at the scale that this results in: labels that are too small to be drawn need no room. */
-  #fitDrawn() {
+  /**
+   * Fit what is drawn at the scale that this results in: labels that are too small to be drawn need no room.
+   *
+   * @param {number} [largest] scale
+   */
+  #fitDrawn(largest = Infinity) {
     const {drawing, viewport} = this;
     let scale = 1;
-    let largest = Infinity;
     const isEmpty = (/** @type {Box} */ part) => drawing.isEmpty(part, scale);
     for (const limit of [FAR, VERY_FAR]) {
       if (viewport.scaleFor(drawing.bounds(scale), isEmpty) >= limit) break;
-      scale = largest = limit * 0.999;
+      scale = limit * 0.999;
+      largest = Math.min(largest, scale);
     }
     viewport.fit(drawing.bounds(scale), {largest, isEmpty});
   }
@@ -201,8 +205,21 @@ export class HfsmCanvas extends HTMLElement {
     const former = this.viewport.covered;
     if (former.width === covered.width && former.height === covered.height) return;
     const fitted = this.#fitted === this.#view();
+    const [whole, hides] = [this.#isWhole(), this.#hides()];
     this.viewport.covered = covered;
     if (fitted) this.#fitAgain();
+    else if (whole && this.#hides() > hides) this.#fitDrawn(this.viewport.scale);
+  }
+
+  /** Whether everything is in the window. */
+  #isWhole() {
+    return this.#size.width > 0 && contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale));
+  }
+
+  /** How many states and texts the covered corner hides. */
+  #hides() {
+    const {covered, hidden, scale} = this.viewport;
+    return covered.width ? this.drawing.countIn(hidden, scale) : 0;
   }
 
   /** Show the selection, or everything if nothing is selected. */
@@ -424,7 +441,7 @@ export class HfsmCanvas extends HTMLElement {
     const down = top - this.#top;
     this.#top = top;
     const fitted = this.#unfitted || this.#fitted === this.#view();
-    const whole = before.width > 0 && contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale));
+    const [whole, hides] = [this.#isWhole(), this.#hides()];
     this.#size = {width: this.clientWidth, height: this.clientHeight};
     const {width, height} = this.#size;
     if (down && before.width === width && Math.abs(before.height - height - down) < 1 && !this.#unfitted) {
@@ -437,9 +454,14 @@ export class HfsmCanvas extends HTMLElement {
       this.#fitAgain();
       return;
     }
-    this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
-    if (before.width && this.#size.width) {
-      if (whole && !contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale))) this.fit(); // it stays fully visible
+    const half = {x: (width - before.width) / 2, y: (height - before.height) / 2};
+    this.viewport.pan(half.x, half.y);
+    if (before.width && width) {
+      const hidesMore = this.#hides() > hides;
+      if (whole && !this.#isWhole())
+        this.fit(); // it stays fully visible
+      else if (whole && hidesMore) this.#fitDrawn(this.viewport.scale);
+      else if (hidesMore) this.viewport.pan(half.x, half.y); // then the corner hides what it has hidden before
       this.#reveal(); // a panel that opens for a state does not cover it
     }
   }

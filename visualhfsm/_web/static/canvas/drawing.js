@@ -385,16 +385,27 @@ export class Drawing {
    * @param {Box[]} [notes] the boxes of notes and frames
    */
   isEmpty(box, scale, notes = this.annotations.boxes()) {
-    const far = RADIUS + 8;
     return (
-      this.#circles().every(({x, y}) => !contains(wider(box, far), {left: x, right: x, top: y, bottom: y})) &&
-      [...this.#labels(scale), ...notes].every((other) => !touches(other, box)) &&
+      this.countIn(box, scale, notes) === 0 &&
       [...this.transitions.values()].every(
         ({arc}) =>
           !touches(arc.box, box) ||
           pointsOf(arc, RADIUS / 2).every(({x, y}) => !contains(box, {left: x, right: x, top: y, bottom: y})),
       )
     );
+  }
+
+  /**
+   * How many states, notes and labels that are visible at a scale are in a box.
+   *
+   * @param {Box} box
+   * @param {number} scale
+   * @param {Box[]} [notes] as above
+   */
+  countIn(box, scale, notes = this.annotations.boxes()) {
+    const room = wider(box, RADIUS + 8);
+    const circles = this.#circles().filter(({x, y}) => contains(room, {left: x, right: x, top: y, bottom: y}));
+    return circles.length + [...this.#labels(scale), ...notes].filter((other) => touches(other, box)).length;
   }
 
   /** Whether something can be put into a box; only the title of a frame is in its way. @param {Box} box */

@@ -72,6 +72,15 @@ export class Viewport {
     this.changed();
   }
 
+  /** The part of the drawing that is covered. */
+  get hidden() {
+    const {width, height} = this.size();
+    const {covered} = this;
+    const start = this.toDrawing(width - covered.width, height - covered.height);
+    const end = this.toDrawing(width, height);
+    return {left: start.x, top: start.y, right: end.x, bottom: end.y};
+  }
+
   /**
    * Where a box is largest: beside or above what is covered, or anywhere if only an empty corner of it is then covered.
    *

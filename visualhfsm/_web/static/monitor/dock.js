@@ -26,6 +26,7 @@ const isRoomy = () => innerWidth >= 700 || innerHeight >= 1.5 * innerWidth;
 const SMALLEST = {width: 160, height: 120};
 const LARGEST = {width: 1000, height: 800};
 const MARGIN = 12; // px between it and the edges of the canvas, as in monitor.css
+const GAP = 6; // px between it and what is drawn
 
 export class RobotDock extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
@@ -171,7 +172,8 @@ export class RobotDock extends MonitorElement {
   #clear() {
     const dock = /** @type {HTMLElement | null} */ (this.querySelector(".dock"));
     const [width, height] = [dock?.offsetWidth ?? 0, dock?.offsetHeight ?? 0];
-    this.context.canvas.keepClear(width ? {width: width + MARGIN, height: height + MARGIN} : undefined);
+    const around = MARGIN + GAP;
+    this.context.canvas.keepClear(width ? {width: width + around, height: height + around} : undefined);
   }
 
   /** Put the picture into its place. @param {HTMLElement} place */
