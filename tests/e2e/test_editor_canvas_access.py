@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import pytest
 from playwright.sync_api import expect
 
@@ -98,3 +100,26 @@ def test_menus_dialogs_and_the_tour_are_accessible_and_hold_the_focus(shown: Edi
     expect(tour).to_contain_text("7 of 10")  # the next step runs the example
     shown.press("Escape")
     expect(tour).to_have_count(0)
+
+
+@pytest.mark.parametrize("forced", ["none", "active"])
+def test_focus_and_selection_look_different(shown: EditorPage, forced: Literal["none", "active"]) -> None:
+    open_example(shown)
+    shown.page.emulate_media(forced_colors=forced)
+    color = "each => getComputedStyle(each).stroke"
+    for each in (shown.state("dance"), shown.transition("tired")):
+        ring, sign = each.locator(".focus-ring"), each.locator(".glow, .line").last
+        shown.press("Escape")
+        plain = sign.evaluate(color)
+        each.focus()
+        expect(each).to_have_attribute("aria-pressed", "true")
+        expect(ring).to_be_visible()
+        chosen = sign.evaluate(color)
+        assert plain != chosen != ring.evaluate(color)
+        shown.press("Escape")
+        expect(each).not_to_have_attribute("aria-pressed", "true")
+        expect(each).to_be_focused()
+        expect(ring).to_be_visible()
+        assert sign.evaluate(color) == plain
+        shown.state("followBall").focus()
+        expect(ring).to_be_hidden()

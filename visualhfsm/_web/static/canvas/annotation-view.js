@@ -114,7 +114,7 @@ export class AnnotationView {
   /** Cuts off what is larger than the annotation, such as a letter that is higher than a low frame. */
   room = make("svg", {}, this.text);
   /** The sign of the focus, unlike that of the selection. */
-  ring = make("rect", {class: "ring", x: -OFFSET, y: -OFFSET});
+  ring = make("rect", {class: "focus-ring", x: -OFFSET, y: -OFFSET});
   group = make("g", {role: "button", tabindex: "-1"}, this.ring, this.paper, this.bar, this.room);
   selected = false;
   words = "";

@@ -20,6 +20,7 @@ const blank = template(`
     <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/>
     <circle class="ring" r="${RADIUS - 5}"/><text class="name" aria-hidden="true"/>
     <g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>
+    <circle class="focus-ring" r="${RADIUS + 12}"/>
   </g>`);
 const MOST_BARS = 4;
 const CLEAR = 0.5; // radians between a badge and an arc

@@ -22,7 +22,8 @@ const blank = template(`
   <g class="transition" role="button" tabindex="-1">
     <path class="hit"/><path class="glow"/><path class="line"/><path class="head"/>
     <g class="handle"><circle class="grip" r="${HANDLE + 4}"/><circle class="knob" r="${HANDLE}"/><path class="glyph"/>
-    <circle class="timer" r="${HANDLE + 2.5}" pathLength="1"/><circle class="mark" cx="7" cy="-7" r="4"/></g>
+    <circle class="timer" r="${HANDLE + 2.5}" pathLength="1"/><circle class="mark" cx="7" cy="-7" r="4"/>
+    <circle class="focus-ring" r="${HANDLE + 8}"/></g>
   </g>`);
 /** The name is separate: all names are above all arcs, and screen readers read the label of the group. */
 const blankLabel = template(
