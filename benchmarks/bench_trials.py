@@ -149,13 +149,13 @@ def rate() -> Rows:
         for number in range(ROUNDS + 1):
             for name, pool in pools.items():
                 began = time.perf_counter()
-                outcomes = [*series.outcomes(range(RUNS_OF_A_ROUND), pool)]
+                outcomes = [*series.outcomes(range(1, RUNS_OF_A_ROUND + 1), pool)]
                 taken = time.perf_counter() - began
                 tables.add(msgspec.json.encode(sorted(outcomes, key=lambda each: each.number)))
                 if number:  # in the first round processes start
                     rates[name].append(RUNS_OF_A_ROUND / taken)
     (table,) = tables  # all are the same, so none is lost and none there twice
-    assert [each["number"] for each in json.loads(table)] == [*range(RUNS_OF_A_ROUND)]
+    assert [each["number"] for each in json.loads(table)] == [*range(1, RUNS_OF_A_ROUND + 1)]
     one = rates["1 process"]
     rows = [("rate: 1 process, 10 s of the simulation each", f"{statistics.median(one):.1f} 1/s", "")]
     for name, found in rates.items():
@@ -175,7 +175,7 @@ def short(runs: int) -> Rows:
         file = Path(folder) / "short.jsonl"
         began = time.perf_counter()
         with Record(file, series.header) as record:
-            for number, outcome in enumerate(series.outcomes(range(runs), pool), 1):
+            for number, outcome in enumerate(series.outcomes(series.plan.trials, pool), 1):
                 record.add(outcome)
                 if number % (runs // SAMPLES) == 0:
                     workers = max(each.memory_info().rss for each in here.children())
@@ -255,7 +255,7 @@ def _write_imagined(path: Path, plan: Plan) -> int:
     dice = random.Random(1)
     states = [f"playing, level {number % 4}/state {number}" for number in range(40)]
     with Record(file, Series(plan).header) as record:
-        for number in range(plan.runs):
+        for number in plan.trials:
             times = sorted(dice.uniform(0.0, plan.limit) for _ in range(200))
             success = dice.random() < 0.7
             record.add(

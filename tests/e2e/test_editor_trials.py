@@ -241,14 +241,14 @@ def test_a_run_becomes_a_test_that_passes(browser: Browser, path: Path) -> None:
 def test_a_recording_becomes_a_test_of_the_document_as_it_is(browser: Browser, path: Path) -> None:
     plan = path.with_name("waits.trials.toml")
     plan.write_text(PLAN.replace("limit = 1", "limit = 3"))
-    recorded = run_trial(plan_of(plan), 2, path.with_name("second.mcap"))
+    recorded = run_trial(plan_of(plan), 3, path.with_name("third.mcap"))
     assert recorded.success
     with editor_in(browser, path, realm="test-recording-test") as shown:
         page = shown.page
         shown.state("done").wait_for()
         shown.press("Alt+r")
-        page.get_by_role("option", name="second.mcap").dblclick()
-        expect(page.get_by_role("tab", name="second.mcap")).to_have_attribute("aria-selected", "true")
+        page.get_by_role("option", name="third.mcap").dblclick()
+        expect(page.get_by_role("tab", name="third.mcap")).to_have_attribute("aria-selected", "true")
         shown.press("Alt+x")
         panel = page.get_by_role("region", name="Panel below the canvas")
         make = panel.get_by_role("button", name="Make this recording a test")

@@ -307,7 +307,7 @@ def submission(folder: Path, attack: Attack, names: dict[str, object]) -> Path:
 
 def graded(path: Path, containment: Containment) -> Outcome:
     plan = Plan(document=str(path), robot="none", limit=1.0, success=Success(state="good"))
-    return run_trial(plan, 0, simulate=containment.simulate)
+    return run_trial(plan, 1, simulate=containment.simulate)
 
 
 @pytest.mark.parametrize("name", ATTACKS)
@@ -355,7 +355,7 @@ PLAIN: Final = """
 import sys
 from visualhfsm.trials import Plan, Success, run_trial
 plan = Plan(document=sys.argv[1], robot="none", limit=1.0, success=Success(state="good"))
-sys.exit(0 if run_trial(plan, 0).success else 3)
+sys.exit(0 if run_trial(plan, 1).success else 3)
 """
 
 
@@ -398,9 +398,9 @@ def test_the_ball_is_out_of_reach(tmp_path: Path) -> None:
     path = tmp_path / "ana.xml"
     path.write_text(MOVES_THE_BALL, encoding="utf-8")
     plan = Plan(document=str(path), robot="fake", limit=1.0, success=Success(state="good", upright=False))
-    assert run_trial(plan, 0).success
+    assert run_trial(plan, 1).success
     with Containment() as containment:
-        outcome = run_trial(plan, 0, simulate=containment.simulate)
+        outcome = run_trial(plan, 1, simulate=containment.simulate)
     assert not outcome.success
     assert "a submission cannot reach BallGreenMotors: it is for who judges" in outcome.reason
 
@@ -442,7 +442,7 @@ def test_errors_between_cycles_end_no_judge(tmp_path: Path, error: str) -> None:
     path.write_text(ANSWERS_WITH_ERRORS.replace("{error}", error), encoding="utf-8")
     plan = Plan(document=str(path), robot="fake", limit=1.0, success=Success(state="good", upright=False))
     with Containment() as containment:
-        assert run_trial(plan, 0, simulate=containment.simulate).reason == ""
+        assert run_trial(plan, 1, simulate=containment.simulate).reason == ""
 
 
 @pytest.mark.parametrize("file", ["bob.xml", "../submissions/bob.xml", "{folder}/bob.xml"])

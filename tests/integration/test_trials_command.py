@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import signal
 import subprocess
@@ -77,6 +78,21 @@ def test_a_trial_is_run_again_and_recorded_for_the_editor(folder: Path) -> None:
     assert run.log.newest.robot.joints
 
 
+def test_the_first_trial_is_1_in_the_table_in_the_terminal_and_for_only(folder: Path) -> None:
+    shown = trials(folder, "follow_ball.xml", "--runs", "3")
+    worst = re.search(r"The worst: (\d+), (\d+), (\d+)", shown)
+    assert worst
+    assert sorted(worst.groups()) == ["1", "2", "3"]
+    with (folder / "follow_ball.outcomes.csv").open(encoding="utf-8-sig", newline="") as file:
+        rows = {row["number"]: row for row in csv.DictReader(file)}
+    assert [*rows] == ["1", "2", "3"]
+    for number, row in rows.items():
+        again = trials(folder, "follow_ball.xml", "--only", number)
+        assert f"BallGreen.pan = {row['BallGreen.pan']}\n" in again
+        assert f"trial {number} of follow_ball.xml: {row['reason'] or 'success'} at " in again
+    assert "0 is not in the range x>=1" in trials(folder, "follow_ball.xml", "--only", "0", code=2)
+
+
 def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
     plan = folder / "follow_ball.trials.toml"
     plan.write_text(PLAN.replace("runs = 12", "runs = 5000"), encoding="utf-8")
@@ -123,7 +139,7 @@ def test_parameters_are_tuned_and_tried_on_fresh_trials(folder: Path) -> None:
 def test_the_page_has_those_of_the_worst_trials_beside_it(folder: Path) -> None:
     trials(folder, "follow_ball.xml", "--runs", "4", "--report", "pages/ball.html")
     pages = sorted(path.name for path in (folder / "pages" / "ball").iterdir())
-    assert pages == ["0.html", "1.html", "2.html", "3.html"]
+    assert pages == ["1.html", "2.html", "3.html", "4.html"]
     assert (folder / "pages" / "ball.html").stat().st_size < 2e6
 
 

@@ -28,6 +28,7 @@ from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
 
 RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
 TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
+TrialNumber = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
 ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
@@ -318,7 +319,7 @@ class RecordTrial(_Request):
     """Run one of the trials again, and record it; the push `trials` says when that is done, and where."""
 
     tab: TabId
-    number: ElementId
+    number: TrialNumber
 
 
 class LookAtTests(_Request):

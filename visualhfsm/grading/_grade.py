@@ -73,7 +73,7 @@ class Grader:
                 judged = [
                     self._run(containment, plan_name, number)
                     for plan_name, plan in exercise.plans.items()
-                    for number in range(plan.runs)
+                    for number in plan.trials
                 ]
         except DocumentInvalid as error:
             return Marks.broken(exercise, name, self._language, self._plain(str(error)))

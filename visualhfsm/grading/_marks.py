@@ -41,7 +41,7 @@ class Marks(Struct, frozen=True, kw_only=True):
     """The first error that ended a trial, with its place."""
     worst_plan: str = ""
     worst_number: int = 0
-    """The trial that lost the most points."""
+    """The trial that lost the most points, from 1 on."""
 
     @property
     def points(self) -> float:

@@ -126,7 +126,7 @@ def _frame(exercise: Exercise, marks: Marks, recording: Path) -> str:
         marks.language,
         "trial of" if len(exercise.plans) > 1 else "trial",
         plan=marks.worst_plan,
-        number=marks.worst_number + 1,
+        number=marks.worst_number,
         count=exercise.plans[marks.worst_plan].runs,
     )
     return f"""

@@ -70,7 +70,8 @@ def trials(
         str | None, typer.Option(metavar="ADDRESS", help="Run on a cluster of Dask, such as tcp://HOST:8786.")
     ] = None,
     only: Annotated[
-        int | None, typer.Option(metavar="NUMBER", min=0, help="Run one trial here, and show it.")
+        int | None,
+        typer.Option(metavar="NUMBER", min=1, help="Run one trial here, the first is 1, and show it."),
     ] = None,
     record: Annotated[
         Path | None, typer.Option(metavar="MCAP", dir_okay=False, help="Record that one for the editor.")

@@ -42,6 +42,7 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
     """What a trial came to: the same each time and everywhere."""
 
     number: int
+    """From 1 on."""
     values: Mapping[str, Value]
     """What its quantities were."""
     success: bool
@@ -72,6 +73,8 @@ class Header(msgspec.Struct, frozen=True):
     """Of the plan, with its seed but not the number of its runs, and of the files beside the document."""
     versions: dict[str, str]
     """Of what computes the outcomes."""
+    first: int = 0
+    """The number of the first trial: trials once counted from 0."""
 
 
 class Record:

@@ -192,10 +192,15 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
                 )
             taken.add(column)
 
+    @property
+    def trials(self) -> range:
+        """The numbers of its trials, from 1 on, as people count."""
+        return range(1, self.runs + 1)
+
     def draw(self, number: int, accept: Callable[[Values], object] | None = None) -> dict[str, Value]:
         """Return the values of a trial; `accept` is the loaded function. Raises TrialsError."""
         for attempt in range(_MOST_DRAWS):
-            values = draw_all(self.quantities, f"{self.seed}/{number}/{attempt}")
+            values = draw_all(self.quantities, f"{self._drawn_as(number)}/{attempt}")
             if accept is None or accept(values):
                 return values
         raise TrialsError(
@@ -208,7 +213,11 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
 
     def seed_of(self, number: int) -> int:
         """Return the seed of noise and of the user's random numbers in a trial."""
-        return random.Random(f"{self.seed}/{number}").getrandbits(31)
+        return random.Random(self._drawn_as(number)).getrandbits(31)
+
+    def _drawn_as(self, number: int) -> str:
+        # The first one has 0 there, so that a plan draws what it drew when trials counted from 0.
+        return f"{self.seed}/{number - 1}"
 
 
 class _File(Plan, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -95,7 +95,7 @@ class Series:
         described = msgspec.structs.replace(self.plan, document="", runs=1)
         text = msgspec.json.encode(msgspec.to_builtins(described), order="deterministic")
         digest = hashlib.sha256(text + self.snapshot.digest.encode()).hexdigest()
-        return Header(Path(self.plan.document).name, digest, versions())
+        return Header(Path(self.plan.document).name, digest, versions(), first=1)
 
     def outcomes(
         self, numbers: Iterable[int], pool: Pool, stop: threading.Event | None = None
@@ -117,7 +117,7 @@ class Series:
         `ended` is called with each outcome once it is kept. Raises TrialsError; what has ended until then is
         kept.
         """
-        missing = (number for number in range(self.plan.runs) if number not in record.done)
+        missing = (number for number in self.plan.trials if number not in record.done)
         for outcome in self.outcomes(missing, pool, stop):
             record.add(outcome)
             ended(outcome)

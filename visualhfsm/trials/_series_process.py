@@ -92,7 +92,7 @@ class _Work:
         plan = series.plan
         with Record(file, series.header, again=again) as record:
             self._report(plan, file)
-            missing = sum(number not in record.done for number in range(plan.runs))
+            missing = sum(number not in record.done for number in plan.trials)
             if missing:
                 # SciPy takes a second to load, in which the first trials start.
                 threading.Thread(target=success_rate, args=(1, 1), name="loads SciPy", daemon=True).start()

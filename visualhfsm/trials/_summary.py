@@ -189,7 +189,7 @@ class Summary:
 
 def summarize(path: Path, varying: Sequence[str], runs: int) -> Summary:
     """Return the summary of the first `runs` trials in a file of outcomes. Raises TrialsError."""
-    return Summary((each for each in read_outcomes(path) if each.number < runs), varying)
+    return Summary((each for each in read_outcomes(path) if each.number <= runs), varying)
 
 
 def write_table(path: Path, summary: Summary) -> None:

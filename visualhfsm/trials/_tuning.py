@@ -112,7 +112,7 @@ class Tuning:
         if self._cost == TIME:
             self._failure = _FAILURE * self._plan.limit
             return True
-        found = runs.outcomes({0: self._untuned}, range(self._plan.runs))
+        found = runs.outcomes({0: self._untuned}, self._plan.trials)
         if found is None:
             return False
         numbers = [abs(each.numbers[self._cost]) for each in found.values() if self._cost in each.numbers]
@@ -135,7 +135,7 @@ class Tuning:
         costs: dict[int, list[float]] = {setting.number: [] for setting in asked}
         left = asked
         for first in range(0, self._plan.runs, _ROUND):
-            numbers = range(first, min(first + _ROUND, self._plan.runs))
+            numbers = self._plan.trials[first : first + _ROUND]
             found = runs.outcomes(
                 {each.number + 1: self.with_parameters(each.params) for each in left}, numbers
             )
@@ -149,7 +149,7 @@ class Tuning:
             hopeless = [setting for setting in left if setting.should_prune()]
             for setting in hopeless:
                 study.tell(setting, state=TrialState.PRUNED)
-                runs.ended(self._plan.runs - numbers.stop)
+                runs.ended(self._plan.runs - numbers[-1])
             self.given_up += len(hopeless)
             left = [setting for setting in left if setting not in hopeless]
         for setting in left:

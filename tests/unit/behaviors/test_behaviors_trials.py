@@ -22,7 +22,7 @@ def at_speed(speed: float) -> Outcome:
     """Return how the ball is followed for six seconds that is carried at a speed in rad/s."""
     follow = plan("follow_ball", limit=6.0)
     carried = structs.replace(follow.disturbances["carried"], speed=speed)
-    return run_trial(structs.replace(follow, disturbances={"carried": carried}), 0)
+    return run_trial(structs.replace(follow, disturbances={"carried": carried}), 1)
 
 
 def test_a_slow_ball_is_followed_and_the_faster_it_is_the_larger_is_the_error() -> None:
@@ -45,7 +45,7 @@ def shoved(direction: float, **fields: object) -> Outcome:
     """Return how the robot gets up that is pushed over in a direction, in rad to the left of the front."""
     get_up = plan("get_up", parameters={"activity": "stand"}, **fields)
     shove = structs.replace(get_up.disturbances["shove"], at=2.0, push=120.0, direction=direction)
-    return run_trial(structs.replace(get_up, disturbances={"shove": shove}), 0)
+    return run_trial(structs.replace(get_up, disturbances={"shove": shove}), 1)
 
 
 def test_a_robot_that_falls_on_its_back_stands_up() -> None:
@@ -64,6 +64,6 @@ def test_a_robot_that_still_lies_has_failed() -> None:
 def test_a_robot_that_does_not_fall_is_not_counted_as_one_that_got_up() -> None:
     get_up = plan("get_up", parameters={"activity": "stand"}, limit=3.0)
     gentle = structs.replace(get_up.disturbances["shove"], at=1.0, push=1.0)
-    outcome = run_trial(structs.replace(get_up, disturbances={"shove": gentle}), 0)
+    outcome = run_trial(structs.replace(get_up, disturbances={"shove": gentle}), 1)
     assert (outcome.success, outcome.groups) == (False, {"lay": "did not fall"})
     assert "seconds" not in outcome.numbers

@@ -19,7 +19,7 @@ def test_a_contained_trial_has_the_outcome_of_any_other(tmp_path: Path) -> None:
     )
     plan = Plan(document=str(path), robot="none", limit=2.0, success=Success(state="done"))
     with Containment(unsafe=True) as containment:
-        assert run_trial(plan, 0, simulate=containment.simulate) == run_trial(plan, 0)
+        assert run_trial(plan, 1, simulate=containment.simulate) == run_trial(plan, 1)
 
 
 def test_a_contained_error_is_in_the_words_of_the_document_too(tmp_path: Path) -> None:
@@ -30,7 +30,7 @@ def test_a_contained_error_is_in_the_words_of_the_document_too(tmp_path: Path) -
     )
     plan = Plan(document=str(path), robot="none", limit=1.0)
     with Containment(unsafe=True) as containment:
-        contained = run_trial(plan, 0, simulate=containment.simulate)
+        contained = run_trial(plan, 1, simulate=containment.simulate)
     assert "NameError: `count` is a variable of fails, and play has its own" in contained.reason
 
 
@@ -60,11 +60,11 @@ def test_outputs_stay_at_the_far_end_and_are_handed_up_there(tmp_path: Path) -> 
     path.write_text(OUTPUTS, encoding="utf-8")
     plan = Plan(document=str(path), robot="none", limit=3.0, success=Success(state="done"))
     with Containment(unsafe=True) as containment:
-        contained = run_trial(plan, 0, simulate=containment.simulate)
-    assert contained == run_trial(plan, 0)
+        contained = run_trial(plan, 1, simulate=containment.simulate)
+    assert contained == run_trial(plan, 1)
     assert contained.reason == ""
     path.write_text(OUTPUTS.replace("found += 1 if", "found = 'x' if"), encoding="utf-8")
     with Containment(unsafe=True) as containment:
-        failed = run_trial(plan, 0, simulate=containment.simulate)
+        failed = run_trial(plan, 1, simulate=containment.simulate)
     assert "the output 'found' of automaton 2 ('search') is int, not str: 'x'" in failed.reason
     assert "in the outputs of automaton 2, line 14" in failed.reason

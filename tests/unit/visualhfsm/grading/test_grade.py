@@ -10,6 +10,7 @@ import pytest
 
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.grading import Grader, GradingError, Marks, read_exercise
+from visualhfsm.grading._page import write_page
 
 EXERCISE = """
 title = { en = "Wait", es = "Espera" }
@@ -94,6 +95,24 @@ def test_a_state_in_time_earns_its_points(folder: Path) -> None:
         "31 moments",
     ]
     assert (marks.points, marks.of, marks.reason) == (6.5, 7.0, "")
+
+
+def test_the_page_names_the_worst_trial_by_the_number_that_the_command_for_trials_takes(folder: Path) -> None:
+    plan = folder / "trials.toml"
+    plan.write_text(TRIALS.replace("at = 1.0", "at = [1.0, 2.0]").replace("runs = 2", "runs = 9"), "utf-8")
+    (folder / "judge.py").write_text(
+        'def good(run):\n    return float(run.events["gone"] > 1.5), "early"\n', "utf-8"
+    )
+    submission = folder.parent / "wait.xml"
+    submission.write_text(waits(100), "utf-8")
+    exercise, page = read_exercise(folder), folder / "page.html"
+    grader = Grader(exercise, submission, "en", unsafe=True)
+    marks = grader.grade("ana")
+    grader.record(marks, folder / "worst.mcap")
+    write_page(page, exercise, marks, folder / "worst.mcap")
+    worst = next(number for number in range(1, 10) if exercise.plans["trials"].draw(number)["gone.at"] == 1.0)
+    assert worst > 1
+    assert f"trial {worst} of 9" in page.read_text("utf-8")
 
 
 def test_words_are_in_the_language_that_is_asked_for(folder: Path) -> None:

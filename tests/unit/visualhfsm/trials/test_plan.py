@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import random
 from pathlib import Path
 
 import pytest
 
 from visualhfsm._languages import said
 from visualhfsm.trials import Plan, Spread, Success, TrialsError, plan_of, read_plan
+from visualhfsm.trials._quantities import draw_all
 from visualhfsm.trials._series import Series
 
 PLAN = """
@@ -67,7 +69,7 @@ def test_the_numbers_of_disturbances_are_chosen_from_lists_too(place: Path) -> N
     place.write_text("[disturbances.shove]\nat = [1, 2]\npush = [30, 60]\nseconds = 0.1")
     plan = read_plan(place)
     assert plan.varying == ("shove.at", "shove.push", "shove.direction")
-    assert {plan.draw(number)["shove.push"] for number in range(20)} == {30, 60}
+    assert {plan.draw(number)["shove.push"] for number in range(1, 21)} == {30, 60}
 
 
 def test_the_places_to_which_a_ball_is_carried_are_numbered(place: Path) -> None:
@@ -77,7 +79,7 @@ def test_the_places_to_which_a_ball_is_carried_are_numbered(place: Path) -> None
     )
     plan = read_plan(place)
     assert plan.varying == ("carried.speed", "carried.1.pan")
-    values = plan.draw(0)
+    values = plan.draw(1)
     assert (values["carried.2.pan"], values["carried.2.height"]) == (-1, 0.4)
 
 
@@ -89,15 +91,22 @@ def test_a_trial_is_the_same_whatever_is_drawn_beside_it() -> None:
     assert other.draw(3) != plan.draw(3)
 
 
+def test_trials_count_from_1_and_draw_what_they_drew_when_they_counted_from_0() -> None:
+    plan = Plan(document="x.xml", runs=3, scene={"x": Spread(lowest=0, highest=1)})
+    assert [*plan.trials] == [1, 2, 3]
+    assert plan.draw(1) == draw_all(plan.quantities, "1/0/0")
+    assert plan.seed_of(1) == random.Random("1/0").getrandbits(31)
+
+
 def test_values_that_are_not_accepted_are_drawn_again() -> None:
     plan = Plan(document="x.xml", scene={"x": Spread(lowest=0, highest=1)})
-    assert all(plan.draw(n, lambda values: values["x"] > 0.9)["x"] > 0.9 for n in range(20))  # type: ignore[operator]
+    assert all(plan.draw(n, lambda values: values["x"] > 0.9)["x"] > 0.9 for n in range(1, 21))  # type: ignore[operator]
 
 
 def test_a_plan_that_accepts_nothing_is_refused() -> None:
     plan = Plan(document="x.xml", accept="legal.py:legal", scene={"x": Spread(lowest=0, highest=1)})
     with pytest.raises(TrialsError, match=r"legal\.py:legal accepted none of 10000 draws: widen the ranges"):
-        plan.draw(0, lambda values: False)
+        plan.draw(1, lambda values: False)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import islice
 from pathlib import Path
 
+import msgspec
 import psutil
 import pytest
 
@@ -60,8 +61,17 @@ def test_one_process_and_three_compute_the_same(path: Path, tmp_path: Path) -> N
     with LocalPool(1) as one, LocalPool(3) as three:
         first = computed(series, tmp_path / "one", one)
         assert computed(series, tmp_path / "three", three) == first
-    assert [outcome.number for outcome in first] == [*range(12)]
+    assert [outcome.number for outcome in first] == [*range(1, 13)]
     assert {outcome.success for outcome in first} == {True, False}
+
+
+def test_a_series_that_counted_from_0_is_not_gone_on_with(path: Path, tmp_path: Path) -> None:
+    header = Series(plan(path)).header
+    kept = tmp_path / "kept"
+    former = {name: each for name, each in msgspec.to_builtins(header).items() if name != "first"}
+    kept.write_bytes(msgspec.json.encode(former) + b"\n")
+    with pytest.raises(TrialsError, match="outcomes of another plan, document or version: --again replaces"):
+        Record(kept, header)
 
 
 def test_a_series_goes_on_where_it_was_broken_off(path: Path, tmp_path: Path) -> None:
@@ -70,7 +80,7 @@ def test_a_series_goes_on_where_it_was_broken_off(path: Path, tmp_path: Path) ->
     with LocalPool(2) as pool:
         whole = computed(series, tmp_path / "whole", pool)
         with Record(tmp_path / "broken", series.header) as record:
-            for outcome in islice(series.outcomes(range(12), pool), 5):
+            for outcome in islice(series.outcomes(range(1, 13), pool), 5):
                 record.add(outcome)
         with Record(tmp_path / "broken", series.header) as record:
             series.run(record, pool, lambda outcome: computed_again.append(outcome.number))
@@ -91,7 +101,7 @@ def test_one_process_runs_trials_of_several_series_by_turns(path: Path, tmp_path
     second = Series(plan(path, 3, success=Success(state="over")))
     with LocalPool(1) as pool:
         whole = [computed(each, tmp_path / f"whole{i}", pool) for i, each in enumerate((first, second))]
-        alternating = [[*each.outcomes([number], pool)] for number in range(3) for each in (first, second)]
+        alternating = [[*each.outcomes([number], pool)] for number in range(1, 4) for each in (first, second)]
     assert [outcome for (outcome,) in alternating[::2]] == whole[0]
     assert [outcome for (outcome,) in alternating[1::2]] == whole[1]
     assert {outcome.states for outcome in whole[0]} <= {"waiting", "done"}
@@ -104,7 +114,7 @@ def test_a_killed_process_costs_its_trial_only_which_is_run_again(path: Path, tm
         whole = computed(series, tmp_path / "whole", pool)
         killed = 0
         with Record(tmp_path / "killed", series.header) as record:
-            for outcome in series.outcomes(range(30), pool):
+            for outcome in series.outcomes(range(1, 31), pool):
                 record.add(outcome)
                 if outcome.number % 7 == 0:
                     for child in psutil.Process().children():
@@ -172,5 +182,5 @@ def test_outcomes_are_kept_where_they_are_wanted(path: Path, tmp_path: Path) -> 
     ended: list[Outcome] = []
     first = run_trials(plan(path), out=out, workers=1)
     again = run_trials(plan(path, 15), out=out, workers=1, ended=ended.append)
-    assert [outcome.number for outcome in ended] == [12, 13, 14]
+    assert [outcome.number for outcome in ended] == [13, 14, 15]
     assert again.rows[:12] == first.rows

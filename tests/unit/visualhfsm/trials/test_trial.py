@@ -40,7 +40,7 @@ def plan(path: str, state: str | None = None, *, upright: bool = True, **fields:
 
 
 def test_a_trial_ends_where_its_state_is_reached(waits: str) -> None:
-    outcome = run_trial(plan(waits, "done"), 0)
+    outcome = run_trial(plan(waits, "done"), 1)
     assert (outcome.success, outcome.reason, outcome.time, outcome.states) == (True, "", 0.4, "done")
     assert [(change.time, change.states) for change in outcome.changes] == [(0.0, "waiting"), (0.4, "done")]
     assert outcome.numbers["cycles"] == 5
@@ -61,25 +61,25 @@ def test_a_state_that_is_left_at_once_counts_as_reached(tmp_path: Path) -> None:
     )
     path = tmp_path / "passing.xml"
     path.write_text(passing, encoding="utf-8")
-    outcome = run_trial(plan(str(path), "goal"), 0)
+    outcome = run_trial(plan(str(path), "goal"), 1)
     assert outcome.success
     assert outcome.time == pytest.approx(0.26)
 
 
 def test_a_trial_that_does_not_reach_it_says_where_it_was(waits: str) -> None:
-    outcome = run_trial(plan(waits, "done", parameters={"patience": 100}), 0)
+    outcome = run_trial(plan(waits, "done", parameters={"patience": 100}), 1)
     assert (outcome.success, outcome.reason) == (False, "not in done after 2 s")
     assert (outcome.time, outcome.states) == (2.0, "waiting")
 
 
 def test_without_a_state_it_must_reach_the_limit(waits: str) -> None:
-    assert run_trial(plan(waits), 0).success
+    assert run_trial(plan(waits), 1).success
 
 
 def test_an_error_of_the_code_fails_with_its_place(tmp_path: Path) -> None:
     path = tmp_path / "broken.xml"
     path.write_text(document(sub(1, 0, state(1, "only", "1 / 0", initial=True))), encoding="utf-8")
-    outcome = run_trial(plan(str(path)), 0)
+    outcome = run_trial(plan(str(path)), 1)
     assert outcome.reason.endswith("raised ZeroDivisionError: division by zero")
     assert "broken.xml" in outcome.error
     assert "timeline of broken" in outcome.error
@@ -93,15 +93,15 @@ def test_a_broken_property_fails(tmp_path: Path) -> None:
     )
     path = tmp_path / "stated.xml"
     path.write_text(stated, encoding="utf-8")
-    outcome = run_trial(plan(str(path)), 0)
+    outcome = run_trial(plan(str(path)), 1)
     assert outcome.reason == "property 'stays' (never two) does not hold"
     assert outcome.time == pytest.approx(0.5, abs=0.11)
-    assert run_trial(plan(str(path), success=Success(properties=False)), 0).success
+    assert run_trial(plan(str(path), success=Success(properties=False)), 1).success
 
 
 def test_a_state_that_does_not_exist_is_no_goal(waits: str) -> None:
     with pytest.raises(TrialsError, match="there is no state finished; there are waiting, done"):
-        run_trial(plan(waits, "finished"), 0)
+        run_trial(plan(waits, "finished"), 1)
 
 
 def test_an_unknown_parameter_is_refused(waits: str) -> None:
@@ -130,7 +130,7 @@ def test_random_numbers_of_the_code_belong_to_the_trial(waits: str) -> None:
 )
 def test_a_function_of_the_run_judges(waits: str, code: str, reason: str) -> None:
     Path(waits).with_name("judge.py").write_text(f"def judge(run):\n    {code}\n", encoding="utf-8")
-    outcome = run_trial(plan(waits, success=Success(function="judge.py:judge")), 0)
+    outcome = run_trial(plan(waits, success=Success(function="judge.py:judge")), 1)
     assert (outcome.success, outcome.reason) == (not reason, reason)
 
 
@@ -142,20 +142,20 @@ def test_numbers_and_groups_are_noted_of_a_trial_that_ends_with_an_error_too(tmp
         encoding="utf-8",
     )
     noted = plan(str(path), numbers={"errors": "judge.py:errors"}, groups={"last": "judge.py:last"})
-    outcome = run_trial(noted, 0)
+    outcome = run_trial(noted, 1)
     assert outcome.reason.endswith("division by zero")
     assert (outcome.numbers["errors"], outcome.groups) == (1, {"last": "only"})
 
 
 def test_a_function_that_cannot_measure_fails_the_trial(waits: str) -> None:
     Path(waits).with_name("judge.py").write_text("def n(run):\n    return run.nothing\n", encoding="utf-8")
-    outcome = run_trial(plan(waits, groups={"n": "judge.py:n"}), 0)
+    outcome = run_trial(plan(waits, groups={"n": "judge.py:n"}), 1)
     assert outcome.reason.startswith("judge.py:n: AttributeError")
 
 
 def test_samples_are_taken_ten_times_a_second(waits: str) -> None:
     Path(waits).with_name("judge.py").write_text("def passed(run):\n    return run.time\n", encoding="utf-8")
-    numbers = run_trial(plan(waits, samples={"passed": "judge.py:passed"}), 0).numbers
+    numbers = run_trial(plan(waits, samples={"passed": "judge.py:passed"}), 1).numbers
     assert numbers["passed mean"] == pytest.approx(1.0)
     assert numbers["passed max"] == pytest.approx(2.0)
 
@@ -172,7 +172,7 @@ def test_a_function_that_is_not_there_is_refused(waits: str, reference: str, mes
     Path(waits).with_name("judge.py").write_text("value = 3\n", encoding="utf-8")
     Path(waits).with_name("broken.py").write_text("def f(:\n", encoding="utf-8")
     with pytest.raises(TrialsError, match=message):
-        run_trial(plan(waits, numbers={"n": reference}), 0)
+        run_trial(plan(waits, numbers={"n": reference}), 1)
 
 
 @pytest.mark.sim
@@ -184,11 +184,11 @@ def test_a_fall_fails_and_the_same_trial_falls_the_same_way() -> None:
         scene={"noise": True, "BallGreen.pan": Spread(lowest=-0.5, highest=0.5)},
         disturbances={"shove": Disturbance(at=0.5, push=200.0, seconds=0.2)},
     )
-    outcome = run_trial(pushed, 2)
+    outcome = run_trial(pushed, 3)
     assert (outcome.success, outcome.reason) == (False, "fell")
-    assert run_trial(pushed, 2) == outcome
+    assert run_trial(pushed, 3) == outcome
     lies = plan(FOLLOW, upright=False, robot="sim", camera="drawn", disturbances=pushed.disturbances)
-    assert run_trial(lies, 2).success
+    assert run_trial(lies, 3).success
 
 
 @pytest.mark.sim
@@ -206,14 +206,14 @@ def test_a_carried_ball_of_the_simulation_is_where_the_plan_says_whatever_the_se
         scene={"BallGreen.pan": -0.7},
         numbers={name: f"judge.py:{name}" for name in ("pan", "distance")},
     )
-    for number in range(2):
+    for number in placed.trials:
         noted = run_trial(placed, number).numbers
         assert (noted["pan"], noted["distance"]) == pytest.approx((-0.7, 1.0), abs=1e-3)
 
 
 def test_a_ball_that_is_carried_away_is_lost() -> None:
     away = {"away": Disturbance(at=1.0, move="BallGreen", to={"pan": 3.1})}
-    outcome = run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances=away), 0)
+    outcome = run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances=away), 1)
     assert outcome.success
     assert 1.5 < outcome.time < 2.0
 
@@ -236,7 +236,7 @@ def test_a_ball_is_carried_to_and_fro_at_a_speed(tmp_path: Path) -> None:
             disturbances={"carried": carried},
             samples={name: f"judge.py:{name}" for name in ("pan", "at_2", "at_4")},
         ),
-        0,
+        1,
     ).numbers
     assert numbers["at_2 mean"] == pytest.approx(0.5, abs=0.05)
     assert numbers["at_4 mean"] == pytest.approx(-0.5, abs=0.05)
@@ -245,7 +245,7 @@ def test_a_ball_is_carried_to_and_fro_at_a_speed(tmp_path: Path) -> None:
 
 def test_a_ball_that_is_carried_once_stays_there() -> None:
     once = Disturbance(at=0.5, move="BallGreen", to={"pan": 2.0}, speed=2.0)
-    assert run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances={"once": once}), 0).success
+    assert run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances={"once": once}), 1).success
 
 
 @pytest.mark.parametrize(
@@ -266,19 +266,19 @@ def test_a_ball_that_is_carried_once_stays_there() -> None:
 def test_a_disturbance_that_cannot_happen_is_refused_at_once(disturbance: Disturbance, message: str) -> None:
     late = structs.replace(disturbance, at=100.0)
     with pytest.raises(TrialsError, match=message):
-        run_trial(plan(FOLLOW, robot="fake", limit=0.1, disturbances={"one": late}), 0)
+        run_trial(plan(FOLLOW, robot="fake", limit=0.1, disturbances={"one": late}), 1)
 
 
 @pytest.mark.sim
 def test_a_thing_that_is_not_in_the_world_is_not_moved() -> None:
     moved = {"one": Disturbance(at=100.0, move="Ball", to={"x": 1.0})}
     with pytest.raises(TrialsError, match="no such thing in the world; there are BallRed, BallGreen"):
-        run_trial(plan(FOLLOW, robot="sim", camera="drawn", limit=0.1, disturbances=moved), 0)
+        run_trial(plan(FOLLOW, robot="sim", camera="drawn", limit=0.1, disturbances=moved), 1)
 
 
 def test_a_server_that_is_offline_is_back_later() -> None:
     gone = {"gone": Disturbance(at=0.5, offline=("Camera",), seconds=0.4)}
-    outcome = run_trial(plan(FOLLOW, robot="fake", disturbances=gone), 0)
+    outcome = run_trial(plan(FOLLOW, robot="fake", disturbances=gone), 1)
     assert outcome.success, outcome.error
 
 
@@ -303,7 +303,7 @@ def test_late_pictures_are_as_old_as_they_are_said_to_be(tmp_path: Path) -> None
                 disturbances=disturbances,
                 numbers={"turned": "judge.py:turned"},
             ),
-            0,
+            1,
         ).numbers["turned"]
         for disturbances in ({"jump": jump}, {"jump": jump, "late": late})
     ]

@@ -82,7 +82,7 @@ def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path) -> 
     kept = [*read_outcomes(tmp_path / "file")]
     assert len(kept) == 12 * 8 - 4 * tuning.given_up
     assert sum(trials) == tuning.most_trials == 12 * 8
-    gains = {outcome.number // 8: outcome.values["parameters.gain"] for outcome in kept}
+    gains = {(outcome.number - 1) // 8: outcome.values["parameters.gain"] for outcome in kept}
     assert len(set(gains.values())) == 12
 
 
