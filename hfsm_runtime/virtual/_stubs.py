@@ -1,6 +1,6 @@
 """Stubs and stand-ins: servants that answer in place of those that nobody serves.
 
-A stub gives the answers of a test; a stand-in accepts every call and returns blank values.
+A stub gives the answers of a test; a stand-in accepts every call and returns blank values, or black pictures.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any, Final
 from zenoh_ice import Object, ObjectPrx
 from zenoh_ice.interface import Interface, Operation
 
+from ._black_camera import black_camera
 from ._blank import blank
 from .errors import UnknownName
 from .network import VirtualNetwork
@@ -83,6 +84,7 @@ class StandIns:
         for name, operation in interface.all_operations.items():
             values = blank(operation.result.struct, self._proxy)
             answers[name] = values[0] if len(values) == 1 else values or None
+        answers |= black_camera(identity, interface)
         self._network.serve(identity, *make_stub(identity, interface, answers))
 
     def _proxy(self, kind: type[ObjectPrx]) -> ObjectPrx:

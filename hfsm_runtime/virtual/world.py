@@ -11,6 +11,7 @@ from zenoh_ice import Object
 
 from .._robot import ROBOT, servant_of
 from ..component import Component, proxies_of, ros_of
+from ._black_camera import gives_pictures
 from ._stubs import StandIns, make_stub
 from .clock import TaskClock
 from .errors import UnknownName, says_it_all
@@ -29,8 +30,8 @@ class VirtualWorld:
     """A clock, servants and ROS within the process; `close` ends it.
 
     Calls of an interface that nobody serves fail, unless there are `stand_ins`: then they return blank
-    values, services of ROS answer with them, and goals succeed. `kept` is the number of the newest events and
-    calls that the journal keeps; None keeps all.
+    values, those of a camera black pictures; services of ROS answer with blank values, and goals succeed.
+    `kept` is the number of the newest events and calls that the journal keeps; None keeps all.
     """
 
     def __init__(
@@ -63,8 +64,11 @@ class VirtualWorld:
             if self._stand_ins and (servant is None or interface not in servant.ice_interface.lineage):
                 self._stand_ins.serve(identity, interface)
                 _logger.warning(
-                    "self.%s is a stand-in, which answers with zeros and empty texts%s",
+                    "self.%s is a stand-in, %s%s",
                     name,
+                    "whose pictures are black"
+                    if gives_pictures(interface)
+                    else "which answers with zeros and empty texts",
                     f"; this robot does not serve {servant_of(identity, interface)}" if has_robot else "",
                 )
             served = self.network.servant(identity) is not None

@@ -33,6 +33,20 @@ def test_it_runs_or_says_what_the_robot_lacks(behavior: MakeBehavior, document: 
     assert reason is None or isinstance(reason, ZenohIceError | RobotError)
 
 
+@pytest.mark.parametrize("body", BODY_NAMES)
+@pytest.mark.parametrize(
+    "document", sorted(REPOSITORY.glob("exercises/goal/**/*.xml")), ids=lambda path: path.stem
+)
+def test_looking_for_a_ball_can_be_tried_on_robots_with_one_camera(
+    behavior: MakeBehavior, caplog: pytest.LogCaptureFixture, document: Path, body: str
+) -> None:
+    b = behavior(document, robot="fake", body=body, stand_ins=True)
+    b.advance(LONG_ENOUGH)
+    lacking = [line for line in caplog.messages if line.startswith("self.CameraBottom ")]
+    expected = "self.CameraBottom is a stand-in, whose pictures are black; this robot does not serve "
+    assert lacking == ([] if body in ("H25", "H21") else [f"{expected}CameraBottom (Camera)"])
+
+
 def test_football_says_that_a_robot_without_kicks_cannot_play_it(behavior: MakeBehavior) -> None:
     b = behavior("behaviors/score.xml", robot="fake", body="Cart")
     with pytest.raises(BehaviorFailed, match="RobotError: Cart cannot play football: its body has no kicks"):
