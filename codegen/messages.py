@@ -7,14 +7,17 @@ page, looks up the template in a catalog of gettext (`visualhfsm._languages`).
 
 from __future__ import annotations
 
+import re
 import string
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
-__all__ = ["NO_MESSAGE", "Catalog", "Message", "Value", "all_of", "any_of", "joined"]
+__all__ = ["NO_MESSAGE", "Catalog", "Message", "Value", "all_of", "any_of", "joined", "number"]
 
 Value = str | int | float
 """A value of a message, itself a `Message` where it has words."""
+
+_DECIMAL: Final = re.compile(r"( *-?[0-9]+)\.([0-9]+(?:e[-+]?[0-9]+)?%?)", re.ASCII)
 
 
 class Catalog(Protocol):
@@ -65,10 +68,7 @@ class Message(str):
             template = catalog.gettext(self._template)
         else:
             template = catalog.ngettext(self._template, self._plural, int(self._values["count"]))
-        values = {
-            name: value.said_in(catalog) if isinstance(value, Message) else value
-            for name, value in self._values.items()
-        }
+        values = {name: _said(value, catalog) for name, value in self._values.items()}
         try:
             return template.format_map(values)
         except (KeyError, ValueError, IndexError, AttributeError):  # a catalog that somebody has added
@@ -115,6 +115,25 @@ class Message(str):
             raise ValueError(f"not a message: {error}") from error
 
 
+class _Number(float):
+    """A number that is written with the decimal point, or comma, of a language."""
+
+    catalog: Catalog
+
+    def __format__(self, how: str) -> str:
+        return number(float(self).__format__(how)).said_in(self.catalog)
+
+
+def _said(value: Value, catalog: Catalog) -> Value:
+    if isinstance(value, Message):
+        return value.said_in(catalog)
+    if isinstance(value, float):
+        said = _Number(value)
+        said.catalog = catalog
+        return said
+    return value
+
+
 def _make(template: str | None, plural: str | None, values: Mapping[str, Value]) -> Message:
     if template is None:
         text = str(values[""])
@@ -145,6 +164,15 @@ def all_of(items: Sequence[str]) -> Message:
     if not others:
         return Message.verbatim(last)
     return Message("{others} and {last}", others=joined(", ", others), last=last)
+
+
+def number(text: str) -> Message:
+    """Return a number such as `1.5` with the decimal point, or comma, of each language."""
+    found = _DECIMAL.fullmatch(text)
+    if found is None:
+        return Message.verbatim(text)
+    # Translators: a number, such as 1.5
+    return Message("{whole}.{fraction}", whole=found[1], fraction=found[2])
 
 
 def joined(separator: str, items: Sequence[str]) -> Message:

@@ -46,8 +46,89 @@ _SYNTAX: Final = (
     Message("positional argument follows keyword argument"),
     Message("Missing parentheses in call to '{name}'. Did you mean {call}?", name=_A, call=_A),
     Message("'{name}' is an illegal expression for augmented assignment", name=_A),
+    Message("expected '{token}'", token=_A),
+    Message("invalid hexadecimal literal"),
+    Message("invalid digit '{digit}' in binary literal", digit=_A),
+    Message("invalid digit '{digit}' in octal literal", digit=_A),
+    Message("expected 'else' after 'if' expression"),
+    Message("unterminated f-string literal (detected at line {line})", line=_N),
+    Message("unterminated triple-quoted string literal (detected at line {line})", line=_N),
+    Message("unexpected character after line continuation character"),
+    Message("cannot delete {what}", what=_A),
+    Message(
+        "leading zeros in decimal integer literals are not permitted; use an 0o prefix for octal integers"
+    ),
+    Message("'yield' outside function"),
+    Message("'await' outside function"),
+    Message("'await' outside async function"),
+    Message("import * only allowed at module level"),
+    Message("name '{name}' is used prior to global declaration", name=_A),
+    Message("name '{name}' is assigned to before global declaration", name=_A),
+    Message("name '{name}' is used prior to nonlocal declaration", name=_A),
+    Message("name '{name}' is assigned to before nonlocal declaration", name=_A),
+    Message("name '{name}' is parameter and global", name=_A),
+    Message("no binding for nonlocal '{name}' found", name=_A),
+    Message("nonlocal declaration not allowed at module level"),
+    Message("duplicate argument '{name}' in function definition", name=_A),
+    Message("keyword argument repeated: {name}", name=_A),
+    Message("non-default argument follows default argument"),
+    Message("parameter without a default follows parameter with a default"),
+    Message('expression cannot contain assignment, perhaps you meant "=="?'),
+    Message("positional argument follows keyword argument unpacking"),
+    Message("Generator expression must be parenthesized"),
+    Message("multiple exception types must be parenthesized"),
+    Message("default 'except:' must be last"),
+    Message("trailing comma not allowed without surrounding parentheses"),
+    Message("expression expected after dictionary key and ':'"),
+    Message("':' expected after dictionary key"),
+    Message("f-string: empty expression not allowed"),
+    Message("f-string: expecting '}}'"),
+    Message("f-string: single '}}' is not allowed"),
+    Message("f-string: valid expression required before '}}'"),
+    Message("can't use starred expression here"),
+    Message("starred assignment target must be in a list or tuple"),
+    Message("too many nested parentheses"),
+    Message("too many statically nested blocks"),
 )
 """What Python says of code that it cannot read."""
+
+_THINGS: Final = (
+    Message("function call"),
+    Message("literal"),
+    Message("expression"),
+    Message("comparison"),
+    Message("conditional expression"),
+    Message("f-string expression"),
+    Message("lambda"),
+    Message("function definition"),
+    Message("class definition"),
+    Message("'{keyword}' statement", keyword=_A),
+)
+"""What Python calls parts of code: the values `what` of templates above."""
+
+_DOUBTS: Final = (
+    Message("assertion is always true, perhaps remove parentheses?"),
+    Message("'if tuple literal' is always true, perhaps remove accidental comma?"),
+    Message("use of >> is invalid with print function"),
+    Message("use ==/!= to compare constant literals (str, bytes, int, float, tuple)"),
+    Message("dictionary key {key} repeated with different values", key=_A),
+    Message("'raise NotImplemented' should be 'raise NotImplementedError'"),
+    Message("'...'.format(...) has unused arguments at position(s): {names}", names=_A),
+    Message("'...'.format(...) has unused named argument(s): {names}", names=_A),
+    Message("'...'.format(...) is missing argument(s) for placeholder(s): {names}", names=_A),
+    Message("'...'.format(...) mixes automatic and manual numbering"),
+    Message("'...'.format(...) has invalid format string: {reason}", reason=_A),
+    Message("'...' % ... has invalid format string: {reason}", reason=_A),
+    Message("'...' % ... has mixed positional and named placeholders"),
+    Message("'...' % ... has unsupported format character {character}", character=_A),
+    Message("'...' % ... has {count} placeholder(s) but {given} substitution(s)", count=_N, given=_N),
+    Message("'...' % ... has unused named argument(s): {names}", names=_A),
+    Message("'...' % ... is missing argument(s) for placeholder(s): {names}", names=_A),
+    Message("'...' % ... expected mapping but got sequence"),
+    Message("'...' % ... expected sequence but got mapping"),
+    Message("'...' % ... `*` specifier requires sequence"),
+)
+"""What pyflakes says of code that Python takes, but that is probably wrong."""
 
 _ERRORS: Final = (
     Message("division by zero"),
@@ -163,8 +244,9 @@ _SYSTEM: Final = (
 )
 """What the system says of files, and the reader of XML."""
 
+_KNOWN: Final = (*_SYNTAX, *_DOUBTS, *_ERRORS, *_RUNTIME, *_SYSTEM, *_THINGS)
 _EXCEPTION: Final = re.compile(r"([A-Za-z_][\w.]*(?:Error|Exception|Warning)): (.+)", re.DOTALL)
-_LONGEST_TEXT: Final = 300
+_LONGEST_TEXT: Final = 600
 """Characters of a text that is looked for."""
 
 
@@ -194,6 +276,8 @@ def known_text(text: str, others: tuple[Message, ...] = ()) -> Message:
     for known, pattern in _patterns(others):
         if found := pattern.fullmatch(text):
             values: dict[str, Value] = found.groupdict()
+            if "what" in values:
+                values["what"] = known_text(found["what"])
             if (message := known.again(values)) == text:
                 return message
     return Message.verbatim(text)
@@ -201,7 +285,7 @@ def known_text(text: str, others: tuple[Message, ...] = ()) -> Message:
 
 @cache
 def _patterns(others: tuple[Message, ...]) -> tuple[tuple[Message, re.Pattern[str]], ...]:
-    return tuple((each, _pattern(each)) for each in (*others, *_SYNTAX, *_ERRORS, *_RUNTIME, *_SYSTEM))
+    return tuple((each, _pattern(each)) for each in (*others, *_KNOWN))
 
 
 def _pattern(message: Message) -> re.Pattern[str]:

@@ -2,8 +2,8 @@
 
 They are programs that speak English. A text that a template below gives is that message; any other, such as
 what a newer program says, stays as it is. The templates are those of `hfsm_runtime` (errors of a component,
-and why a transition does not fire), of `zenoh_ice` (a server that is offline) and of `naoserver` (why
-commands are refused, and the events of a robot).
+and why a transition does not fire), of `zenoh_ice` (a server that is offline) and those of robots in
+`robot_texts.py`.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from codegen.messages import Message, joined
+from codegen.messages import Message, joined, number
 from codegen.reasons import known_text
 from interfaces.hfsm import Explanation
+from visualhfsm._monitoring.robot_texts import OF_ROBOTS, STANCES
 
 __all__ = ["heard", "heard_explanation"]
 
@@ -24,6 +25,12 @@ _A: Final = "\N{HORIZONTAL ELLIPSIS}"
 """A value of a template that stands for any text."""
 _BETWEEN: Final = re.compile(r"(?<=\.) (?=[^\W\d])")
 """Where one sentence follows another."""
+_MEMBERS: Final = re.compile(r"(.+) (\(\w+='[^']*'\))", re.DOTALL)
+"""What an exception of an interface says, with its other members."""
+_REPEATED: Final = re.compile(r"(.+) \((\d+) more since the last report\)", re.DOTALL)
+"""An event of a robot that it had more than once."""
+_NUMBERS: Final = ("seconds", "value", "lower", "upper", "degrees")
+"""Values of templates that are numbers."""
 
 _WHY_NOT: Final = (
     Message("the state is final: no transition is tried"),
@@ -130,6 +137,11 @@ _ERRORS: Final = (
     Message("the condition {condition} has no value: {reason}", condition=_A, reason=_A),
     Message("there is no automaton {id}: there are {others}", id=_A, others=_A),
     Message("the component is {status}: pause it first", status=_A),
+    Message(
+        "the server of {servant} is offline (connecting to {addresses}); calls continue when it is back",
+        servant=_A,
+        addresses=_A,
+    ),
     Message("the server of {servant} is offline; calls continue when it is back", servant=_A),
     Message("no servant {servant} in realm {realm}; there is {others}", servant=_A, realm=_A, others=_A),
     Message(
@@ -138,63 +150,37 @@ _ERRORS: Final = (
         realm=_A,
     ),
     Message("{call} did not answer within {seconds} s", call=_A, seconds=_A),
+    Message("{call}: the server restarted during the call", call=_A),
+    Message("{call}: the connection was lost during the call", call=_A),
+    Message("{call}: its servant started during the call, and missed it", call=_A),
+    Message("{call} got no answer, and its process does not answer either", call=_A),
+    Message("{call}: {count} calls are already waiting; this one was not executed", call=_A, count=_A),
+    Message(
+        "{call} was not executed: {servant} exists, but access control does not let this component call it; "
+        "`security` in its settings, and in those of the router, says who may",
+        call=_A,
+        servant=_A,
+    ),
     Message("no new sample of {stream} within {seconds} s", stream=_A, seconds=_A),
 )
 """What `hfsm_runtime` says of an automaton, and `zenoh_ice` of a server."""
 
-_REFUSED: Final = (
-    Message("the client of this command is gone: its link to the robot broke"),
-    Message("the robot is unreachable: {reason}; wait until it is found again", reason=_A),
-    Message("the robot is stopped: {reason}; reset the emergency stop first", reason=_A),
-    Message("the robot is held by {holder}; wait until the lease is given back", holder=_A),
-    Message("the robot is held by {holder}; wait until it is given back", holder=_A),
-    Message("the robot is not connected"),
-)
-"""Why `naoserver` refuses a command."""
-
-_EVENTS: Final = (
-    Message("refused a command: its client is gone"),
-    Message("refused a command: the robot is unreachable: {reason}", reason=_A),
-    Message("refused a command: the robot is stopped: {reason}", reason=_A),
-    Message("refused a command: the robot is held by {holder}", holder=_A),
-    Message("emergency stop"),
-    Message("emergency stop: {reason}", reason=_A),
-    Message("the emergency stop was reset"),
-    Message(
-        "still stopped: {reason}; reset the emergency stop before the robot may move",
-        reason=_A,
-    ),
-    Message("STOP was pressed in the editor"),
-    Message("{holder} holds the robot", holder=_A),
-    Message("{holder} no longer holds the robot", holder=_A),
-    Message("fallen: the torso tilts by {degrees} deg", degrees=_A),
-    Message("upright again: the torso tilts by {degrees} deg", degrees=_A),
-    Message("limp: no motor holds until it is made stiff again"),
-    Message("no longer limp: motors hold again"),
-    Message("hot: its motor has {degrees} degrees Celsius and gives less torque", degrees=_A),
-    Message("cool again: its motor has {degrees} degrees Celsius", degrees=_A),
-    Message("unknown: the robot does not report its charge"),
-    Message("known: its charge is reported again"),
-    Message("low: {share} of its charge are left", share=_A),
-    Message("stopped: its velocity was not renewed within {seconds} s", seconds=_A),
-    Message("stopped ({what}): its velocity was not renewed in time", what=_A),
-    Message("stopped ({what}): the client that drove it is gone", what=_A),
-    Message("stopped {what}: the client that commanded it is gone", what=_A),
-    Message("the robot ended the walk: {reason}", reason=_A),
-    Message("lost the robot: {reason}; trying to find it again", reason=_A),
-    Message("found the robot again"),
-    Message("the robot is still stopped: it stays as it is"),
-    Message("the robot is lost: it stays as it is"),
-    Message("the robot is stopped: it stays as it is"),
-)
-"""What a robot has met with."""
-
-_SAID: Final = (*_ERRORS, *_REFUSED, *_EVENTS)
+_SAID: Final = (*_ERRORS, *OF_ROBOTS)
 
 
 def heard(text: str) -> Message:
     """Return a text of a component or a robot as a message."""
-    return _with_number(_filled(known_text(text, _SAID), "reason", heard))
+    if listed := _MEMBERS.fullmatch(text):
+        return joined(" ", [heard(listed[1]), listed[2]])
+    if repeated := _REPEATED.fullmatch(text):
+        event, count = heard(repeated[1]), repeated[2]
+        return Message("{event} ({count} more since the last report)", event=event, count=count)
+    found = known_text(text, _SAID)
+    for name in ("reason", "what"):
+        found = _filled(found, name, heard)
+    for name in ("stance", "needed"):
+        found = _filled(found, name, lambda stance: known_text(stance, STANCES))
+    return _with_number(found)
 
 
 def heard_explanation(explanation: Explanation) -> Explanation:
@@ -230,16 +216,9 @@ def _where(text: str) -> Message:
 
 
 def _with_number(message: Message) -> Message:
-    return _filled(message, "seconds", _number)
-
-
-def _number(text: str) -> Message:
-    """Return a number with its decimal point, or comma."""
-    whole, point, fraction = text.partition(".")
-    if not (point and whole.isdecimal() and fraction.isdecimal()):
-        return Message.verbatim(text)
-    # Translators: a number, such as 1.5
-    return Message("{whole}.{fraction}", whole=whole, fraction=fraction)
+    for name in _NUMBERS:
+        message = _filled(message, name, number)
+    return message
 
 
 def _filled(message: Message, name: str, say: Callable[[str], Message]) -> Message:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Final
 
-from codegen.messages import Message, any_of, joined
+from codegen.messages import Message, any_of, joined, number
 
 from ._messages import Fact, PlanFacts
 from ._plan import Disturbance, Plan
@@ -108,7 +108,7 @@ def _facts(found: Iterable[tuple[str, Message]]) -> list[Fact]:
 def _value(value: object) -> Message:
     if isinstance(value, bool):
         return Message("yes") if value else Message("no")
-    return Message.verbatim(f"{value:g}" if isinstance(value, int | float) else str(value))
+    return number(f"{value:g}" if isinstance(value, int | float) else str(value))
 
 
 def _short(words: Message) -> Message:

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from codegen.messages import Message
+from codegen.messages import Message, number
 from codegen.reasons import known_text
 
 from ._messages import (
@@ -177,7 +177,10 @@ def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
 
 
 def _reason(text: str) -> Message:
-    return known_text(_cut(text), _REASONS)
+    found = known_text(_cut(text), _REASONS)
+    if (time := found.values.get("time")) is None:
+        return found
+    return found.again({**found.values, "time": number(str(time))})
 
 
 def _cut(text: str, most: int = _LONGEST_TEXT) -> str:

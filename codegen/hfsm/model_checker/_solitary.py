@@ -127,12 +127,11 @@ def remedy(model: Model, automaton: AutomatonModel, obstacle: Obstacle) -> Messa
     match obstacle:
         case Obstacle.PERIOD:
             above = model.automata[automaton.parent]
-            period, longer = (f"{each.interval / 1e6:g} ms" for each in (automaton, above))
             change = Message(
-                "its period of {period} divided that of automaton {above} above it, {longer}",
-                period=period,
+                "its period of {period:g} ms divided that of automaton {above} above it, {longer:g} ms",
+                period=automaton.interval / 1e6,
                 above=above.source.id,
-                longer=longer,
+                longer=above.interval / 1e6,
             )
         case Obstacle.RESTART:
             change = Message("the state above it did not restart it")

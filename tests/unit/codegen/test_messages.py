@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.messages import NO_MESSAGE, Message, Value, all_of, any_of, joined
+from codegen.messages import NO_MESSAGE, Message, Value, all_of, any_of, joined, number
 from tests.support.processes import REPOSITORY
 
 NAMES = st.sampled_from(("name", "state", "count2", "other"))
@@ -100,6 +100,26 @@ def test_values_that_are_messages_are_translated_and_others_are_not() -> None:
         message.said_in(Spanish(**{"code": "código", "{what} of {owner}": "{what} de {owner}"}))
         == "código de code"
     )
+
+
+COMMA = Spanish(**{"{whole}.{fraction}": "{whole},{fraction}"})
+
+
+def test_numbers_have_the_decimal_point_or_comma_of_the_language() -> None:
+    message = Message(
+        "{short:g} s, {long:8.3f} s, {plain}, {whole:g}", short=0.5, long=-1.25, plain=2.5, whole=3.0
+    )
+    assert message == "0.5 s,   -1.250 s, 2.5, 3"
+    assert message.said_in(COMMA) == "0,5 s,   -1,250 s, 2,5, 3"
+    assert message.said_in(NullTranslations()) == message
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("-0.5", "-0,5"), ("1.5e-07", "1,5e-07"), ("7", "7"), ("1.2.3", "1.2.3")]
+)
+def test_a_text_that_is_a_number_is_said_as_one(text: str, said: str) -> None:
+    assert number(text) == text
+    assert number(text).said_in(COMMA) == said
 
 
 @pytest.mark.parametrize(("count", "text"), [(0, "0 estados"), (1, "1 estado"), (2, "2 estados")])

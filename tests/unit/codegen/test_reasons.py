@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 from gettext import NullTranslations
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyflakes.checker import Checker
 
 from codegen.hfsm.code.text import parse_python
 from codegen.messages import Message
@@ -40,6 +42,31 @@ class Marked(NullTranslations):
         "try:\n    pass\n",
         "return 1",
         "break",
+        "if x:\n    f() = 1",
+        "x = 1 if 2",
+        "x = '''a",
+        "x = f'{'",
+        "x = f'{}'",
+        "f(a=1, a=2)",
+        "f(a=1, **b, 2)",
+        "f(x + 1=2)",
+        "def f(a=1, b): pass",
+        "def f(a, a): pass",
+        "def f():\n    from a import *",
+        "def f(a):\n    global a",
+        "def f():\n    b = 1\n    global b",
+        "x = 012",
+        "x = 0b2",
+        "x = 0xg",
+        "x = {1: }",
+        "x = {1: 2, 3}",
+        "del f()",
+        "yield 1",
+        "await x",
+        "x\\ y",
+        "f(a for a in b, c)",
+        "try:\n    pass\nexcept a, b:\n    pass",
+        "try:\n    pass\nexcept:\n    pass\nexcept a:\n    pass",
     ],
 )
 def test_what_python_says_of_the_code_of_beginners_is_known(code: str) -> None:
@@ -48,6 +75,51 @@ def test_what_python_says_of_the_code_of_beginners_is_known(code: str) -> None:
     found = reason(caught.value)
     assert found == caught.value.msg
     assert found.said_in(Marked()).startswith("<"), found
+
+
+@pytest.mark.parametrize(
+    ("code", "what"), [("if x:\npass", "<'if' statement>"), ("f() = 1", "<function call>")]
+)
+def test_the_part_of_code_that_python_names_is_known_too(code: str, what: str) -> None:
+    with pytest.raises(SyntaxError) as caught:
+        compile(code, "code", "exec")
+    found = reason(caught.value).values["what"]
+    assert isinstance(found, Message)
+    assert found.said_in(Marked()) == what
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "assert (x, 'y')",
+        "if (x, 1): pass",
+        "print >> x",
+        "x is 'a'",
+        "{'a': 1, 'a': 2}",
+        "raise NotImplemented",
+        "'{}'.format(1, 2)",
+        "'{a}'.format(a=1, b=2)",
+        "'{}'.format()",
+        "'{} {1}'.format(1, 2)",
+        "'{'.format(1)",
+        "'%(a' % 1",
+        "'%(a)s %s' % (1, 2)",
+        "'%y' % 1",
+        "'%s' % (1, 2)",
+        "'%(a)s' % {'a': 1, 'b': 2}",
+        "'%(a)s' % {'b': 2}",
+        "'%(a)s' % (1,)",
+        "'%s %s' % {'a': 1}",
+        "'%(a)*s' % {'a': 1}",
+    ],
+)
+def test_what_pyflakes_doubts_is_known(code: str) -> None:
+    found = [each.message % each.message_args for each in Checker(ast.parse(f"x = 1\n{code}")).messages]
+    doubts = [text[:1].lower() + text[1:] for text in found if "is not" not in text]
+    assert doubts
+    for text in doubts:
+        assert known_text(text) == text
+        assert known_text(text).said_in(Marked()).startswith("<"), text
 
 
 def test_what_python_says_of_failing_code_is_known() -> None:

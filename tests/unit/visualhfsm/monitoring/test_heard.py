@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+from collections.abc import Iterator
 from typing import Any
 
 import msgspec
@@ -15,6 +17,7 @@ from naoserver._event_log import EventLog
 from naoserver._gate import Gate
 from naoserver.errors import CommandRefused
 from tests.support.automata import component
+from tests.support.places import ROOT
 from visualhfsm._languages import encoder
 from visualhfsm._monitoring.heard import heard, heard_explanation
 
@@ -91,6 +94,77 @@ def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
     assert in_spanish({"": heard(str(refused.value))})[""] == (
         "el robot está parado: se pulsó STOP en el editor; levanta antes la parada de emergencia"
     )
+
+
+ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteError", "LinkLost"}
+DOORS = ("naoserver/qi", "naoserver/ros2")
+"""Programs for other robots come through these, and read what their own robot says."""
+WORDS = {
+    "the robot is {}; {}": ("held by Ana", "wait until the lease is given back"),
+    "{} is moved by {} now: stop it first": ("LKnee", "the walk"),
+    "{}: a {} of {} is not a finite number": ("LKnee", "speed", "nan"),
+    "the robot cannot {}, so it cannot go to a place": ("turn",),
+    "the robot cannot {}: {}": ("drive", "it has toppled over; put it on its wheels first"),
+}
+"""Values that are words, not names or numbers, as the code of robots puts them into its texts."""
+
+
+def refusals() -> Iterator[str]:
+    """Yield the texts in the code of robots with which commands are refused."""
+    for folder in ("naoserver", "naoserver_sim"):
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            if not path.relative_to(ROOT).as_posix().startswith(DOORS):
+                yield from refusals_in(ast.parse(path.read_text("utf-8")))
+
+
+def refusals_in(module: ast.Module) -> Iterator[str]:
+    for node in ast.walk(module):
+        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ERRORS):
+            continue
+        for argument in node.args:
+            match argument:
+                case ast.Constant(value=str(text)) if " " in text:  # not the name of a field
+                    yield text
+                case ast.JoinedStr(values=parts):
+                    text = "".join(
+                        str(part.value) if isinstance(part, ast.Constant) else "{}" for part in parts
+                    )
+                    yield text.format(*WORDS.get(text, ["7"] * len(parts)))
+
+
+def test_every_refusal_of_a_robot_is_known() -> None:
+    found = list(refusals())
+    assert len(found) > 30
+    assert [text for text in found if in_spanish({"": heard(text)})[""] == text] == []
+
+
+@pytest.mark.parametrize(
+    ("english", "spanish"),
+    [
+        (
+            "InvalidValueException: LKnee: a speed of -0.5 is negative (field='LKnee')",
+            "InvalidValueException: LKnee: una velocidad de -0,5 es negativa (field='LKnee')",
+        ),
+        (
+            "1.57 is out of range, limited to -0.25 (3 more since the last report)",
+            "1,57 está fuera de su rango; se limita a -0,25 (3 más desde el último aviso)",
+        ),
+        (
+            "the motion Wave ended: LKnee has gone limp",
+            "el movimiento Wave ha terminado: LKnee se ha aflojado",
+        ),
+        (
+            "Sit begins standing, in Stand, but the robot is lying on its belly now",
+            "Sit empieza de pie, en Stand, pero el robot está ahora tumbado boca abajo",
+        ),
+        (
+            "lost the robot: ALMemory.getListData: no answer within 0.5 s; trying to find it again",
+            "se ha perdido el robot: ALMemory.getListData: sin respuesta en 0,5 s; se intenta encontrarlo otra vez",
+        ),
+    ],
+)
+def test_parts_of_what_a_robot_says_are_said_in_spanish_too(english: str, spanish: str) -> None:
+    assert in_spanish({"": heard(english)})[""] == spanish
 
 
 def test_what_is_not_known_stays_as_it_is() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from visualhfsm._languages import said
 from visualhfsm.trials._facts import facts_of, in_words
 from visualhfsm.trials._plan import Disturbance, Plan, Success
 from visualhfsm.trials._quantities import Quantity, Same, Spread
@@ -26,6 +27,10 @@ from visualhfsm.trials._quantities import Quantity, Same, Spread
 )
 def test_a_quantity_is_said_in_words(quantity: Quantity, words: str) -> None:
     assert in_words(quantity) == words
+
+
+def test_numbers_of_a_quantity_have_the_comma_of_spanish() -> None:
+    assert said(in_words(Spread(lowest=-0.5, highest=1.25)), "es") == "de -0,5 a 1,25"
 
 
 @pytest.mark.parametrize(
