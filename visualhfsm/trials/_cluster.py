@@ -95,7 +95,9 @@ class Cluster:
         """
         try:
             outcome: Outcome = await self._client.gather(there, asynchronous=True)
-        except (TrialsError, CancelledError, *self.lost):
+        except (TrialsError, CancelledError):
+            raise
+        except self.lost:
             raise
         except OSError as error:
             raise self._silent(error) from error
