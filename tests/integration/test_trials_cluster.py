@@ -255,30 +255,30 @@ def test_workers_that_are_killed_before_the_first_trial_ends_change_nothing(
 
 FRAIL = """
 import os, signal
-from visualhfsm.trials import _{module}
+from visualhfsm.trials import _cluster, _outcomes
 
-_{module}.{function} = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+PLACE = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
-def frail(folder: Path, module: str, function: str) -> dict[str, str]:
+def frail(folder: Path, function: str) -> dict[str, str]:
     """Return the environment of a worker that dies when it calls a function."""
     folder.mkdir()
-    (folder / "sitecustomize.py").write_text(FRAIL.format(module=module, function=function))
+    (folder / "sitecustomize.py").write_text(FRAIL.replace("PLACE", function))
     return {"PYTHONPATH": str(folder)}
 
 
 def test_a_worker_that_dies_when_it_is_looked_at_is_not_counted(
     tmp_path: Path, project: Path, cluster: DaskCluster
 ) -> None:
-    cluster.add_worker(frail(tmp_path / "frail", "outcomes", "versions"))
+    cluster.add_worker(frail(tmp_path / "frail", "_outcomes.versions"))
     cluster.wait()
     assert len(run_trials(plan(project, 4), cluster=cluster.address).rows) == 4
 
 
 def test_a_worker_that_dies_of_the_files_costs_no_trial(tmp_path: Path, project: Path) -> None:
     with DaskCluster(tmp_path / "cluster", workers=0, failures=0) as cluster, ThreadPoolExecutor(1) as aside:
-        worker = cluster.add_worker(frail(tmp_path / "frail", "cluster", "_hold"))
+        worker = cluster.add_worker(frail(tmp_path / "frail", "_cluster._hold"))
         cluster.wait()
         trials = aside.submit(run_trials, plan(project, 4), cluster=cluster.address)
         until(lambda: trials.done() or worker.process.poll() is not None, FOREVER)
