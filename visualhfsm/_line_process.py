@@ -116,6 +116,8 @@ class LineProcess:
                 pass  # what is printed before
         except TooSlowError as error:
             raise KilledError(f"it was not ready within {_START_LIMIT:g} s") from error
+        except EOFError as error:
+            raise KilledError("it ended before it was ready") from error
         return self._process
 
     def _stop(self) -> None:

@@ -86,6 +86,18 @@ def test_a_process_that_does_not_start_is_given_up(tmp_path: Path, monkeypatch: 
         absent.ask(b"abc", START_LIMIT)
 
 
+def test_a_process_that_ends_before_it_is_ready_has_answered_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "brief.py").write_text("raise SystemExit(1)")
+    monkeypatch.syspath_prepend(tmp_path)
+    with (
+        contextlib.closing(LineProcess("brief")) as brief,
+        pytest.raises(KilledError, match="before it was ready"),
+    ):
+        brief.ask(b"abc", START_LIMIT)
+
+
 def test_a_long_question_arrives_whole(process: LineProcess) -> None:
     question = bytes(range(97, 123)) * 100_000
     assert process.ask(question, START_LIMIT) == question[::-1]
