@@ -28,6 +28,7 @@ from visualhfsm._environment import child_environment
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._languages import decode_message
 from visualhfsm._services import Source, complete
+from visualhfsm._test_reasons import reason_of
 from visualhfsm._test_results import Passed, PassedCode, TestResult, TestsPush, TestView
 from zenoh_ice.application.child import ChildProcess
 
@@ -266,7 +267,7 @@ class _TabTests:
             file=file,
             outcome=result.outcome,
             seconds=result.seconds,
-            reason=result.reason[:_LONGEST_REASON],
+            reason=reason_of(result.reason[:_LONGEST_REASON]),
             timeline=result.timeline[-_LONGEST_TIMELINE:],
         )
 

@@ -71,7 +71,7 @@ class TestView(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     file: str
     outcome: Literal["", "passed", "failed", "skipped"] = ""
     seconds: float = 0.0
-    reason: str = ""
+    reason: Message = NO_MESSAGE
     timeline: str = ""
 
 

@@ -130,13 +130,13 @@ class Execution(VirtualRun):
         end = self.clock.now() + limit  # the component's own time may stand still
         step = min(run.automaton.period for run in self.tree.runs)
         while True:
-            over = self._why_over() or (f"{limit:g} s" if self.clock.now() >= end - 1e-9 else "")
+            over, late = self._why_over(), self.clock.now() >= end - 1e-9
             if holds():
                 return self.time
-            if over:
+            if over or late:
                 raise BehaviorFailed(
-                    f"{name_of(condition, 'the condition')} did not happen: {over} at {self.time:.3f} s, "
-                    f"in {self.active}\n{self.timeline}"
+                    f"{_not_so(condition)}{'' if over else f' within {limit:g} s'}: at {self.time:.3f} s "
+                    f"the behavior {over or 'is'} in {self.active}\n{self.timeline}"
                 )
             # Advance to the next multiple of the shortest period, when cycles are due.
             left = (int(self.time / step + 1e-6) + 1) * step - self.time
@@ -298,10 +298,10 @@ class Execution(VirtualRun):
             super().advance(seconds)
 
     def _why_over(self) -> str:
-        """Return why no cycle will run; empty while one may."""
+        """Return why no cycle will run, as what the behavior does or is; empty while one may."""
         if self.ended.is_set():
-            return "halted" if self.failed else "finished" if self.finished else "ended"
-        return "paused" if self.paused_by_client else ""
+            return f"has {'halted' if self.failed else 'finished' if self.finished else 'ended'}"
+        return "is paused" if self.paused_by_client else ""
 
     def _check(self) -> None:
         pauses = self.component._hfsm_on_refused is OnRefused.PAUSE
@@ -322,6 +322,13 @@ class Execution(VirtualRun):
         if inspect.signature(condition).parameters:
             return lambda: condition(self)  # type: ignore[call-arg]
         return condition  # type: ignore[return-value]
+
+
+def _not_so(condition: Condition) -> str:
+    """Return the beginning of the sentence that says that a condition does not hold."""
+    if isinstance(condition, str):
+        return f"the state {condition} was not reached"
+    return f"{name_of(condition, 'the condition')} did not hold"
 
 
 def name_of(function: object, nameless: str) -> str:

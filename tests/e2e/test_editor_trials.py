@@ -146,7 +146,9 @@ def test_tests_run_beside_the_document_and_mark_what_they_pass(
         expect(panel).to_contain_text("2 tests, not run yet")
         panel.get_by_role("button", name="Run all tests").click()
         expect(panel).to_contain_text("1 passed, 1 failed", timeout=ENDED)
-        expect(panel).to_contain_text("BehaviorFailed: done did not happen")
+        expect(panel).to_contain_text(
+            "the state done was not reached within 0.2 s: at 0.200 s the behavior is in waiting"
+        )
         expect(panel).to_contain_text("1 of 2 states, 0 of 1 transitions, 3 of 3 lines passed")
         state_ = page.locator("hfsm-canvas .state").first
         expect(state_).to_have_attribute("aria-label", re.compile("by tests, a test failed here"))

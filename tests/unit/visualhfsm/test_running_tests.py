@@ -126,7 +126,7 @@ def test_a_failure_has_its_reason_and_timeline_and_the_state_where_it_failed(pat
         names = [each.name for each in found.tests if each.outcome == "failed"]
         assert names == ["test_it_is_done_at_once[0.1]", "test_it_is_done_at_once[0.2]"]
         failed: TestView = found.tests[0]
-        assert failed.reason.startswith("test_bad.py:6: BehaviorFailed: done did not happen")
+        assert failed.reason.startswith("test_bad.py:6: the state done was not reached within 0.1 s: ")
         assert "enters waiting" in failed.timeline
         assert [each.id for each in found.passed if each.failed] == [1]
         assert outcomes(found)["test_it_waits"] == ""

@@ -101,7 +101,9 @@ class TestTime:
         with pytest.raises(BehaviorFailed) as failure:
             b.run_until("resting", limit=1.0)
         reported = str(failure.value)
-        assert reported.startswith("resting did not happen: 1 s at 1.000 s, in walking/right")
+        assert reported.startswith(
+            "the state resting was not reached within 1 s: at 1.000 s the behavior is in walking/right\n"
+        )
         assert "0.900 s    walking: left -> right  by swap after 0.3 s" in reported
 
     @pytest.mark.slow
@@ -274,7 +276,7 @@ class TestErrors:
         )
         b.advance(1.0)
         assert b.finished
-        with pytest.raises(BehaviorFailed, match="finished at"):
+        with pytest.raises(BehaviorFailed, match=r"at 1\.000 s the behavior has finished in end"):
             b.run_until("go")
 
     def test_a_document_with_errors(self, behavior: MakeBehavior, tmp_path: Path) -> None:

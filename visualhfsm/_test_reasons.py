@@ -1,0 +1,42 @@
+"""Why tests failed, as messages: what `run_until` says is translated, any other text stays as it is."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from codegen.messages import Message
+from codegen.reasons import known_text
+
+_WHAT: Final = (
+    Message("the state {path} was not reached within {limit} s", path="", limit=""),
+    Message("the state {path} was not reached", path=""),
+    Message("the condition did not hold within {limit} s", limit=""),
+    Message("the condition did not hold"),
+    Message("{condition} did not hold within {limit} s", condition="", limit=""),
+    Message("{condition} did not hold", condition=""),
+)
+_WHERE: Final = (
+    Message("at {time} s the behavior is in {states}", time="", states=""),
+    Message("at {time} s the behavior is paused in {states}", time="", states=""),
+    Message("at {time} s the behavior has halted in {states}", time="", states=""),
+    Message("at {time} s the behavior has finished in {states}", time="", states=""),
+    Message("at {time} s the behavior has ended in {states}", time="", states=""),
+)
+"""Both as `hfsm_runtime/virtual/execution.py` writes them."""
+_PLACED: Final = re.compile(r"(?P<place>[^:\n]+:\d+): (?:BehaviorFailed: )?(?P<reason>.+)", re.DOTALL)
+_SENTENCE: Final = re.compile(r"(?P<what>.+?): (?P<where>at [\d.]+ s the behavior .+)\s*")
+
+
+def reason_of(text: str) -> Message:
+    """Return the reason of a failed test, which may begin with its place: `test_walk.py:6: …`."""
+    if placed := _PLACED.fullmatch(text):
+        return Message("{place}: {reason}", place=placed["place"], reason=_known(placed["reason"]))
+    return _known(text)
+
+
+def _known(text: str) -> Message:
+    if found := _SENTENCE.fullmatch(text):
+        what, where = known_text(found["what"], _WHAT), known_text(found["where"], _WHERE)
+        return Message("{what}: {where}", what=what, where=where)
+    return known_text(text)
