@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, patient_services
+from tests.support.monitor import expect_current, patient_services, status
 from tests.support.processes import free_endpoint
 from tests.support.waiting_trials import PLAN, WAITS
 from visualhfsm._web.services import make_services
@@ -238,6 +238,50 @@ def test_a_run_becomes_a_test_that_passes(browser: Browser, path: Path) -> None:
         panel = page.get_by_role("region", name="Panel below the canvas")
         expect(panel).to_contain_text("1 passed", timeout=ENDED)
         assert 'b.run_until("done"' in path.with_name("test_waits_run.py").read_text()
+
+
+STEERED = """<VisualHFSM><SubAutomata id="1" idFather="0">
+<state initial="true" id="1"><posx>100</posx><posy>150</posy><name>look</name></state>
+<state id="2"><posx>300</posx><posy>150</posy><name>lost</name></state>
+<state id="3"><posx>500</posx><posy>150</posy><name>found</name></state>
+<transition id="4"><posx>200</posx><posy>90</posy><name>give up</name><origin>1</origin><destiny>2</destiny>
+<trans type="condition">False</trans></transition>
+<transition id="5"><posx>400</posx><posy>90</posy><name>seen</name><origin>2</origin><destiny>3</destiny>
+<trans type="condition">where == ("here", 'it is "it"')</trans></transition>
+<variables>where = ("nowhere", "")</variables></SubAutomata></VisualHFSM>"""
+
+
+def test_what_was_forced_and_set_by_hand_is_in_the_test_of_a_run(browser: Browser, path: Path) -> None:
+    path.write_text(STEERED)
+    with editor_in(browser, path, realm="test-steered-run") as shown:
+        page = shown.page
+        shown.state("look").wait_for()
+        shown.press("Alt+Shift+t")
+        expect_current(shown, "look")
+        shown.button("give up").click()
+        expect_current(shown, "lost")
+        page.get_by_role("tab", name="Variables").click()
+        page.get_by_role("textbox", name="where", exact=True).fill("""("here", 'it is "it"')""")
+        shown.press("Enter")
+        expect_current(shown, "found")
+        shown.press("F8")
+        expect(status(shown)).to_have_text("Paused")
+        shown.press("Control+F10")  # a cycle by hand, which is not in the test
+        shown.press("Shift+F5")
+        expect(status(shown)).to_have_text(re.compile("^Ended"))
+        shown.press("Alt+x")
+        page.get_by_role("button", name="Record the run as a test").click()
+        panel = page.get_by_role("region", name="Panel below the canvas")
+        expect(
+            page.locator(".notice").filter(
+                has_text="test_waits_does_what_it_did. Its first lines say what it leaves out."
+            )
+        ).to_be_visible()
+        expect(panel).to_contain_text("1 passed", timeout=ENDED)
+        text = path.with_name("test_waits_run.py").read_text()
+        assert "b.force(1, 4)" in text
+        assert """b.set(1, where=["here", "it is \\"it\\""])""" in text
+        assert "# Not in the test: a cycle that was run by hand at " in text
 
 
 def test_a_recording_becomes_a_test_of_the_document_as_it_is(browser: Browser, path: Path) -> None:
