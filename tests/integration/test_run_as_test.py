@@ -11,7 +11,9 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
+from interfaces.hfsm import NoSuchElement
 from naoserver.fake import FakeRobot
+from tests.support.component import MonitorStub
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.pushes import Pushes
@@ -23,7 +25,7 @@ from visualhfsm._run_test import RunTest, run_as_test
 from visualhfsm._services import Components, RunPush, Snapshot, Source
 from visualhfsm._test_results import TestsPush, TestView
 from visualhfsm._web.services import Services, make_services
-from zenoh_ice import Settings
+from zenoh_ice import Current, Settings
 
 GIVE_UP = transition(4, 1, 2, "False", name="give up")
 TEXT = document(
@@ -100,7 +102,13 @@ class Editor:
         return next(each for each in end.tests if f"{each.file}::{each.name}" == name)
 
 
-def edit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, go: Callable[[Editor], Awaitable[None]]) -> None:
+def edit(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    go: Callable[[Editor], Awaitable[None]],
+    monitor: MonitorStub | None = None,
+) -> None:
+    """Open an editor beside a fake robot, and beside a component if its monitor is given."""
     monkeypatch.setenv("VISUALHFSM_CLOCK", "wall")
     path = tmp_path / "waits.xml"
     path.write_text(TEXT, encoding="utf-8")
@@ -116,7 +124,11 @@ def edit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, go: Callable[[Editor],
             await services.running.close()
             await services.live.close()
 
-    with served(FakeRobot()) as robot:
+    with served(FakeRobot()) as robot, robot.client() as client:
+        if monitor is not None:
+            adapter = client.communicator.createObjectAdapter("Test")
+            adapter.add(monitor, "Hfsm.waits")
+            adapter.activate()
         asyncio.run(
             work(Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT))
         )
@@ -167,3 +179,41 @@ def test_a_component_records_what_was_done_to_it(tmp_path: Path, monkeypatch: py
         assert passed.outcome == "passed", passed.reason
 
     edit(tmp_path, monkeypatch, go)
+
+
+class Deaf(MonitorStub):
+    """A monitor that refuses to step, and whose answers to other commands do not arrive."""
+
+    def step(self, automaton: int, current: Current) -> None:
+        raise NoSuchElement("there is no automaton 9: there are none")
+
+    def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None:
+        raise RuntimeError("it has set it, and then failed")
+
+
+def test_what_was_refused_is_forgotten_and_what_was_not_answered_is_not_sure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def go(editor: Editor) -> None:
+        await editor.pushes.until(lambda: any(push.running for push in editor.pushes.of(Components)) or None)
+        await editor.services.live.attach("waits")
+        for action, arguments in (
+            ("step", {"automaton": 9}),
+            ("setVariable", {"automaton": 1, "name": "x", "value": "1"}),
+            ("setVariable", {"automaton": 1, "name": "x"}),
+            ("fly", {}),
+        ):
+            with pytest.raises(VisualHfsmError):
+                await editor.do(action, **arguments)
+        await editor.do("forceTransition", automaton=1, transition=4)
+        await editor.do("pause")
+        await editor.do("reload")
+        done = editor.services.live.interventions("waits")
+        assert done is not None
+        assert [(each.action, each.confirmed) for each in done.kept] == [
+            ("setVariable", False),
+            ("forceTransition", True),
+            ("reload", True),
+        ]
+
+    edit(tmp_path, monkeypatch, go, Deaf())

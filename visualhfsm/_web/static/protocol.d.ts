@@ -851,7 +851,7 @@ export interface Requests {
   save: {tab: number; overwrite?: boolean};
   /** Save to another file, which is the document's from then on. */
   saveAs: {tab: number; path: string; overwrite?: boolean};
-  /** Write what a followed component, or a recorded one, did as a new test; the answer has its `name`. */
+  /** Write what a followed component, or a recorded one, did as a new test. */
   saveTest: {tab: number; component: string};
   /** Search names and code, in one document or in all open ones, for a text or a whole word. */
   search: {text: string; whole?: boolean; tab?: number | null};
