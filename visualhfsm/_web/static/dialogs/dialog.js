@@ -66,7 +66,10 @@ export function showDialog({title, content, footer, wide = false}) {
     dialog.addEventListener("pointerdown", (event) => event.target === dialog && close());
     document.body.append(dialog);
     dialog.showModal();
-    /** @type {HTMLElement | null} */ (dialog.querySelector("[autofocus]"))?.focus();
+    /** @type {HTMLElement | null} */
+    const first = dialog.querySelector("[autofocus]");
+    first?.focus();
+    if (first instanceof HTMLInputElement) first.select(); // what is typed replaces a suggestion
   });
 }
 

@@ -175,7 +175,6 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
                     id="file-name"
                     autofocus
                     .value=${state.name}
-                    @focus=${(/** @type {From<HTMLInputElement>} */ {target}) => target.select()}
                     @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.name = target.value)}
                     @keydown=${(/** @type {KeyboardEvent} */ event) => enter(event, close)}
                   />
