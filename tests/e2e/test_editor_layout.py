@@ -22,6 +22,12 @@ COVERED = """() => {
   return !stop.contains(document.elementFromPoint(left + width / 2, top + height / 2));
 }"""
 
+HANGS_OUT = """() => {
+  const {scrollHeight, clientHeight, scrollWidth, clientWidth, scrollTop} = document.scrollingElement;
+  return [scrollHeight - clientHeight, scrollWidth - clientWidth, scrollTop];
+}"""
+"""By how much the page could be scrolled down and to the right, and by how much it is."""
+
 
 @pytest.fixture
 def live(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
@@ -72,6 +78,25 @@ def test_the_drawing_has_most_of_the_window_beside_a_panel(live: EditorPage, wid
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     if (width, height) in {SIZES[0], SIZES[-1]}:
         assert live.violations() == []
+
+
+def test_the_page_itself_never_scrolls_whatever_panels_it_shows(live: EditorPage) -> None:
+    page = live.page
+    page.locator("body > [role=status]").wait_for(state="attached")  # what says aloud what the run does
+    found: dict[str, list[float]] = {}
+    for width, height in ((1440, 900), (1024, 768), (683, 600)):
+        live.resize(width, height)
+        for where, region in (("bottom", "Panel below the canvas"), ("side", "Panel beside the canvas")):
+            show = f"(tag) => document.querySelector('hfsm-app').show{where.title()}(tag)"
+            page.evaluate(show, "hfsm-problems" if where == "bottom" else "hfsm-code-panel")
+            tabs = page.get_by_role("region", name=region).locator(".panel-tabs").get_by_role("tab")
+            for index in range(tabs.count()):
+                tabs.nth(index).click()
+                expect(tabs.nth(index)).to_have_attribute("aria-selected", "true")
+                found[f"{tabs.nth(index).inner_text()} at {width} × {height}"] = page.evaluate(HANGS_OUT)
+            page.evaluate(show, "")
+    assert len(found) == 3 * 10
+    assert {name: sizes for name, sizes in found.items() if any(sizes)} == {}
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
