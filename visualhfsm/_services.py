@@ -137,7 +137,7 @@ class RunPush(Push, tag="run"):
 
     `component` is its name, under which it is followed. The exit code is minus the number of the signal that
     ended it, if one did. An end that was not requested, or of code that hung, has the place in the document
-    that led to it, and the line there, if they are known. `elsewhere` is the message for those who did not
+    that led to it, and the line there, if they are known. `elsewhere` is the message for windows that did not
     request the end: it also says who did; empty if nobody did.
     """
 
