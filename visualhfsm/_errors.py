@@ -14,6 +14,7 @@ ErrorKind = Literal[
     "unsaved",  # closing would lose changes: ask, then close with discard
     "exists",  # a file exists: ask, then save with overwrite
     "outside",  # the file was changed by another program: ask, then resolve
+    "shared",  # components of others drive the robot: ask, then run with their names in beside
     "busy",  # too much at once
     "timeout",  # it took too long
     "internal",  # an internal error; the log says more
@@ -76,6 +77,12 @@ class WouldOverwriteError(VisualHfsmError):
     """Saving would overwrite another file."""
 
     kind = "exists"
+
+
+class SharedRobotError(VisualHfsmError):
+    """Components that were started elsewhere drive the robot."""
+
+    kind = "shared"
 
 
 class UnsavedError(VisualHfsmError):

@@ -44,6 +44,10 @@ from visualhfsm._web import runs
 from visualhfsm._web.limits import Limits
 from visualhfsm._web.services import Services
 
+HEAD = (
+    "<config><iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
+    "<interface>PoseHead</interface></iceinterface></config>"
+)
 ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
 
 
@@ -608,6 +612,9 @@ class FakeLive(NoService):
         self._publish(Snapshot(component=component, value=MOMENT))
         return None
 
+    async def described(self, names: Sequence[str]) -> list[Message]:
+        return [Message.verbatim(f"{name} ({name}.py)") for name in names]
+
     async def detach(self, component: str) -> None:
         self.attached.clear()
 
@@ -703,6 +710,23 @@ def test_a_component_whose_name_runs_elsewhere_is_not_started(root: Path) -> Non
             window.ask("run", tab=1)
         window.ask("saveAs", tab=1, path="dance2.xml")
         assert window.ask("run", tab=1) == {"arguments": []}
+
+
+def test_a_run_beside_a_component_of_others_is_refused_until_the_user_accepts_it(
+    root: Path, services: list[Services]
+) -> None:
+    (root / "robot.xml").write_text(DOCUMENT.replace("</VisualHFSM>", f"{HEAD}</VisualHFSM>"))
+    (root / "thinks.xml").write_text(DOCUMENT)
+    with serving(root, services, Limits(operation_seconds=FOREVER)) as running, running.window() as window:
+        for accepted in ([], ["robot", "walk"]):
+            with pytest.raises(Refused, match=r"^dance \(dance\.py\) runs on this robot, and was") as refused:
+                window.ask("run", tab=1, beside=accepted)
+            assert refused.value.kind == "shared"
+        assert not [push for push in window.pushes if push["push"] == "run"]
+        assert window.ask("run", tab=1, dryRun=True) == {"arguments": []}
+        assert window.ask("run", tab=1, beside=["dance"]) == {"arguments": []}
+        thinks = window.ask("open", path="thinks.xml")["tab"]
+        assert window.ask("run", tab=thinks) == {"arguments": []}
 
 
 def test_a_document_is_changed_until_its_component_is_reloaded(served: Editor) -> None:

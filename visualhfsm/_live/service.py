@@ -24,7 +24,12 @@ from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, News, Silence
 from visualhfsm._monitoring.heard import heard
 from visualhfsm._monitoring.pictures import require_pillow
-from visualhfsm._monitoring.realm import MONITOR_PREFIX, components, missing_component
+from visualhfsm._monitoring.realm import (
+    MONITOR_PREFIX,
+    components,
+    describe_component,
+    missing_component,
+)
 from visualhfsm._monitoring.robot import RobotMonitor, RobotPresence
 from visualhfsm._monitoring.run_log import Interventions, LiveSnapshot, RunLog, Timeline
 from visualhfsm._run_page import MOST_PICTURES, Run, run_page
@@ -132,6 +137,12 @@ class Monitoring:
             "since": follower.silence.since,
             "facts": self._robot.facts(),
         }
+
+    async def described(self, names: Sequence[str]) -> list[Message]:
+        """Return the names of components with their processes, and since when they run."""
+        return await asyncio.to_thread(
+            lambda: [describe_component(self._communicator, each) for each in names]
+        )
 
     async def detach(self, component: str) -> None:
         """Stop following and recording it, or close a recording."""

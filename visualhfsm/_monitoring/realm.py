@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from typing import Final, Generic, TypeVar
 
 from codegen.messages import Message, any_of
@@ -31,6 +32,8 @@ _DISCOVERY_TIME: Final = 0.3
 """Seconds in which others are discovered after the first: each process has a separate link."""
 _RETRY_DELAY: Final = 0.5
 """Seconds between two attempts of a call."""
+_STATUS_LIMIT: Final = 1.0
+"""Seconds in which a process has to say what it is."""
 _SHOWN: Final = 12
 """Names that an error lists at most."""
 
@@ -69,6 +72,28 @@ def components(communicator: Communicator) -> list[str]:
     identities = communicator.identities()
     names = (name.removeprefix(MONITOR_PREFIX) for name in identities if name.startswith(MONITOR_PREFIX))
     return [printable(name) for name in names]
+
+
+def describe_component(communicator: Communicator, name: str) -> Message:
+    """Return the name of a component with its process, and since when it serves, as far as known."""
+    identity = f"{MONITOR_PREFIX}{name}"
+    served = next((each for each in communicator.servants() if printable(each.identity) == identity), None)
+    try:
+        status = None if served is None else communicator.processStatus(served.server, timeout=_STATUS_LIMIT)
+    except ZenohIceError as error:
+        _logger.debug("the process of %s is unknown: %s", name, error)
+        status = None
+    if status is None:
+        return Message.verbatim(name)
+    began, now = (datetime.fromtimestamp(each, UTC).astimezone() for each in (status.since, time.time()))
+    return Message(
+        "{name} ({program} on {host}, process {pid}, since {time})",
+        name=name,
+        program=printable(status.program),
+        host=printable(status.host),
+        pid=status.pid,
+        time=f"{began:%H:%M}" if began.date() == now.date() else f"{began:%Y-%m-%d %H:%M}",
+    )
 
 
 def missing_component(communicator: Communicator, name: str, wait: float = 0.0) -> VisualHfsmError | None:

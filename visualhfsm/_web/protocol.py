@@ -272,7 +272,8 @@ class Run(_Request):
     """Generate and start the component as a process; `arguments` are those of its command line.
 
     With `record`, the run is recorded into a new file below the root, which the answer names. A `dry_run` has
-    a fake robot in its own process, whatever robot is there; `body` is the body of that.
+    a fake robot in its own process, whatever robot is there; `body` is the body of that. A document that
+    uses a robot runs only `beside` those components of others that the user has accepted, by name.
     """
 
     tab: TabId
@@ -280,6 +281,7 @@ class Run(_Request):
     record: bool = False
     dry_run: bool = False
     body: Name = ""
+    beside: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
 class StopRun(_Request):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from codegen.messages import Message
+from codegen.messages import Message, joined
 from codegen.reasons import reason
 from visualhfsm._editing.serialization import written
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._errors import SharedRobotError, VisualHfsmError
 from visualhfsm._services import Stopper
 from visualhfsm.project._root import Root
 
@@ -60,6 +60,26 @@ class Runs:
             raise VisualHfsmError(
                 Message("stop {names} first: it would drive the real robot at once", names=", ".join(names))
             )
+
+    async def require_accepted(self, tab: Tab, accepted: Collection[str]) -> None:
+        """Raise SharedRobotError while components of others run that are not accepted beside that of a tab.
+
+        They count only for a document that uses a robot.
+        """
+        ours = {each.run.component for each in self._tabs if each.run is not None}
+        names = [str(each["component"]) for each in self._realm.components.running]
+        others = [name for name in names if name not in ours and name not in accepted]
+        if not others or not tab.shown.document.interfaces:
+            return
+        found = await self._services.live.described(others)
+        raise SharedRobotError(
+            Message(
+                "{components} runs on this robot, and was started in another editor or a terminal. Two "
+                "components that move the same joints work against each other. The list of what runs, beside "
+                "the robot, shows what it does; STOP stops all.",
+                components=joined(", ", found),
+            )
+        )
 
     # ---------------------------------------------------------------------------------------- components
 

@@ -25,6 +25,8 @@ async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]
     """Generate and start the component of a document."""
     tab = workspace.tabs.get(request.tab)
     dry_run = request.body if request.dry_run else None
+    if dry_run is None:
+        await workspace.runs.require_accepted(tab, request.beside)
     return await workspace.runs.run(tab, request.arguments, record=request.record, dry_run=dry_run)
 
 

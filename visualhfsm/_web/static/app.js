@@ -15,7 +15,8 @@ import "./canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
-import {askTab} from "./commands.js";
+import {startBeside} from "./beside.js";
+import {askBy, askTab} from "./commands.js";
 import {PageElement} from "./element.js";
 import {holdKeys} from "./holding.js";
 import {icon} from "./icons.js";
@@ -207,7 +208,7 @@ export class HfsmApp extends PageElement {
   async run(options = [], {record = false, dryRun = false} = {}) {
     const {tab, tabState, document: shown} = page;
     if (!shown) return;
-    if (!dryRun && (!isReadyFor(shown.fields) || runs.elsewhere.length)) {
+    if (!dryRun && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
       const settled = await settle(shown.fields);
       if (!settled) return;
@@ -221,7 +222,9 @@ export class HfsmApp extends PageElement {
     this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
     this.outputOpened = opens;
     const body = dryRun ? chosenBody() : "";
-    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body});
+    const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
+    const started = await askBy("run", tab, () => startBeside(request));
+    if (started === null) return;
     if (started) monitor.expect(started.component);
     else if (store.online) this.#showErrors();
     else if (tabState) monitor.lookFor(tabState.component); // it may have started

@@ -29,11 +29,24 @@ const KINDS = {do: "edit", paste: "edit", cut: "edit", copy: "edit", undo: "edit
  * @param {FieldsOf<Requests[Op]>} fields
  * @returns {Promise<Answers[Op] | null | undefined>} its value, undefined when it was refused
  */
-export async function ask(op, ...fields) {
+export function ask(op, ...fields) {
   const [{tab = 0} = {}] = /** @type {{tab?: number}[]} */ (fields);
+  return askBy(op, tab, () => store.request(op, ...fields));
+}
+
+/**
+ * The same by a function that sends the request, of a tab or 0.
+ *
+ * @template Value
+ * @param {keyof Requests} op
+ * @param {number} tab
+ * @param {() => Promise<Value>} request
+ * @returns {Promise<Value | null | undefined>} its value, undefined when it was refused
+ */
+export async function askBy(op, tab, request) {
   const about = `${KINDS[op] ?? op} ${tab}`;
   try {
-    const done = (await store.request(op, ...fields)) ?? null;
+    const done = (await request()) ?? null;
     clearErrors(about);
     return done;
   } catch (error) {

@@ -835,7 +835,7 @@ export interface Requests {
   /** Decide about a document whose file another program changed: keep it, read the file, or merge both. */
   resolve: {tab: number; choice: "merge" | "mine" | "theirs"};
   /** Generate and start the component as a process; `arguments` are those of its command line. */
-  run: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string};
+  run: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string; beside?: string[]};
   /** Run the tests of a document as it was saved, or some by name; the push `tests` has the results. */
   runTests: {tab: number; names?: string[]};
   /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */

@@ -7,17 +7,14 @@ import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {connect} from "./robot-menu.js";
 import {chosenBody, isElsewhere, isReadyFor, needsRobot, ROBOT, robotComes, simulate, simulationFor} from "./robot.js";
-import {runs} from "./runs.js";
 import {store} from "./store.js";
-import {language, t} from "./texts.js";
+import {t} from "./texts.js";
 
 /** @import {HfsmApp} from "./app.js" */
 /** @import {Fields} from "./messages.js" */
 
 const DANCE = "dance";
 
-/** Components of others beside which the user runs. @type {Set<string>} */
-const shared = new Set();
 /** The user's choice when there is no robot; asked only once. @type {string | undefined} */
 let chosen;
 
@@ -30,7 +27,6 @@ let chosen;
 export async function settle(fields) {
   if (store.robot.stopped && !(await resetStop())) return false;
   if (!needsRobot(fields)) return true;
-  if (!(await shares(runs.elsewhere))) return false;
   if (isReadyFor(fields)) return true;
   const {status} = store.robot;
   if (["none", "lost", "stopping"].includes(status)) {
@@ -85,29 +81,6 @@ async function begin(request) {
   if (!came && !store.robot.trouble)
     notify(t("The robot did not appear. Press Run again when it is there."), "error", undefined, {about: ROBOT});
   return came;
-}
-
-/**
- * Ask whether to run beside components that others have started on this robot, once for each of them.
- *
- * @param {string[]} others their names
- */
-async function shares(others) {
-  const news = others.filter((name) => !shared.has(name));
-  for (const name of shared) if (!others.includes(name)) shared.delete(name);
-  if (!news.length) return true;
-  const names = new Intl.ListFormat(language).format(news);
-  const choice = await confirm({
-    title: t("Others use this robot"),
-    text: t(
-      "{names} runs on it, and was started in another editor or a terminal. Two components that move the same joints work against each other. The list of what runs, beside the robot, shows what it does; STOP stops all.",
-      {names},
-    ),
-    choices: [["beside", t("Run beside it")]],
-  });
-  if (choice !== "beside") return false;
-  for (const name of news) shared.add(name);
-  return true;
 }
 
 const choose = () =>
