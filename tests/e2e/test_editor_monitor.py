@@ -219,21 +219,28 @@ def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(
     shown.press("Control+Enter")
     expect_current(shown, "look")  # where it is imported
     expect(shown.page.locator("hfsm-status")).to_contain_text("from walk.xml")
+    shown.press("Alt+l")
+    values = shown.page.locator("hfsm-live-variables")
+    expect(values).to_be_visible()
 
     open_document(shown, "other")
     expect(shown.button("Show guide.xml")).to_be_visible()
+    expect(values).to_be_visible()
     shown.button("Stop").click()
     expect(status(shown)).to_have_count(0)
     expect(timeline).to_have_count(0)
+    expect(values).to_have_count(0)
+    expect(shown.page.locator("hfsm-monitor-panel")).to_contain_text("Nothing is followed. Press F5 to run")
     show_document(shown, "guide")
     expect(status(shown)).to_have_text("Ended: stopped")
     expect(timeline).to_be_visible()
+    expect(values).to_be_visible()
 
     show_document(shown, "walk")
     shown.state("go").locator(".body").click()
     shown.press("Alt+F5")
     expect_current(shown, "go")
-    expect(shown.page.locator(".transition.fired")).to_have_count(0)
+    expect(shown.page.locator("hfsm-canvas .transition.fired")).to_have_count(0)
 
 
 # ------------------------------------------------------------------------------------------------ steering

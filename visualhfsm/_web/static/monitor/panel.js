@@ -8,6 +8,7 @@ import {html, svg} from "lit";
 
 import {keyOf} from "../keys.js";
 import {messageOf, notifyError} from "../notices.js";
+import {page} from "../page.js";
 import {tabStrip} from "../panels/tabs.js";
 import {required} from "../required.js";
 import {browserStorage} from "../storage.js";
@@ -87,7 +88,7 @@ const liveLegend = () =>
 export class MonitorPanel extends MonitorElement {
   static properties = {chosen: {state: true}};
   /** @type {typeof MonitorElement.watches} */
-  static watches = {page: [], store: ["robot"]};
+  static watches = {page: ["tab"], store: ["robot"]};
 
   constructor() {
     super();
@@ -105,19 +106,24 @@ export class MonitorPanel extends MonitorElement {
     /** @type {HTMLElement | null} */ (this.querySelector("[role=tab][aria-selected=true]"))?.focus();
   }
 
+  /** Whether a component is followed, and not over while another document is shown. */
+  get #hasRun() {
+    return monitor.isShownBeside(page.tab);
+  }
+
   /**
    * The tabs that have something to show; without a component, those of a present robot. A dry run has no pictures of the
    * robot's cameras.
    */
   get #tabs() {
-    if (monitor.component) return TABS.filter(({id}) => id !== (monitor.isDryRun ? "cameras" : "dryRun"));
+    if (this.#hasRun) return TABS.filter(({id}) => id !== (monitor.isDryRun ? "cameras" : "dryRun"));
     return TABS.filter(({robot}) => robot && store.robot.status === "present");
   }
 
   /** The shown tab: the chosen one, if it has something to show. */
   get #shown() {
     const tabs = this.#tabs;
-    return (tabs.find(({id}) => id === this.chosen) ?? tabs.at(monitor.component ? 0 : -1))?.id ?? "";
+    return (tabs.find(({id}) => id === this.chosen) ?? tabs.at(this.#hasRun ? 0 : -1))?.id ?? "";
   }
 
   render() {
@@ -133,14 +139,14 @@ export class MonitorPanel extends MonitorElement {
     return html`<div class="monitor-panel">
       ${tabStrip({label: t("Live values"), tabs, chosen: shown, choose: (id) => this.choose(id), prefix: "live"})}
       <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${shown}"></div>
-      ${monitor.component ? liveLegend() : html`<p class="live-legend">${hint}</p>`}
+      ${this.#hasRun ? liveLegend() : html`<p class="live-legend">${hint}</p>`}
     </div>`;
   }
 
   /** @param {import("lit").PropertyValues} changed */
   updated(changed) {
     super.updated(changed);
-    if (!monitor.component && this.#tabs.length) monitor.learnRobot();
+    if (!this.#hasRun && this.#tabs.length) monitor.learnRobot();
     const element = this.elements.get(this.#shown);
     const place = this.querySelector("#live-panel");
     // The robot in 3D may have been in the corner of the canvas meanwhile.
