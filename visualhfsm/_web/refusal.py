@@ -1,12 +1,16 @@
-"""What people read who get another answer than the page: why, and what to do, in their browser's language.
+"""Refusals: what is read instead of the page, why and what to do, and what the terminal shows of them.
 
-The language that was chosen in *View* is kept in the browser, and not sent with a request.
+People read it in their browser's language: the one that was chosen in *View* is kept in the browser, and not
+sent with a request.
 """
 
 from __future__ import annotations
 
 import html
+import logging
 import secrets
+import time
+from collections import Counter
 from typing import Final
 
 from starlette.datastructures import Headers
@@ -18,7 +22,7 @@ from visualhfsm._languages import accepted_language, said
 
 from .viewers import VIEW
 
-__all__ = ["not_found", "refused"]
+__all__ = ["RefusalLog", "not_found", "refused"]
 
 _PAGE: Final = """<!doctype html>
 <html lang="{language}">
@@ -45,6 +49,10 @@ _ABOUT_KEYS: Final = (
     Message("Changes that were not saved are kept: the editor offers to recover them."),
 )
 """What the owner of the editor may want to know, who alone has a terminal."""
+_SAID_AGAIN: Final = 60.0
+"""Seconds until a reason is logged again: one who asks on and on must not fill the terminal."""
+
+_logger = logging.getLogger(__name__)
 
 
 def refused(headers: Headers, path: str, reason: Message) -> Response:
@@ -76,3 +84,23 @@ def _answer(headers: Headers, status: int, heading: Message, reason: Message, *m
     )
     policy = f"default-src 'none'; style-src 'nonce-{nonce}'; frame-ancestors 'none'"
     return HTMLResponse(page, status, {"content-security-policy": policy, "vary": "accept-language"})
+
+
+class RefusalLog:
+    """Logs each reason once a minute, with the number of those in between. Used on one event loop."""
+
+    def __init__(self) -> None:
+        self._until: dict[str, float] = {}
+        self._unsaid: Counter[str] = Counter()
+
+    def add(self, reason: object) -> None:
+        """Log a reason, which contains no text of the request, unless it was just logged."""
+        text = str(reason)
+        now = time.monotonic()
+        if now < self._until.get(text, 0.0):
+            self._unsaid[text] += 1
+            return
+        self._until[text] = now + _SAID_AGAIN
+        unsaid = self._unsaid.pop(text, 0)
+        more = f" ({unsaid} more since the last report)" if unsaid else ""
+        _logger.warning("refused a request: %s%s", text, more)

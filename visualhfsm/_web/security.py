@@ -22,8 +22,7 @@ from starlette.types import Message as Event
 
 from codegen.messages import NO_MESSAGE, Message
 
-from .refusal import refused
-from .refusal_log import RefusalLog
+from .refusal import RefusalLog, refused
 from .resumption import Resumption
 from .site import Site
 from .viewers import VIEW, Viewers

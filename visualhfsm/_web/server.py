@@ -41,8 +41,7 @@ from .connection import converse, until_one_ends
 from .documents import open_file
 from .launch import LaunchPage
 from .limits import Limits
-from .refusal import not_found
-from .refusal_log import RefusalLog
+from .refusal import RefusalLog, not_found
 from .resumption import Resumption, kept_key
 from .security import Boundary, Credentials, Guard
 from .services import MakeServices, Services

@@ -1,11 +1,12 @@
-"""What those read who are refused: people a page, programs a line."""
+"""What those read who are refused, people a page, programs a line; what the terminal shows of refusals."""
 
 from __future__ import annotations
 
+import pytest
 from starlette.datastructures import Headers
 
 from codegen.messages import Message
-from visualhfsm._web.refusal import refused
+from visualhfsm._web.refusal import RefusalLog, refused
 
 REASON = Message("`{name}` is not defined", name="<b>")
 
@@ -32,3 +33,28 @@ def test_people_get_a_page_in_their_language_whose_texts_are_no_html() -> None:
 
 def test_a_viewer_is_not_sent_to_a_terminal() -> None:
     assert "?token=" not in answer("/view/", accept="text/html")[1]
+
+
+def test_a_reason_is_logged_again_only_after_a_while_with_their_number(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = 0.0
+    monkeypatch.setattr("visualhfsm._web.refusal.time.monotonic", lambda: now)
+    log = RefusalLog()
+    for _ in range(3):
+        log.add("no cookie")
+    log.add("another host")
+    now = 59.0
+    log.add("no cookie")
+    now = 61.0
+    log.add("no cookie")
+    assert caplog.messages == [
+        "refused a request: no cookie",
+        "refused a request: another host",
+        "refused a request: no cookie (3 more since the last report)",
+    ]
+
+
+def test_a_refusal_is_logged_in_english(caplog: pytest.LogCaptureFixture) -> None:
+    RefusalLog().add(Message("`{name}` is not defined", name="<b>"))
+    assert caplog.messages == ["refused a request: `<b>` is not defined"]
