@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -27,6 +28,9 @@ HANGS_OUT = """() => {
   return [scrollHeight - clientHeight, scrollWidth - clientWidth, scrollTop];
 }"""
 """By how much the page could be scrolled down and to the right, and by how much it is."""
+
+CUT = "each => each.scrollWidth > each.clientWidth"
+"""Whether a text is longer than its place."""
 
 
 @pytest.fixture
@@ -147,6 +151,20 @@ def test_eleven_documents_keep_their_names_and_a_menu_has_them_all(shown: Editor
     shown.resize(1440, 800)
     expect(chosen).to_be_in_viewport()
     assert shown.violations("header") == []
+
+
+def test_a_name_that_is_cut_shows_where_it_differs_and_is_read_whole(shown: EditorPage) -> None:
+    page = shown.page
+    shown.resize(683, 800)
+    for number in (3, 4):
+        one = page.get_by_role("tab", name=f"behavior_{number}", exact=True)
+        start, end = one.locator(".name-start"), one.locator(".name-end")
+        assert start.evaluate(CUT)
+        assert not end.evaluate(CUT)
+        expect(end).to_have_text(re.compile(f"{number}$"))
+    chosen = page.get_by_role("tab", selected=True)
+    name = chosen.text_content() or ""
+    expect(chosen).to_have_attribute("aria-label", " ".join(name.split()))
 
 
 def test_tabs_that_fit_need_no_menu(shown: EditorPage) -> None:

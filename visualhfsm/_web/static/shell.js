@@ -5,7 +5,7 @@
  * @import {HfsmCanvas} from "./canvas/canvas.js"
  * @import {From} from "./element.js"
  * @import {Target} from "./events.js"
- * @import {Automaton, TabState} from "./protocol.js"
+ * @import {Automaton} from "./protocol.js"
  */
 
 import {html, nothing} from "lit";
@@ -22,6 +22,7 @@ import {countOf} from "./problems.js";
 import {actionOf, isEnabled, isOffered, perform} from "./registry.js";
 import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
+import {folderOf, partsOf} from "./tab-names.js";
 import {language, n, rich, t} from "./texts.js";
 import {copyUnsent, unsentBanner} from "./unsent.js";
 import {viewing} from "./viewing.js";
@@ -82,27 +83,6 @@ export function menuButton(name, image, open, {kind = "bare", title = name, labe
   </button>`;
 }
 
-/**
- * The folder of a document if another one has the same name, with as many folders above as distinguish them.
- *
- * @param {TabState} tab
- * @param {TabState[]} tabs
- */
-function folderOf({tab, title, path}, tabs) {
-  const others = tabs.filter((other) => other.title === title && other.tab !== tab).map((other) => other.path);
-  if (!others.length) return "";
-  const folders = path.split("/").slice(0, -1);
-  /** @param {string} other @param {number} count */
-  const isSame = (other, count) =>
-    other
-      .split("/")
-      .slice(-1 - count, -1)
-      .join() === folders.slice(-count).join();
-  let count = 1;
-  while (count < folders.length && others.some((other) => isSame(other, count))) count += 1;
-  return folders.slice(-count).join("/");
-}
-
 class Tabs extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "workspace", "connection"]};
@@ -122,41 +102,44 @@ class Tabs extends PageElement {
   render() {
     const {tabs} = store.workspace;
     return html`<div role="tablist" aria-label=${t("Open documents")} @keydown=${this.#key} @wheel=${this.#scroll}>
-        ${tabs.map(
-          (each) =>
-            html`<div class="tab ${each.tab === page.tab ? "chosen" : ""}" role="presentation">
-              <button
-                type="button"
-                role="tab"
-                aria-selected=${each.tab === page.tab}
-                tabindex=${each.tab === page.tab ? 0 : -1}
-                title=${each.recording ? t("Recording {recording}", {recording: each.recording}) : each.path || t("not saved yet")}
-                @click=${() => page.show(each.tab)}
-                @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
-              >
-                ${each.recording ? icon("film") : nothing}<span class="text"
-                  >${each.title}${
-                    folderOf(each, tabs) && html`<span class="faint"> ${folderOf(each, tabs)}</span>`
-                  }</span
-                >${
-                  each.dirty
-                    ? html`<span class="dirty" role="img" aria-label=${t("not saved")} title=${t("not saved")}></span>`
-                    : nothing
-                }
-              </button>
-              ${
-                viewing.on
-                  ? nothing
-                  : html`<span
-                      class="close-tab"
-                      aria-hidden="true"
-                      title=${t("Close {title} ({key}, or {other})", {title: each.title, key: spoken("Delete"), other: keyOf("closeTab")})}
-                      @click=${() => this.#close(each.tab)}
-                      >${icon("close")}</span
-                    >`
+        ${tabs.map((each) => {
+          const folder = folderOf(each, tabs);
+          const [start, end] = partsOf(each, tabs);
+          const name = [each.title, folder, each.dirty && t("not saved")].filter(Boolean).join(" ");
+          return html`<div class="tab ${each.tab === page.tab ? "chosen" : ""}" role="presentation">
+            <button
+              type="button"
+              role="tab"
+              aria-label=${name}
+              aria-selected=${each.tab === page.tab}
+              tabindex=${each.tab === page.tab ? 0 : -1}
+              title=${each.recording ? t("Recording {recording}", {recording: each.recording}) : each.path || t("not saved yet")}
+              @click=${() => page.show(each.tab)}
+              @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
+            >
+              ${each.recording ? icon("film") : nothing}<span class="text"
+                ><span class="name-start">${start}</span><span class="name-end">${end}</span>${
+                  folder && html`<span class="faint"> ${folder}</span>`
+                }</span
+              >${
+                each.dirty
+                  ? html`<span class="dirty" role="img" aria-label=${t("not saved")} title=${t("not saved")}></span>`
+                  : nothing
               }
-            </div>`,
-        )}
+            </button>
+            ${
+              viewing.on
+                ? nothing
+                : html`<span
+                    class="close-tab"
+                    aria-hidden="true"
+                    title=${t("Close {title} ({key}, or {other})", {title: each.title, key: spoken("Delete"), other: keyOf("closeTab")})}
+                    @click=${() => this.#close(each.tab)}
+                    >${icon("close")}</span
+                  >`
+            }
+          </div>`;
+        })}
       </div>
       ${
         this.overflows
