@@ -118,6 +118,19 @@ def test_shift_enter_opens_the_panel_of_a_note(shown: EditorPage) -> None:
     expect(panel.get_by_role("textbox", name="Text of the note")).to_be_focused()
 
 
+def test_a_note_has_text_to_edit_and_no_code(shown: EditorPage) -> None:
+    shown.press("n", "Enter")
+    shown.page.keyboard.type("why")
+    expect(shown.page.get_by_role("textbox", name="Text of the note")).to_have_value("why")
+    shown.press("Escape")
+    shown.choose_in("Edit", "Edit text")
+    panel = shown.page.get_by_role("region", name="Panel beside the canvas")
+    expect(panel.get_by_role("textbox", name="Text of the note")).to_be_focused()
+    shown.page.mouse.click(*shown.middle_of("followBall"))
+    shown.choose_in("Edit", "Edit code")
+    expect(panel.get_by_role("tablist", name="Code of the state")).to_be_visible()
+
+
 def test_no_name_of_a_transition_is_on_a_note_or_a_title(shown: EditorPage) -> None:
     page = shown.page
     label = page.locator(".label text:last-child").first

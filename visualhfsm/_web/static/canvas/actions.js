@@ -162,12 +162,15 @@ export const canvasActions = [
   },
   {
     id: "editCode",
-    label: t("Edit code"),
+    get label() {
+      return page.annotation ? t("Edit text") : t("Edit code");
+    },
     icon: "code",
     keys: ["Shift+Enter"],
     scope: "canvas",
     enabled: () => oneState() || oneTransition() || oneAnnotation(),
     run: () => editCode(),
+    help: t("Edit code"),
   },
   {id: "editEntry", label: t("Edit entry code"), icon: "entry", enabled: oneState, run: () => editCode("entry")},
   {id: "editExit", label: t("Edit exit code"), icon: "exit", enabled: oneState, run: () => editCode("exit")},
