@@ -103,6 +103,37 @@ def test_the_page_itself_never_scrolls_whatever_panels_it_shows(live: EditorPage
     assert {name: sizes for name, sizes in found.items() if any(sizes)} == {}
 
 
+@pytest.mark.parametrize(("width", "height"), [(1024, 600), (760, 600), (683, 600), (768, 1024)])
+def test_panels_on_all_sides_leave_two_fifths_to_the_drawing(
+    shown: EditorPage, width: int, height: int
+) -> None:
+    page = shown.page
+    shown.resize(width, height)
+    shown.state("wait").click()
+    shown.edit_code()
+    page.evaluate(
+        """() => {
+          const app = document.querySelector("hfsm-app");
+          app.tree = "with-tree";
+          for (const name of ["--left", "--side", "--bottom"])
+            document.documentElement.style.setProperty(name, "470px");
+          return app.showBottom("hfsm-output");
+        }"""
+    )
+    below = page.get_by_role("region", name="Panel below the canvas")
+    expect(below).to_be_visible()
+    expect(page.locator(".left")).to_be_visible()
+    drawing = Box.of(page.locator("hfsm-canvas"))
+    assert drawing.width >= 0.4 * width - 1
+    assert drawing.height >= 0.4 * height - 1
+    assert Box.of(page.locator(".side")).width >= 200
+    assert Box.of(page.locator(".side")).height >= 125
+    assert not Box.of(page.locator(".side")).overlaps(Box.of(below))
+    assert Box.of(below).y + Box.of(below).height <= Box.of(page.locator("footer")).y
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert not page.evaluate(COVERED)
+
+
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_a_notice_covers_nothing_of_the_panel_below_the_canvas(
     shown: EditorPage, width: int, height: int
