@@ -5,7 +5,8 @@ The file contains the modules of the editor's page that `_web/static/run-page.js
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -13,14 +14,16 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
-from codegen.messages import Message
+from codegen.messages import NO_MESSAGE, Message
 from hfsm_runtime.recording_file.messages import Shape
 from interfaces.hfsm import ComponentStructure
 from visualhfsm._editing.views import view
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._html_file import html_file, write_html
+from visualhfsm._languages import in_all_languages
 from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import LiveStructure
+from visualhfsm._monitoring.moments import heard_moment
 from visualhfsm._monitoring.run_log import RunLog
 
 MOST_PICTURES: Final = 600
@@ -31,6 +34,8 @@ LARGEST_PAGE: Final = 50 << 20
 _LARGEST_MOMENTS: Final = 64 << 20
 """Bytes of the moments as JSON, which the browser unpacks; some minutes at 20 a second fit, longer runs have
 fewer a second."""
+_SAYS: Final = re.compile(rb'"message":|"refusal":"[^"]')
+"""What is in each moment with errors, a refusal or events of the robot."""
 _ENTRY: Final = "run-page.js"
 _STYLES: Final = (
     "vendor/uplot",
@@ -41,9 +46,9 @@ _STYLES: Final = (
 class Figure(msgspec.Struct, frozen=True):
     """A figure that summarizes a run."""
 
-    name: str
-    value: str
-    note: str = ""
+    name: Message
+    value: Message
+    note: Message = NO_MESSAGE
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,5 +117,12 @@ def _content(run: Run) -> bytes:
         "pictures": run.pictures,
         "times": [time for time, _ in moments],
     }
-    lines: Iterable[bytes] = (msgspec.json.encode(content), *(moment for _, moment in moments))
-    return b"\n".join(lines)
+    head = msgspec.json.encode(content, enc_hook=in_all_languages)
+    return b"\n".join([head, *(_readable(moment) for _, moment in moments)])
+
+
+def _readable(moment: bytes) -> bytes:
+    """Return a moment of a log with what is said in it in all languages."""
+    if not _SAYS.search(moment):
+        return moment
+    return msgspec.json.encode(heard_moment(msgspec.Raw(moment)), enc_hook=in_all_languages)

@@ -11,10 +11,14 @@ from typing import Final
 import pytest
 from playwright.sync_api import Browser, Route, expect
 
+from codegen.messages import Message, number
 from tests.support.browser import EditorPage, editor_page, new_context
+from tests.support.component import dance_and_follow
 from tests.support.editor import Editor, editor
 from tests.support.monitor import robot_and_editor
+from tests.support.watching import recorded
 from visualhfsm._html_file import STATIC, html_file
+from visualhfsm._run_page import Figure, Run, write_run_page
 
 WORDS: Final = """(known) => {
     // The names of the document, code, keys, and what a user reads of other programs.
@@ -268,7 +272,7 @@ def test_the_language_does_not_change_while_typed_text_waits_for_the_server(
         shown.connections.restore()
 
 
-def test_the_page_of_a_run_speaks_the_language_of_its_reader(browser: Browser, tmp_path: Path) -> None:
+def test_the_page_of_trials_speaks_the_language_of_its_reader(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "run.html"
     path.write_text(html_file("run", "trials-page.js", (), json.dumps(TRIALS).encode()), "utf-8")
     for language, words in (("es", "1 de 2 ensayos lo consiguen"), ("en", "1 of 2 trials succeed")):
@@ -277,3 +281,20 @@ def test_the_page_of_a_run_speaks_the_language_of_its_reader(browser: Browser, t
             page.goto(path.as_uri())
             expect(page.get_by_text(words)).to_be_visible()
             expect(page.locator("html")).to_have_attribute("lang", language)
+
+
+def test_what_was_said_in_an_exported_run_is_in_the_language_of_its_reader(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.html"
+    figures = [Figure(Message("real-time factor"), number("0.97"))]
+    write_run_page(path, Run("dance", dance_and_follow(), recorded(3.0), figures=figures))
+    for language, event, figure in (
+        ("es", "parada: su velocidad no se renovó en 0,5 s", "factor de tiempo real 0,97"),
+        ("en", "stopped: its velocity was not renewed within 0.5 s", "real-time factor 0.97"),
+    ):
+        with new_context(browser, language) as context:
+            page = context.new_page()
+            page.goto(path.as_uri())
+            expect(page.locator("hfsm-live-errors .message")).to_have_text(event)
+            expect(page.locator("dl.health").last).to_have_text(re.compile(figure.replace(" 0", r"\s*0")))

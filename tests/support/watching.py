@@ -39,7 +39,7 @@ def content(page: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 def _robot(time: float) -> RobotState:
     joints = {"LShoulderPitch": math.sin(time), "HeadYaw": 0.31, "HeadPitch": -0.07}
-    event = HealthEvent(1.2, Severity.Warning, "Head", "velocity not renewed")
+    event = HealthEvent(1.2, Severity.Warning, "Head", "stopped: its velocity was not renewed within 0.5 s")
     health = HealthReport(time, time, 0.99, 0.0031, 0.03, False, {"Camera": 10.0}, 0, 0, [event])
     return RobotState(joints, 0.31, -0.07, health)
 

@@ -26,6 +26,7 @@ __all__ = [
     "decode_message",
     "encode_message",
     "encoder",
+    "in_all_languages",
     "known_language",
     "said",
 ]
@@ -59,6 +60,17 @@ def accepted_language(header: str) -> str:
 def said(message: Message, language: str) -> str:
     """Return a message in a language, one of LANGUAGES."""
     return message.said_in(_catalog(language))
+
+
+def in_all_languages(message: object) -> object:
+    """Return a message in each language that says it differently, for a file of unknown readers.
+
+    It is the `enc_hook` with which `msgspec` writes what `unpacked.js` reads.
+    """
+    if not isinstance(message, Message):
+        raise NotImplementedError(f"a file cannot contain {type(message).__name__}")
+    texts = {language: said(message, language) for language in LANGUAGES}
+    return {"said": texts} if len(set(texts.values())) > 1 else str(message)
 
 
 def _spoken(wanted: str) -> str | None:

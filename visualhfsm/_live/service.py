@@ -13,16 +13,16 @@ from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta
-from msgspec.structs import replace
 
 from codegen.hfsm.document import Document
-from codegen.messages import NO_MESSAGE, Message, joined
+from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, News, Silence
 from visualhfsm._monitoring.heard import heard
+from visualhfsm._monitoring.moments import heard_moment, heard_snapshot
 from visualhfsm._monitoring.pictures import require_pillow
 from visualhfsm._monitoring.realm import (
     MONITOR_PREFIX,
@@ -416,36 +416,3 @@ class Monitoring:
                 return Message("it has not ended within {stop_limit:g} s", stop_limit=_STOP_LIMIT)
             await asyncio.sleep(_PERIOD / 10)
         return NO_MESSAGE
-
-
-def heard_snapshot(snapshot: LiveSnapshot) -> LiveSnapshot:
-    """Return a snapshot in which errors, a refusal and the events of the robot are messages."""
-    component, robot = snapshot.component, snapshot.robot
-    if component.errors or component.refusal:
-        component = replace(
-            component,
-            errors=[replace(each, message=heard(each.message)) for each in component.errors],
-            refusal=_refusal(component.refusal),
-        )
-    if robot.health is not None and robot.health.events:
-        events = [replace(each, message=heard(each.message)) for each in robot.health.events]
-        robot = replace(robot, health=replace(robot.health, events=events))
-    return replace(snapshot, component=component, robot=robot)
-
-
-def heard_moment(moment: msgspec.Raw | None) -> dict[str, Any] | None:
-    """Return a snapshot of a log in the same way; None for none."""
-    if moment is None:
-        return None
-    found: dict[str, Any] = msgspec.json.decode(moment)  # of no type: in JSON, what is not known is null
-    component, health = found["component"], found["robot"]["health"] or {}
-    component["refusal"] = _refusal(component["refusal"])
-    for each in (*component["errors"], *health.get("events", ())):
-        each["message"] = heard(each["message"])
-    return found
-
-
-def _refusal(text: str) -> Message:
-    """Return what a component says of a refused command, behind the place in its automata."""
-    place, separator, why = text.partition(": ")
-    return joined(": ", [place, heard(why)]) if separator else Message.verbatim(text)

@@ -11,6 +11,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from codegen.messages import Message, number
 from visualhfsm._monitoring.automata import Automata
 from visualhfsm._monitoring.run_log import RunLog
 from visualhfsm._run_page import Figure
@@ -96,25 +97,42 @@ def in_middle_third(u: float, v: float, size: tuple[int, int]) -> bool:
 
 def figures_of(summary: Summary) -> Iterator[Figure]:
     """Yield the figures as people read them."""
-    yield Figure("watched", f"{summary.duration:.1f} s", "of the component's time")
+    yield Figure(
+        Message("watched"),
+        Message("{seconds:.1f} s", seconds=summary.duration),
+        Message("of the component's time"),
+    )
     for label, (share, count) in summary.centered.items():
-        note = f"of {count} moments from {SETTLING_TIME:g} s after it was first seen"
-        name = f"{printable(label)} in the middle third".strip()
-        yield Figure(name, f"{100 * share:.1f} %", note)
+        yield Figure(
+            Message("{mark} in the middle third", mark=printable(label))
+            if label
+            else Message("in the middle third"),
+            Message("{percent:.1f} %", percent=100 * share),
+            Message(
+                "of {count} moments from {seconds:g} s after it was first seen",
+                count=count,
+                seconds=SETTLING_TIME,
+            ),
+        )
     if summary.torso_tilt is not None:
         degrees = math.degrees(summary.torso_tilt)
-        yield Figure("largest torso tilt", f"{degrees:.1f}°")
+        yield Figure(Message("largest torso tilt"), Message("{degrees:.1f}°", degrees=degrees))
     if summary.camera_rate is not None:
-        yield Figure("images a second", f"{summary.camera_rate:.1f}", "of robot time")
+        rate = number(f"{summary.camera_rate:.1f}")
+        yield Figure(Message("images a second"), rate, Message("of robot time"))
     if summary.real_time_factor is not None:
-        yield Figure("real-time factor", f"{summary.real_time_factor:.2f}")
+        yield Figure(Message("real-time factor"), number(f"{summary.real_time_factor:.2f}"))
     if summary.typical_lag is not None and summary.largest_lag is not None:
-        most = f"at most {1000 * summary.largest_lag:.0f} ms"
-        yield Figure("lag", f"{1000 * summary.typical_lag:.0f} ms", most)
-    yield Figure("cycles", str(summary.cycles), f"{summary.overruns} longer than their period")
+        most = Message("at most {time:.0f} ms", time=1000 * summary.largest_lag)
+        yield Figure(Message("lag"), Message.verbatim(f"{1000 * summary.typical_lag:.0f} ms"), most)
+    yield Figure(
+        Message("cycles"),
+        Message.verbatim(str(summary.cycles)),
+        Message("{count} longer than their period", count=summary.overruns),
+    )
     if summary.errors:
-        yield Figure("errors", str(summary.errors))
-    yield Figure("changes of state", str(summary.changes))
+        yield Figure(Message("errors"), Message.verbatim(str(summary.errors)))
+    yield Figure(Message("changes of state"), Message.verbatim(str(summary.changes)))
 
 
 def summary_table(automata: Automata, log: RunLog, figures: Iterable[Figure]) -> RenderableType:

@@ -12,6 +12,7 @@ import msgspec
 from codegen.messages import Message
 from visualhfsm._editing.serialization import parse
 from visualhfsm._html_file import html_file, write_html
+from visualhfsm._languages import in_all_languages
 from visualhfsm._live.recordings import open_recording
 from visualhfsm._run_page import write_run_page
 
@@ -26,7 +27,7 @@ _STYLES: Final = tuple(f"styles/{name}" for name in ("theme", "shell", "panels",
 
 def trials_page(view: TrialsView) -> str:
     """Return the page of a series as HTML."""
-    return html_file(view.name, _ENTRY, _STYLES, msgspec.json.encode(view, enc_hook=str))
+    return html_file(view.name, _ENTRY, _STYLES, msgspec.json.encode(view, enc_hook=in_all_languages))
 
 
 def write_trials_page(

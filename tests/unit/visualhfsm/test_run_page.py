@@ -121,9 +121,15 @@ def test_names_variables_and_code_cannot_become_script() -> None:
 
 def test_the_content_is_the_run() -> None:
     picture = b"\xff\xd8 a picture"
-    figures = [Figure("lag", "3 ms", "at most 9 ms")]
+    figures = [Figure(Message("lag"), Message.verbatim("3 ms"), Message("at most {time:.0f} ms", time=9.0))]
     found, moments = content(run_page(run(pictures={"Camera": [(1.5, picture)]}, figures=figures)))
-    assert found["figures"] == [{"name": "lag", "value": "3 ms", "note": "at most 9 ms"}]
+    assert found["figures"] == [
+        {
+            "name": {"said": {"en": "lag", "es": "retraso"}},
+            "value": "3 ms",
+            "note": {"said": {"en": "at most 9 ms", "es": "como mucho 9 ms"}},
+        }
+    ]
     assert found["name"] == "walker"
     assert found["times"] == [moment["component"]["time"] for moment in moments]
     assert found["timeline"]["end"] == pytest.approx(2.9)

@@ -33,7 +33,7 @@ import "./selected-code.js";
 import {store} from "./store.js";
 import {decimal, language, t} from "./texts.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
-import {unpackedData} from "./unpacked.js";
+import {unpacked, unpackedData} from "./unpacked.js";
 
 const TAB = 1;
 const BODY = "recorded"; // the name of its robot
@@ -41,9 +41,9 @@ const OLDEST = 2; // s for which a picture counts as that of a later moment, or 
 const MOST_POINTS = 600; // points of a line in a plot
 
 /** The content of the page. @returns {Promise<{content: Content, moments: string[]}>} */
-async function unpacked() {
+async function run() {
   const [first, ...moments] = (await unpackedData()).split("\n");
-  return {content: JSON.parse(first), moments};
+  return {content: unpacked(first), moments};
 }
 
 /**
@@ -74,7 +74,7 @@ const answers = ({times, pictures, body}, moments) => {
     };
   };
   return (op, {action, arguments: {time = 0, camera = "", at = 0, names = [], start = 0, end = Infinity} = {}}) => {
-    if (action === "at") return JSON.parse(moments[times.findLastIndex((each) => each <= time)] ?? moments[0]);
+    if (action === "at") return unpacked(moments[times.findLastIndex((each) => each <= time)] ?? moments[0]);
     if (action === "body") return body;
     if (action === "series") return series(names, start, end);
     return action === "picture" ? picture(camera, at) : null;
@@ -102,11 +102,11 @@ function pushes({name, document}) {
 function beginning(moments, pictures) {
   const seenFrom = Math.max(...Object.values(pictures).map(([first]) => first?.[0] ?? -Infinity));
   const found = moments.find((moment) => JSON.parse(moment).at >= seenFrom);
-  return JSON.parse(found ?? moments[0]);
+  return unpacked(found ?? moments[0]);
 }
 
 async function show() {
-  const {content, moments} = await unpacked();
+  const {content, moments} = await run();
   const {name, complete, structure, timeline, world, pictures, imported} = content;
   const frame = new TextEncoder().encode(JSON.stringify({body: BODY, why: ""})).buffer;
   store.show({answer: answers(content, moments), frames: {poses: frame}}, pushes(content));

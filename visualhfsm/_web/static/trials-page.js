@@ -7,10 +7,10 @@ import {messageOf} from "./notices.js";
 import {n, t} from "./texts.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import "./trials/trials-view.js";
-import {unpackedData} from "./unpacked.js";
+import {unpacked, unpackedData} from "./unpacked.js";
 
 async function show() {
-  const view = JSON.parse(await unpackedData());
+  const view = unpacked(await unpackedData());
   const draw = () =>
     render(
       html`<div class="trials-page">

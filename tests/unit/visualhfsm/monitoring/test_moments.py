@@ -9,7 +9,7 @@ import msgspec
 from interfaces.hfsm import ComponentSnapshot, ErrorReport
 from interfaces.nao import HealthEvent, HealthReport, Severity
 from visualhfsm._languages import encoder
-from visualhfsm._live.service import heard_moment, heard_snapshot
+from visualhfsm._monitoring.moments import heard_moment, heard_snapshot
 from visualhfsm._monitoring.robot import RobotState
 from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog
 
