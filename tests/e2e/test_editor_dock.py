@@ -15,6 +15,12 @@ from tests.support.monitor import comes_true, monitor_page, robot_and_editor, ru
 SEVERAL_FRAMES = """async () => {
     for (let frame = 0; frame < 4; frame++) await new Promise(requestAnimationFrame);
 }"""
+PLACE_OF_TEXT = """each => {
+    const range = document.createRange();
+    range.selectNodeContents(each);
+    const {x, y, width, height} = range.getBoundingClientRect();
+    return [x, y, width, height];
+}"""
 IS_DRAWN = "() => document.querySelector('hfsm-robot-view')?.drawing?.body?.torso.visible"
 
 
@@ -75,6 +81,24 @@ def test_what_the_robot_does_not_cover_stays_uncovered_when_the_canvas_shrinks(s
     shown.resize(1280, 620)
     page.evaluate(SEVERAL_FRAMES)
     assert not Box.of(go).overlaps(Box.of(dock(shown)))
+
+
+@pytest.mark.parametrize(("width", "height"), [(1024, 700), (683, 900)])
+def test_the_robot_covers_no_hint_on_an_empty_canvas(shown: EditorPage, width: int, height: int) -> None:
+    page = shown.page
+    show(shown)
+    shown.resize(width, height)
+    page.locator("hfsm-canvas .surface").focus()
+    shown.press("Control+a", "Delete")
+    hint = page.locator("hfsm-canvas .empty")
+    expect(hint).to_contain_text("Nothing here yet")
+    page.evaluate("document.querySelector('hfsm-app').showBottom('hfsm-output')")
+    expect(page.get_by_role("region", name="Panel below the canvas")).to_be_visible()
+    page.evaluate(SEVERAL_FRAMES)
+    text = Box(*hint.evaluate(PLACE_OF_TEXT))
+    assert text.width > 100
+    assert not text.overlaps(Box.of(dock(shown)))
+    assert not text.overlaps(Box.of(page.locator(".tools")))
 
 
 def test_the_robot_is_drawn_once_and_its_view_is_kept_where_it_moves(shown: EditorPage) -> None:

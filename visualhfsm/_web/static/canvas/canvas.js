@@ -207,8 +207,18 @@ export class HfsmCanvas extends HTMLElement {
     const fitted = this.#fitted === this.#view();
     const [whole, hides] = [this.#isWhole(), this.#hides()];
     this.viewport.covered = covered;
+    this.#keepTextsClear();
     if (fitted) this.#fitAgain();
     else if (whole && this.#hides() > hides) this.#fitDrawn(this.viewport.scale);
+  }
+
+  /** Put the texts on the canvas beside or above what is covered, where there is more room. */
+  #keepTextsClear() {
+    const {width, height} = this.#size;
+    const {covered} = this.viewport;
+    const [beside, above] = [(width - covered.width) * height, width * (height - covered.height)];
+    this.style.setProperty("--covered-right", beside >= above ? `${covered.width}px` : "0px");
+    this.style.setProperty("--covered-below", beside >= above ? "0px" : `${covered.height}px`);
   }
 
   /** Whether everything is in the window. */
@@ -443,6 +453,7 @@ export class HfsmCanvas extends HTMLElement {
     const fitted = this.#unfitted || this.#fitted === this.#view();
     const [whole, hides] = [this.#isWhole(), this.#hides()];
     this.#size = {width: this.clientWidth, height: this.clientHeight};
+    this.#keepTextsClear();
     const {width, height} = this.#size;
     if (down && before.width === width && Math.abs(before.height - height - down) < 1 && !this.#unfitted) {
       // A bar above has come or gone: what is drawn stays where it is in the window.
