@@ -74,12 +74,17 @@ class Editor:
 
         await self.pushes.until(lambda: find() or None)
 
-    async def run(self, *arguments: str) -> None:
-        """Run the document, and do to it what makes it reach its last state."""
+    async def run(self, *arguments: str, watched_into: Path | None = None) -> None:
+        """Run the document, and do to it what makes it reach its last state.
+
+        The editor records it into a file unless it does so itself.
+        """
         await self.services.running.run(self.source, [*AT_ITS_START, *arguments])
         await self.pushes.until(lambda: any(push.running for push in self.pushes.of(Components)) or None)
         await self.services.live.attach("waits")
         await self.until(lambda live: live.component.stoppedAt)
+        if watched_into is not None and not arguments:
+            await self.services.live.record("waits", watched_into, TEXT, 0)
         await self.do("resume")
         await self.until(lambda live: live.component.time > 0.2)
         await self.do("forceTransition", automaton=1, transition=4)
@@ -160,21 +165,27 @@ def test_a_run_that_was_forced_and_set_passes_as_a_test_and_fails_without_the_tr
     edit(tmp_path, monkeypatch, go)
 
 
-def test_a_component_records_what_was_done_to_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("by", ["component", "editor"])
+def test_a_recording_of_what_was_done_to_a_run_becomes_a_test(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by: str
+) -> None:
     async def go(editor: Editor) -> None:
         file = tmp_path / "run.mcap"
-        await editor.run("--record", str(file))
+        await editor.run(*(["--record", str(file)] if by == "component" else []), watched_into=file)
         await editor.do("stop")
         await editor.pushes.until(
             lambda: next((p for p in editor.pushes.of(RunPush) if p.status == "ended"), None)
         )
+        await editor.services.live.end_record("waits")
         run = open_recording(file)
         assert run.interventions is not None
         assert [each.name for each in run.interventions.kept] == ["", "x", "bold"]  # what was refused is not
         test = run_as_test(
             editor.source.document, run.log.timeline(), "fake", run.parameters, run.interventions
         )
-        assert "b.force(1, 4)" in test.lines
+        assert not test.left_out
+        assert test.options == ', robot="fake"'  # the parameter had its default at first
+        assert {"b.force(1, 4)", "b.set(0, bold=True)"} <= {*test.lines}
         passed = await editor.result(test)
         assert passed.outcome == "passed", passed.reason
 

@@ -20,12 +20,14 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.follower import Follower, LiveStructure, News
 from visualhfsm._monitoring.pictures import require_pillow
 from visualhfsm._monitoring.robot import RobotMonitor
-from visualhfsm._monitoring.run_log import LiveSnapshot
+from visualhfsm._monitoring.run_log import Intervention, LiveSnapshot
 
 from .cameras import MOST_CAMERAS, take_picture
+from .recordings import STEERED
 
 _LONGEST_RECORDING: Final = 3600.0
 """Seconds after which a recording ends by itself."""
+_KINDS: Final = {operation: kind for kind, operation in STEERED.items()}
 
 
 class Recorder:
@@ -82,6 +84,17 @@ class Recorder:
                 torso = None if robot.torso is None else [*robot.torso]
                 look("/robot", RobotPose(robot.joints, torso, objects), at)
                 look("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(component))), at)
+            case Intervention():
+                done = {
+                    "automaton": news.automaton,
+                    "transition": news.transition,
+                    "name": news.name,
+                    "json": news.value,
+                    "since": news.since,
+                    "time": news.time,
+                    "confirmed": news.confirmed,
+                }
+                look("/actions", Action(_KINDS[news.action], done), time.time())
 
     async def close(self) -> None:
         """End the file."""

@@ -17,6 +17,7 @@ from codegen.hfsm.document import Document
 from codegen.messages import Message
 from codegen.reasons import reason
 from hfsm_runtime.recording_file.messages import (
+    INTERVENTIONS,
     WATCHED,
     Action,
     Change,
@@ -71,19 +72,27 @@ _JPEG: Final = b"\xff\xd8"
 _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 
-_STEERED: Final = {"force": "forceTransition", "set": "setVariable", "step": "step"}
-"""What a component records of an operation of its monitor, with the name of that."""
+STEERED: Final = {
+    "force": "forceTransition",
+    "set": "setVariable",
+    "step": "step",
+    "reload": "reload",
+}
+"""The operations of a monitor by the names with which they are recorded."""
 _JUST_BEFORE: Final = 1e-6
 """Seconds by which a change that an action causes may be before it: times are rounded."""
 
 
 class _Steered(msgspec.Struct, frozen=True):
-    """The arguments of such an action."""
+    """The arguments of such an action; a watcher adds when it was done, and whether that is sure."""
 
-    automaton: int
+    automaton: int = 0
     transition: int = 0
     name: str = ""
-    json: str = ""
+    json: str | None = ""
+    since: float | None = None
+    time: float | None = None
+    confirmed: bool = True
 
 
 @dataclass(frozen=True)
@@ -93,7 +102,7 @@ class RecordedRun:
     `complete` says whether all of it was read: a long recording takes too long. `world` are the shapes that a
     simulation showed, and `pictures` what the component saw. `described` is the robot, or the Nao if none is.
     `parameters` are those of the component at its start, each as Python's repr, `interventions` what was done
-    to it, None where the component did not record itself.
+    to it, None for an older recording of a watcher, which does not say.
     """
 
     name: str
@@ -195,6 +204,7 @@ def open_recording(path: Path) -> RecordedRun:
     except RecordingError as error:
         raise VisualHfsmError(reason(error)) from error
     run.finish()
+    is_known = WATCHED not in recording.metadata or INTERVENTIONS in recording.metadata
     if run.log.newest is None:
         raise VisualHfsmError(
             Message(
@@ -203,20 +213,20 @@ def open_recording(path: Path) -> RecordedRun:
         )
     return RecordedRun(
         recording.name, run.structure, run.log, text, complete, run.world, run.pictures, run.described,
-        _parameters(recording, run.log.newest),
-        None if WATCHED in recording.metadata else run.log.interventions,
+        _parameters(recording, run.log.first_parameters),
+        run.log.interventions if is_known else None,
     )  # fmt: skip
 
 
-def _parameters(recording: RecordingFile, newest: LiveSnapshot) -> dict[str, str]:
-    """Return what a component has recorded of its parameters, or what its monitor has shown."""
+def _parameters(recording: RecordingFile, shown: Mapping[str, str]) -> dict[str, str]:
+    """Return what a component has recorded of its parameters, or what its monitor has shown at first."""
     try:
         found = msgspec.json.decode(
             recording.metadata.get("parameters", "{}"), type=dict[str, bool | int | float | str]
         )
     except msgspec.MsgspecError:
         found = {}
-    return newest.component.parameters | {name: repr(value) for name, value in found.items()}
+    return {**shown} | {name: repr(value) for name, value in found.items()}
 
 
 class _Automaton:
@@ -330,21 +340,23 @@ class _Run:
                 found = msgspec.convert(action.arguments, ComponentStructure)
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
-        elif action.kind in _STEERED:
+        elif action.kind in STEERED:
             self._keep_intervention()
             with suppress(msgspec.ValidationError):
                 done = msgspec.convert(action.arguments, _Steered)
-                at = self._now / 1e9
+                now = self._now / 1e9
+                at = now if done.time is None else done.time
                 self._intervention = Intervention(
-                    _STEERED[action.kind],
-                    max(0.0, at - _JUST_BEFORE),
+                    STEERED[action.kind],
+                    max(0.0, at - _JUST_BEFORE) if done.since is None else done.since,
                     at,
+                    confirmed=done.confirmed,
                     automaton=done.automaton,
                     transition=done.transition,
                     name=done.name,
                     value=done.json,
                 )
-        elif action.kind == "refused" and str(action.arguments.get("of")) in _STEERED:
+        elif action.kind == "refused" and str(action.arguments.get("of")) in STEERED:
             self._intervention = None
 
     def _keep_intervention(self) -> None:

@@ -90,7 +90,7 @@ async def steer(follower: Follower, action: str, arguments: Mapping[str, Any]) -
     finally:
         if action in _INTERVENTIONS and not refused:
             done = {**arguments, "action": action, "since": since, "time": time, "confirmed": confirmed}
-            log.interventions.add(msgspec.convert(done, Intervention))
+            follower.note(log, msgspec.convert(done, Intervention))
 
 
 async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:

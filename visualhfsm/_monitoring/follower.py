@@ -13,7 +13,7 @@ from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure, H
 from visualhfsm._monitoring.description import DescribedRobot, DescriptionMonitor, nao
 from visualhfsm._monitoring.realm import DRY_RUN_PREFIX, MONITOR_PREFIX, PolledValue
 from visualhfsm._monitoring.robot import RobotMonitor, posed_robot
-from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, is_sound
+from visualhfsm._monitoring.run_log import Intervention, LiveSnapshot, RunLog, is_sound
 from zenoh_ice import Communicator, Sample
 
 _HIGHEST_RATE: Final = 50.0
@@ -43,15 +43,16 @@ class Silence(NamedTuple):
     since: float
 
 
-News = LiveSnapshot | LiveStructure | Silence
+News = LiveSnapshot | LiveStructure | Silence | Intervention
 
 
 class Follower:
     """Follow one component; `update` it a few times a second, and `close` it.
 
     `publish` is called from any thread, with a snapshot at every change of state and at least ten times a
-    second, with the structure when it is known and when it has changed, and with the beginning and the end of
-    silence. A component that is restarted begins a new log; one that is reloaded continues the same log.
+    second, with the structure when it is known and when it has changed, with what was done to the run, and
+    with the beginning and the end of silence. A component that is restarted begins a new log; one that is
+    reloaded continues the same log.
     """
 
     def __init__(
@@ -121,6 +122,12 @@ class Follower:
     def forget_breakpoints(self) -> None:
         """Request the breakpoints again: another client may have changed them."""
         self._breakpoints.forget()
+
+    def note(self, log: RunLog, done: Intervention) -> None:
+        """Note in the log of a run what was done to it, and publish that."""
+        log.interventions.add(done)
+        if log is self._log:
+            self._publish(done)
 
     def update(self) -> None:
         """Request missing data, and publish changes."""
