@@ -77,7 +77,7 @@ async def steer(follower: Follower, action: str, arguments: Mapping[str, Any]) -
     Returns its result, None for nothing. Raises VisualHfsmError.
     """
     log = follower.log  # that of this run: the component may be started again meanwhile
-    since, time = log.now()
+    since, _ = log.now()
     confirmed, refused = True, False
     try:
         return await control(follower.monitor, action, arguments)
@@ -89,6 +89,7 @@ async def steer(follower: Follower, action: str, arguments: Mapping[str, Any]) -
         raise
     finally:
         if action in _INTERVENTIONS and not refused:
+            _, time = log.now()
             done = {**arguments, "action": action, "since": since, "time": time, "confirmed": confirmed}
             follower.note(log, msgspec.convert(done, Intervention))
 

@@ -84,8 +84,8 @@ class Timeline(msgspec.Struct, frozen=True, rename="camel"):
 class Intervention(msgspec.Struct, frozen=True):
     """Something that somebody did to a run: an operation of its monitor, with its arguments.
 
-    It was done about the component time `time` in s, and after the one `since`. `value` is the JSON to which
-    a variable of the automaton, or with 0 a parameter, was set; None for one that is too long to be kept. One
+    It was done after the component time `since` in s, and before about `time`. `value` is the JSON to which a
+    variable of the automaton, or with 0 a parameter, was set; None for one that is too long to be kept. One
     that is not `confirmed` may not have taken place: the component did not answer.
     """
 
