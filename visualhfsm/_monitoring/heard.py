@@ -46,44 +46,23 @@ _WHY_NOT: Final = (
     Message("all automata of the state have finished: it fires in the next cycle"),
     Message("not all automata of the state have finished: {parts}", parts=_A),
     Message("{reason}; now {values}", reason=_A, values=_A),
-    Message("its guard was true when it was evaluated {seconds} s ago", seconds=_A),
-    Message("its guard was false when it was evaluated {seconds} s ago", seconds=_A),
+    Message("{guard} was true when it was evaluated {seconds} s ago", guard=_A, seconds=_A),
+    Message("{guard} was false when it was evaluated {seconds} s ago", guard=_A, seconds=_A),
     Message(
-        "its guard `{condition}` was true when it was evaluated {seconds} s ago", condition=_A, seconds=_A
-    ),
-    Message(
-        "its guard `{condition}` was false when it was evaluated {seconds} s ago", condition=_A, seconds=_A
-    ),
-    Message("its guard was true though its time has come, when it was evaluated {seconds} s ago", seconds=_A),
-    Message(
-        "its guard was false though its time has come, when it was evaluated {seconds} s ago", seconds=_A
-    ),
-    Message(
-        "its guard `{condition}` was true though its time has come, when it was evaluated {seconds} s ago",
-        condition=_A,
+        "{guard} was true though its time has come, when it was evaluated {seconds} s ago",
+        guard=_A,
         seconds=_A,
     ),
     Message(
-        "its guard `{condition}` was false though its time has come, when it was evaluated {seconds} s ago",
-        condition=_A,
+        "{guard} was false though its time has come, when it was evaluated {seconds} s ago",
+        guard=_A,
         seconds=_A,
     ),
-    Message("its guard was true when {event} came {seconds} s ago", event=_A, seconds=_A),
-    Message("its guard was false when {event} came {seconds} s ago", event=_A, seconds=_A),
-    Message(
-        "its guard `{condition}` was true when {event} came {seconds} s ago",
-        condition=_A,
-        event=_A,
-        seconds=_A,
-    ),
-    Message(
-        "its guard `{condition}` was false when {event} came {seconds} s ago",
-        condition=_A,
-        event=_A,
-        seconds=_A,
-    ),
+    Message("{guard} was true when {event} came {seconds} s ago", guard=_A, event=_A, seconds=_A),
+    Message("{guard} was false when {event} came {seconds} s ago", guard=_A, event=_A, seconds=_A),
 )
 """What `hfsm_runtime/debugger/_explanation.py` says of a transition."""
+_GUARD: Final = (Message("its guard"), Message("its guard `{condition}`", condition=_A))
 
 _WHERE: Final = (
     Message("The component is paused."),
@@ -202,7 +181,11 @@ def heard_explanation(explanation: Explanation) -> Explanation:
 
 def _why_not(text: str) -> Message:
     found = _with_number(_filled(known_text(text, _WHY_NOT), "reason", _why_not))
-    return _filled(found, "parts", _in_states)
+    return _filled(_filled(found, "parts", _in_states), "guard", _guard)
+
+
+def _guard(text: str) -> Message:
+    return known_text(text, _GUARD)
 
 
 def _in_states(text: str) -> Message:

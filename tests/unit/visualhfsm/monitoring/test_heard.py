@@ -30,10 +30,12 @@ def in_spanish(value: object) -> dict[str, Any]:
     return found
 
 
-def explained(transition: Transition) -> Explanation:
-    """Explain an automaton after 0.35 s, half a cycle after the last one."""
+def explained(transition: Transition, *events: str) -> Explanation:
+    """Explain an automaton after 0.35 s, half a cycle after the last one; events came before that."""
     run = VirtualRun(component(Automaton(id=1, name="walker", states=STATES, transitions=(transition,))))
     timeline = Timeline(run.clock)
+    for event in events:
+        run.send(event)
     run.advance(0.35)
     return explain(run.tree, run.tree.root, timeline)
 
@@ -62,6 +64,12 @@ def test_why_a_transition_does_not_fire_is_said_in_spanish(transition: Transitio
     said = in_spanish(heard_explanation(explained(transition)))
     assert said["transitions"][0]["reason"] == reason
     assert said["summary"] == f"walker está en a desde hace 0,35 s. 1. t1: {reason}."
+
+
+def test_a_guard_that_an_event_asked_is_said_in_spanish() -> None:
+    asked = explained(to_b(1, event="lost", guard=lambda _: False, condition="ready"), "lost")
+    said = in_spanish(heard_explanation(asked))["transitions"][0]["reason"]
+    assert said == "su guarda `ready` era falsa cuando llegó lost hace 0,35 s"
 
 
 def test_values_of_a_guard_are_code_in_every_language() -> None:
