@@ -37,6 +37,7 @@ def test_run_asks_before_two_components_move_one_robot_and_stop_stops_both(
         assert shown.violations("dialog") == []
         dialog.get_by_role("button", name="Cancel").click()
         expect(shown.button("1 running")).to_be_visible()
+        expect(shown.page.get_by_role("region", name="Panel below the canvas")).to_have_count(0)
         shown.press("F5")
         dialog.get_by_role("button", name="Run beside it").click()
         expect(status(shown)).to_have_text("Running")

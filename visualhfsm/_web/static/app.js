@@ -224,6 +224,7 @@ export class HfsmApp extends PageElement {
     const body = dryRun ? chosenBody() : "";
     const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
     const started = await askBy("run", tab, () => startBeside(request));
+    if (started === null && this.outputOpened) this.showBottom("");
     if (started === null) return;
     if (started) monitor.expect(started.component);
     else if (store.online) this.#showErrors();
