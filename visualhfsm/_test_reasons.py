@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from codegen.messages import Message
+from codegen.messages import Message, number
 from codegen.reasons import known_text
 
 _WHAT: Final = (
@@ -37,6 +37,12 @@ def reason_of(text: str) -> Message:
 
 def _known(text: str) -> Message:
     if found := _SENTENCE.fullmatch(text):
-        what, where = known_text(found["what"], _WHAT), known_text(found["where"], _WHERE)
+        what, where = _with_numbers(found["what"], _WHAT), _with_numbers(found["where"], _WHERE)
         return Message("{what}: {where}", what=what, where=where)
     return known_text(text)
+
+
+def _with_numbers(text: str, templates: tuple[Message, ...]) -> Message:
+    found = known_text(text, templates)
+    numbers = {name: number(str(each)) for name, each in found.values.items() if name in ("limit", "time")}
+    return found.again({**found.values, **numbers}) if numbers else found

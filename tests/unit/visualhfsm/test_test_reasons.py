@@ -33,17 +33,17 @@ def soon(_: object) -> bool:
         (
             "done",
             "the state done was not reached within 0.2 s: at 0.200 s the behavior is in waiting",
-            "no se alcanzó el estado done en 0.2 s: a los 0.200 s el comportamiento está en waiting",
+            "no se alcanzó el estado done en 0,2 s: a los 0,200 s el comportamiento está en waiting",
         ),
         (
             soon,
             "soon did not hold within 0.2 s: at 0.200 s the behavior is in waiting",
-            "no se cumplió soon en 0.2 s: a los 0.200 s el comportamiento está en waiting",
+            "no se cumplió soon en 0,2 s: a los 0,200 s el comportamiento está en waiting",
         ),
         (
             lambda: False,
             "the condition did not hold within 0.2 s: at 0.200 s the behavior is in waiting",
-            "no se cumplió la condición en 0.2 s: a los 0.200 s el comportamiento está en waiting",
+            "no se cumplió la condición en 0,2 s: a los 0,200 s el comportamiento está en waiting",
         ),
     ],
 )
@@ -76,7 +76,7 @@ def test_what_a_paused_or_ended_behavior_did_not_reach_says_so(
     assert message == f"the state done was not reached: at 0.000 s the behavior {english} waiting"
     assert (
         said(message, "es")
-        == f"no se alcanzó el estado done: a los 0.000 s el comportamiento {spanish} waiting"
+        == f"no se alcanzó el estado done: a los 0,000 s el comportamiento {spanish} waiting"
     )
 
 
