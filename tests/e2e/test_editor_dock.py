@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, expect
 
 from interfaces.nao import SoundsPrx, SpeechPrx
-from tests.support.browser import Box, EditorPage
+from tests.support.browser import Box, EditorPage, new_context, shared_address
 from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
 
 SEVERAL_FRAMES = """async () => {
@@ -222,3 +223,37 @@ def test_what_the_robot_says_and_plays_is_seen_and_heard_if_somebody_wants_to(
         assert shown.page.evaluate("window.tones") == [440]
         sounds.stop()
         expect(caption).to_have_text("")
+
+
+def test_the_caption_is_read_on_a_phone_by_users_and_viewers_and_in_forced_colors(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (robot, running),
+        monitor_page(browser, running) as shown,
+        robot.client() as client,
+        contextlib.closing(new_context(browser, "es")) as context,
+    ):
+        viewer = context.new_page()
+        viewer.goto(shared_address(shown))
+        speech, sounds = client.proxy(SpeechPrx, "Speech"), client.proxy(SoundsPrx, "Sounds")
+        speech.say("I see the ball, and walk to it as far as I can. " * 20)
+        shown.page.locator(".dock-chip").click()
+        for page in (shown.page, viewer):
+            page.set_viewport_size({"width": 390, "height": 844})
+            page.locator(".dock .stage canvas").wait_for()
+            sounds.playTone(440.0, 10.0, 0.5)
+            for width in (390, 1024):
+                page.set_viewport_size({"width": width, "height": 844})
+                expect(page.locator(".dock .heard p")).to_have_count(2)
+                caption = [Box.of(each) for each in page.locator(".dock .heard p").all()]
+                picture = Box.of(page.locator(".dock .stage"))
+                assert all(each.is_within(picture) for each in caption)
+                buttons = [*page.locator(".dock .view-tools button").all(), page.locator(".stop-button")]
+                assert not [each for each in buttons if any(Box.of(each).overlaps(part) for part in caption)]
+        shown.page.emulate_media(forced_colors="active")
+        ink, paper, edge = shown.page.locator(".dock .heard p").first.evaluate(
+            "(each) => (({color, backgroundColor, borderTopColor}) => [color, backgroundColor, borderTopColor])"
+            "(getComputedStyle(each))"
+        )
+        assert ink != paper != edge

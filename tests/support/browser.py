@@ -194,6 +194,15 @@ class Box(NamedTuple):
             and other.y < self.y + self.height
         )
 
+    def is_within(self, other: Box) -> bool:
+        """Return whether another element's place contains this one's."""
+        return (
+            other.x <= self.x
+            and self.x + self.width <= other.x + other.width
+            and other.y <= self.y
+            and self.y + self.height <= other.y + other.height
+        )
+
 
 class EditorPage:
     """The editor in a browser window."""
