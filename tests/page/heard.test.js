@@ -59,8 +59,9 @@ const BEEP = {
   ],
   loudness: 1,
   counts: [0, 1],
+  ages: [null, 0.03],
 };
-const GOAL = {...SILENT, says: "Goal!", counts: [1, 0]};
+const GOAL = {...SILENT, says: "Goal!", counts: [1, 0], ages: [0.03, null]};
 
 /** @type {import("../../visualhfsm/_web/static/monitor/heard.js").Loudspeaker} */
 let loudspeaker;
@@ -121,11 +122,37 @@ test("it is off at first, and what is chosen is kept", () => {
 });
 
 test("when the view closes, everything ends", () => {
-  loudspeaker.hear({...BEEP, says: "Goal!", counts: [1, 1]});
+  loudspeaker.hear({...BEEP, says: "Goal!", counts: [1, 1], ages: [0, 0]});
   asked.length = 0;
   loudspeaker.close();
   assert.deepEqual(
     asked.map(([what]) => what),
     ["stop", "stop", "cancel", "close"],
   );
+});
+
+test("of a sound that has begun before, the rest is played", () => {
+  loudspeaker.hear({...BEEP, ages: [null, 0.3]});
+  const times = asked.map(([what, frequency, at]) => [what, frequency, Math.round(Number(at) * 100) / 100]);
+  assert.deepEqual(times, [
+    ["start", 440, 2],
+    ["stop", 440, 2.2],
+    ["start", 880, 2.45],
+    ["stop", 880, 2.95],
+  ]);
+  asked.length = 0;
+  loudspeaker.hear({...BEEP, counts: [0, 2], ages: [null, 1]});
+  assert.deepEqual(
+    asked.filter(([what]) => what === "start"),
+    [["start", 880, 2]],
+  );
+});
+
+test("what began before anybody listened is not played, and a text is not said from its middle", () => {
+  loudspeaker.hear({...BEEP, ages: [null, null]});
+  loudspeaker.hear({...GOAL, counts: [1, 1], ages: [null, null]});
+  loudspeaker.hear({...GOAL, counts: [2, 1], ages: [3, null]});
+  assert.deepEqual(asked, []);
+  loudspeaker.hear({...GOAL, counts: [3, 1], ages: [0.1, null]});
+  assert.deepEqual(asked, [["speak", "Goal!", "en"]]);
 });

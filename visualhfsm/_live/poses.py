@@ -3,8 +3,8 @@
 The angles come from the encoders, the torso's tilt from the robot's health; where a simulation publishes the
 ground truth, it determines all places. All frames are JSON: those with a field `body` name the robot by the
 hash of its description, which the page asks for once, those with a field `world` contain the shapes of the
-world, those with a field `heard` what the robot says and plays, and the others are a `BodyState`. The page
-computes the places of the links (`static/monitor/body.js`).
+world, those with a field `heard` what the robot says and plays, and in `ages` since when, and the others are
+a `BodyState`. The page computes the places of the links (`static/monitor/body.js`).
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class PoseStream:
                 yield encode({"world": world})
             if (audible := self._robot.audible.read()) != heard:
                 heard = audible
-                yield encode({"heard": heard})
+                yield encode({"heard": heard, "ages": self._robot.audible.ages()})
             state = encode(self.state())
             if state != before or began - sent > _REPEAT:
                 before, sent = state, began

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable
 from itertools import islice
 from typing import Final
 
@@ -22,6 +23,8 @@ _MOST_TONES: Final = 64
 _LOWEST, _HIGHEST = 50.0, 8000.0  # Hz
 _LONGEST_TONE: Final = 10.0
 """Seconds."""
+_WATCHED: Final = 1.0
+"""Seconds between two looks within which what has begun began just now."""
 
 
 class Audible(msgspec.Struct, frozen=True):
@@ -61,10 +64,34 @@ def _sane(tones: Iterable[Tone]) -> tuple[tuple[float, float], ...]:
     )
 
 
+class Begin:
+    """When the newest text or sound began, if that was watched; `clock` is in s."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._count: int | None = None
+        self._looked = -math.inf
+        self._time: float | None = None
+
+    def look(self, count: int | None) -> None:
+        """Take how many were begun so far, None while that is unknown."""
+        now = self._clock()
+        if count != self._count:
+            watched = self._count is not None and now - self._looked < _WATCHED
+            self._time = now if watched else None
+        self._count, self._looked = count, now
+
+    @property
+    def age(self) -> float | None:
+        """Seconds since then; None if it began before anybody looked."""
+        return None if self._time is None else self._clock() - self._time
+
+
 class AudibleMonitor:
     """Listen to the robot of a realm, from the first `read` on."""
 
     def __init__(self, communicator: Communicator) -> None:
+        self._begins = Begin(), Begin()
         self._communicator = communicator
         proxy = communicator.stringToProxy
         self._speech = Newest(SpeechPrx.uncheckedCast(proxy(_SPEECH)).getSpeech.latest)
@@ -75,4 +102,11 @@ class AudibleMonitor:
         present = self._communicator.identities()
         speech = self._speech() if _SPEECH in present else None
         sound = self._sound() if _SOUNDS in present else None
+        for begin, newest in zip(self._begins, (speech, sound), strict=True):
+            begin.look(newest.value.count if newest else None)
         return audible(speech.value if speech else None, sound.value if sound else None)
+
+    def ages(self) -> tuple[float | None, float | None]:
+        """Return how many seconds ago text and sound of the last `read` began, None where nobody saw it."""
+        text, sound = self._begins
+        return text.age, sound.age

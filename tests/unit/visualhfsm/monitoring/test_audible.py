@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from interfaces.nao import SoundState, SpeechState, Tone
-from visualhfsm._monitoring.audible import Audible, audible
+from visualhfsm._monitoring.audible import Audible, Begin, audible
 
 
 def speech(text: str, *, speaking: bool = True) -> SpeechState:
@@ -60,3 +60,25 @@ def test_of_a_sound_without_end_the_first_tones_are_heard() -> None:
 def test_the_loudness_is_between_0_and_1() -> None:
     given = (-1.0, 7.0, math.nan, math.inf)
     assert [audible(None, sound(loudness=each)).loudness for each in given] == [0.0, 1.0, 0.0, 0.0]
+
+
+def test_the_age_of_a_sound_is_known_if_its_begin_was_watched() -> None:
+    now = 0.0
+    begin = Begin(lambda: now)
+    begin.look(None)
+    begin.look(3)
+    assert begin.age is None  # it began before anybody looked
+    now = 0.5
+    begin.look(4)
+    now = 2.0
+    begin.look(4)
+    assert begin.age == 1.5
+
+
+def test_the_age_of_what_began_while_nobody_looked_is_unknown() -> None:
+    now = 0.0
+    begin = Begin(lambda: now)
+    begin.look(3)
+    now = 60.0
+    begin.look(4)
+    assert begin.age is None

@@ -7,6 +7,7 @@
  * @property {[number, number][]} tones of that sound, each in Hz (0 for a rest) and s
  * @property {number} loudness of that sound, from 0 to 1
  * @property {[number, number]} counts how many texts and how many sounds were begun
+ * @property {[number | null, number | null]} ages s since the text and the sound began; null where that is unknown
  */
 
 import {browserStorage} from "../storage.js";
@@ -16,9 +17,11 @@ const KEPT = "visualhfsm.sound";
 const LOUDEST = 0.25; // of what the browser can play: a tone is loud
 const RAMP = 0.008; // s in which a tone begins and ends, so that it does not click
 const FADE = 0.05; // s in which a sound ends early
+const JUST = 0.25; // s since the begin of a sound that is played from its begin, and not from where it is
+const MISSED = 1; // s since the begin of a text that is said; of a later one the rest is unknown
 
 /** A robot that is silent, and has begun nothing. @type {Heard} */
-export const SILENT = {says: "", sound: "", tones: [], loudness: 0, counts: [0, 0]};
+export const SILENT = {says: "", sound: "", tones: [], loudness: 0, counts: [0, 0], ages: [null, null]};
 
 /** What is heard once the robot has fallen silent. @param {Heard} heard @returns {Heard} */
 export const silenced = ({counts}) => ({...SILENT, counts});
@@ -51,7 +54,7 @@ export class Loudspeaker {
     if (!heard.sound || heard.counts[1] !== sounds) this.#stop();
     if (heard.sound && heard.counts[1] !== sounds) this.#play(heard);
     if (!heard.says || heard.counts[0] !== texts) this.#fallSilent();
-    if (heard.says && heard.counts[0] !== texts) this.#say(heard.says);
+    if (heard.says && heard.counts[0] !== texts && (heard.ages[0] ?? Infinity) < MISSED) this.#say(heard.says);
   }
 
   close() {
@@ -64,18 +67,20 @@ export class Loudspeaker {
     return (this.#context ??= new AudioContext());
   }
 
-  /** @param {Heard} heard */
-  #play({tones, loudness}) {
+  /** Play a sound, or the rest of one that others have heard so far. @param {Heard} heard */
+  #play({tones, loudness, ages: [, age]}) {
+    if (age === null) return;
     const context = this.#sounding();
     void context.resume();
     const all = context.createGain();
     all.gain.value = loudness * LOUDEST;
     all.connect(context.destination);
     this.#playing = {gain: all, tones: []};
-    let begin = context.currentTime;
+    const now = context.currentTime;
+    let begin = age < JUST ? now : now - age;
     for (const [frequency, seconds] of tones) {
       const end = begin + seconds;
-      if (frequency) this.#playing.tones.push(tone(context, all, frequency, begin, end));
+      if (frequency && end > now) this.#playing.tones.push(tone(context, all, frequency, Math.max(begin, now), end));
       begin = end;
     }
   }

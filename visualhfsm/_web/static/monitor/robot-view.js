@@ -262,7 +262,7 @@ export class RobotView extends MonitorElement {
           this.why = content.why;
           await this.#wear();
         } else if (content.world) this.#learn(content.world);
-        else if (content.heard) this.heard = content.heard;
+        else if (content.heard) this.heard = {...content.heard, ages: content.ages};
         else await this.#showNow(content);
       },
       lost: (reason) => {
