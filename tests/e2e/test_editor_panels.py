@@ -314,6 +314,17 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
             shown.press("PageDown")  # to options whose documentation did not come along
         info.wait_for()
         expect(info).to_contain_text("Return")
+        shown.press("Escape")
+
+        # A word that nothing else begins with is not offered once it is there.
+        shown.press("Control+a", "Delete")
+        shown.type("brea")
+        options.filter(has_text="breakpoint").wait_for()
+        expect(options).to_have_count(2)
+        shown.type("k")
+        expect(options.first).to_have_text(re.compile("^break"))
+        shown.type("point")
+        expect(options).to_have_count(0)
 
 
 # --------------------------------------------------------------------------------- states and transitions

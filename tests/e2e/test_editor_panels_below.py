@@ -12,9 +12,10 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor, services
-from tests.support.limits import CALL_LIMIT, FOREVER
+from tests.support.limits import CALL_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
+from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._running import RunningComponents
 from visualhfsm._sessions import session
 from zenoh_ice import Settings
@@ -235,7 +236,13 @@ def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_mean
 
 
 @contextmanager
-def opened(browser: Browser, path: Path, code: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[EditorPage]:
+def opened(
+    browser: Browser,
+    path: Path,
+    code: str,
+    monkeypatch: pytest.MonkeyPatch,
+    code_help: CodeHelp | None = None,
+) -> Iterator[EditorPage]:
     """Open the document with other code in its state `wait`, in an editor that can run it."""
     path.write_text(DOCUMENT.replace("<code>count += 1</code>", f"<code>{code}</code>"))
     monkeypatch.setenv("VISUALHFSM_CLOCK", "wall")  # so that the component does not wait for a robot's clock
@@ -244,12 +251,30 @@ def opened(browser: Browser, path: Path, code: str, monkeypatch: pytest.MonkeyPa
         editor(
             path.parent,
             path,
-            make_services=lambda publish: services(running=RunningComponents(publish, settings)),
+            make_services=lambda publish: services(code_help, RunningComponents(publish, settings)),
         ) as running,
         editor_page(browser, running) as shown,
     ):
         shown.state("wait").wait_for()
         yield shown
+
+
+@pytest.mark.slow
+def test_a_run_closes_what_is_offered_to_type(
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with opened(browser, path, "pass", monkeypatch, CodeHelp(RUN_LIMIT)) as shown:
+        code = edit(shown, "wait")
+        shown.press("Control+a")
+        shown.type("set")
+        options = shown.page.locator(".cm-tooltip").get_by_role("option")
+        options.filter(has_text="setattr").wait_for(timeout=RUN_LIMIT * 1000)
+        shown.press("F5")
+        expect(shown.page.get_by_role("log", name="Output of the component")).to_be_visible()
+        expect(options).to_have_count(0)
+        expect(code).to_be_focused()
+        shown.press("Shift+F5")
+        expect(shown.page.get_by_text(re.compile("^Ended: stopped")).last).to_be_visible()
 
 
 @pytest.mark.slow

@@ -208,6 +208,7 @@ export class HfsmApp extends PageElement {
   async run(options = [], {record = false, dryRun = false} = {}) {
     const {tab, tabState, document: shown} = page;
     if (!shown) return;
+    page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
       const settled = await settle(shown.fields);

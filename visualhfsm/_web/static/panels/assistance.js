@@ -11,6 +11,7 @@ import {
   StateEffect,
   StateField,
   autocompletion,
+  closeCompletion,
   forEachDiagnostic,
   hoverTooltip,
   linter,
@@ -30,6 +31,14 @@ const LARGEST = 200_000; // characters; larger texts are edited without help
 
 /** Check again even though the code is the same. */
 export const recheck = StateEffect.define();
+/** Hide the parameters of the call. */
+const hideCall = StateEffect.define();
+
+/** Close what is offered and explained at the cursor. @param {EditorView} view */
+export function closeHelp(view) {
+  closeCompletion(view);
+  view.dispatch({effects: hideCall.of(null)});
+}
 
 /**
  * Extensions that ask the server about one piece of code.
@@ -111,13 +120,19 @@ class Help {
     const found = await this.ask("complete", context.state, context.pos);
     if (!found?.options.length || context.aborted) return null;
     const from = context.pos - found.typed;
+    /** Whether a word is complete: nothing longer begins with it. @param {string} typed */
+    const isComplete = (typed) => {
+      const longer = found.options.filter(({label}) => label.startsWith(typed));
+      return longer.length === 1 && longer[0].label === typed;
+    };
+    if (isComplete(context.state.sliceDoc(from, context.pos))) return null;
     const options = found.options.map(({info, boost = 0, ...option}) => ({
       ...option,
       boost,
       // The server sends documentation of the first options; that of others is requested when selected.
       info: () => (info ? explain([], info) : this.#explainOption(context.state, from, context.pos, option.label)),
     }));
-    return {from, options, validFor: /^\w*$/};
+    return {from, options, validFor: (/** @type {string} */ typed) => /^\w*$/.test(typed) && !isComplete(typed)};
   }
 
   /** @param {EditorState} state @param {number} from @param {number} to @param {string} label */
@@ -225,7 +240,10 @@ function signatures(help) {
   const shown = StateField.define({
     create: () => /** @type {Tooltip | null} */ (null),
     update(value, transaction) {
-      for (const effect of transaction.effects) if (effect.is(show)) return effect.value;
+      for (const effect of transaction.effects) {
+        if (effect.is(show)) return effect.value;
+        if (effect.is(hideCall)) return null;
+      }
       if (value && transaction.docChanged) return {...value, pos: transaction.changes.mapPos(value.pos)};
       return value;
     },
@@ -236,6 +254,7 @@ function signatures(help) {
   const follow = EditorView.updateListener.of((update) => {
     const {state, view} = update;
     const isOpen = state.field(shown) !== null;
+    if (update.transactions.some((each) => each.effects.some((effect) => effect.is(hideCall)))) answered = ++asked;
     const isWaiting = answered < asked; // text typed meanwhile may end the call
     if (!update.docChanged && !(update.selectionSet && (isOpen || isWaiting))) {
       if (isOpen && update.focusChanged && !view.hasFocus) setTimeout(() => view.dispatch({effects: show.of(null)}));

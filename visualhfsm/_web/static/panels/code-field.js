@@ -88,6 +88,7 @@ export class CodeField extends LitElement {
     super.connectedCallback();
     store.addEventListener("problems", this.#recheck);
     page.addEventListener("tested", this.#retest);
+    page.addEventListener("run", this.#closeHelp);
     if (this.hasUpdated) this.#load();
   }
 
@@ -95,6 +96,7 @@ export class CodeField extends LitElement {
     super.disconnectedCallback();
     store.removeEventListener("problems", this.#recheck);
     page.removeEventListener("tested", this.#retest);
+    page.removeEventListener("run", this.#closeHelp);
     this.#draft.flush();
     queueMicrotask(() => this.isConnected || this.#unload()); // it may have been moved elsewhere
   }
@@ -209,6 +211,8 @@ export class CodeField extends LitElement {
     const found = tab === this.tab ? code.find((each) => samePlace(each.place, place)) : undefined;
     return {code: found, current: !this.#draft.busy};
   }
+
+  #closeHelp = () => this.#editor?.closeHelp();
 
   #retest = () => this.#editor?.retest();
 

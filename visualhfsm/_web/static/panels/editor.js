@@ -39,7 +39,7 @@ import {
   tooltips,
 } from "codemirror";
 import {t} from "../texts.js";
-import {assistance, fixAtCursor, recheck} from "./assistance.js";
+import {assistance, closeHelp, fixAtCursor, recheck} from "./assistance.js";
 import {isTooLong} from "./draft.js";
 import {failedLines} from "./failed-lines.js";
 import {PHRASES} from "./phrases.js";
@@ -247,6 +247,11 @@ export class Editor {
   /** Update the marks after a check. */
   recheck() {
     this.#view.dispatch({effects: recheck.of(null)});
+  }
+
+  /** Close what is offered and explained at the cursor. */
+  closeHelp() {
+    closeHelp(this.#view);
   }
 
   /** Update the marks after tests. */
