@@ -18,6 +18,7 @@ from codegen.hfsm.code.names import COMPONENT_ALIASES
 
 from .answers import Completion, Completions, Explanation, Signature
 from .component import TypedComponent
+from .prose import plain
 
 _MOST_PROPOSALS: Final = 200
 _DOCUMENTED: Final = 24
@@ -25,6 +26,7 @@ _DOCUMENTATION_TIME: Final = 0.3
 """Seconds for looking up documentation; other options are explained on request."""
 _TYPE_TIME: Final = 1.0
 """Seconds for inferring the kinds of names: all of numpy takes several."""
+_LONGEST_DOCSTRING: Final = 8000
 _LONGEST_DOCUMENTATION: Final = 2000
 _LONGEST_DETAIL: Final = 200
 _CALLABLE: Final = frozenset({"class", "function"})
@@ -103,7 +105,7 @@ def explain(module: TypedComponent, path: Path, line: int, column: int) -> Expla
     """Return the explanation of the name at a position, or None when there is none."""
     for found in _ask(module, path, lambda script: script.help(*module.position(line, column))):
         detail = _detail(found) if _type(found) in _CALLABLE else ""  # as in completion
-        documentation = "" if _type(found) == "keyword" else _documentation(found)
+        documentation = _documentation(found)
         if detail or documentation:
             return Explanation(found.name, detail, documentation)
     return None
@@ -158,8 +160,11 @@ def _detail(found: Any) -> str:  # noqa: ANN401
 
 
 def _documentation(found: Any) -> str:  # noqa: ANN401
+    """Return what a name is for, in sentences; nothing for keywords, for which jedi has whole chapters."""
+    if _type(found) == "keyword":
+        return ""
     with contextlib.suppress(Exception):
-        return str(found.docstring(raw=True))[:_LONGEST_DOCUMENTATION]
+        return plain(str(found.docstring(raw=True))[:_LONGEST_DOCSTRING])[:_LONGEST_DOCUMENTATION]
     return ""
 
 

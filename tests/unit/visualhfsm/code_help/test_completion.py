@@ -24,3 +24,13 @@ def test_a_name_at_which_jedi_fails_is_offered_beside_the_others(tmp_path: Path)
     typed = module.with_code(code)
     found = with_readable_files(lambda: complete(typed, tmp_path / "main.xml", 2, len("tensorflow.")))
     assert {"Tensor", "zeros"} <= {each.label for each in found.options}
+
+
+def test_names_are_explained_in_sentences_and_keywords_not_at_all(tmp_path: Path) -> None:
+    typed = TypedComponent("", "", "").with_code("pri\nbrea")
+    path = tmp_path / "main.xml"
+    names = with_readable_files(lambda: complete(typed, path, 1, 3)).options
+    explained = {each.label: each.info for each in names}
+    assert explained["print"] == "Prints the values to a stream, or to sys.stdout by default."
+    keywords = with_readable_files(lambda: complete(typed, path, 2, 4)).options
+    assert {each.label: each.info for each in keywords}["break"] == ""
