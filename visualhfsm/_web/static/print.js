@@ -73,7 +73,7 @@ function automatonPage(automaton) {
 export const automatonPart = ({inputs, outputs, variables, functions}) =>
   html`${table(t("Inputs"), ["name", "type", "default", "description"], inputs)}
   ${table(t("Outputs"), ["name", "type", "default", "description"], outputs)}
-  ${code(t("Variables"), variables)}${code(t("Functions"), functions)}`;
+  ${code(t("Variables"), variables, 3)}${code(t("Functions"), functions, 3)}`;
 
 /** All of the text of a note, or the title of a frame. @param {Annotation} annotation */
 export const notePart = (annotation) =>
@@ -90,8 +90,14 @@ export const statePart = (automaton, state) =>
       transitionPart(automaton, each),
     )}`;
 
-/** A transition with its code. @param {Automaton} automaton @param {Transition} transition */
-export function transitionPart(automaton, {name, destination, type, trigger, guard, code: fired}) {
+/**
+ * A transition with its code.
+ *
+ * @param {Automaton} automaton
+ * @param {Transition} transition
+ * @param {3 | 4} level of its headings: 4 below a state
+ */
+export function transitionPart(automaton, {name, destination, type, trigger, guard, code: fired}, level = 4) {
   const to = automaton.states.find((each) => each.id === destination)?.name ?? t("nothing");
   const what =
     type === "time" ? t("after {time}", {time: spokenTime(trigger) || t("no time")}) : (TRIGGERS[type]?.word ?? type);
@@ -99,15 +105,16 @@ export function transitionPart(automaton, {name, destination, type, trigger, gua
       → <strong>${to}</strong>:
       ${name ? `${name}, ` : ""}${type === "event" ? t("on the event {trigger}", {trigger}) : what}
     </p>
-    ${type === "condition" ? code("", trigger) : nothing}${code(t("If"), guard)}${code(t("When it fires"), fired)}`;
+    ${type === "condition" ? code("", trigger) : nothing}${code(t("If"), guard, level)}${code(t("When it fires"), fired, level)}`;
 }
 
-/** @param {string} title @param {string} text */
-const code = (title, text) =>
-  text.trim()
-    ? html`${title ? html`<h4>${title}</h4>` : nothing}
-        <pre tabindex="0">${text}</pre>`
-    : nothing;
+/** @param {string} title @param {string} text @param {3 | 4} [level] of its heading */
+function code(title, text, level = 4) {
+  if (!text.trim()) return nothing;
+  const heading = level === 3 ? html`<h3>${title}</h3>` : html`<h4>${title}</h4>`;
+  return html`${title ? heading : nothing}
+    <pre tabindex="0">${text}</pre>`;
+}
 
 /** @param {string} title @param {string[]} columns @param {object[]} [rows] */
 function table(title, columns, rows) {

@@ -17,7 +17,7 @@ export class SelectedCode extends PageElement {
   render() {
     const {automaton, state, transition, annotation} = page;
     if (automaton && state) return statePart(automaton, state);
-    if (automaton && transition) return transitionPart(automaton, transition);
+    if (automaton && transition) return transitionPart(automaton, transition, 3);
     if (annotation) return notePart(annotation);
     const hint = html`<p class="empty">${t("Select a state or a transition to read its code.")}</p>`;
     return automaton ? html`${hint}${automatonPart(automaton)}` : hint;

@@ -219,10 +219,13 @@ export class AnnotationView {
       this.title(size);
       return;
     }
+    let end = 0;
     text.replaceChildren(
       ...linesOf(annotation.text, box).map((line, index) => {
         const span = make("tspan", {x: PADDING, y: PADDING + SIZE + index * LINE});
-        span.textContent = line;
+        end = annotation.text.indexOf(line, end) + line.length;
+        // The last word of a line and the first one of the next are two words, as in the label.
+        span.textContent = /\s/.test(annotation.text.charAt(end)) ? `${line} ` : line;
         return span;
       }),
     );
