@@ -204,6 +204,19 @@ def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(
         expect(output.locator(".line")).to_have_count(0)
 
 
+def test_the_strip_has_no_lane_for_an_automaton_that_was_not_active(shown: EditorPage) -> None:
+    lanes = shown.page.locator("main > hfsm-monitor-timeline").get_by_role("list", name="Automata")
+    shown.state("go").locator(".body").click()
+    shown.press("Alt+F5")
+    expect_current(shown, "go")
+    expect(lanes.get_by_role("listitem")).to_have_count(1)
+    shown.press("Shift+F5")
+    expect(status(shown)).to_contain_text("Ended")
+    run(shown)
+    expect_current(shown, "wait")
+    expect(lanes.get_by_role("listitem")).to_have_count(2)
+
+
 def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(
     shown: EditorPage, path: Path
 ) -> None:

@@ -3,7 +3,7 @@ import {beforeEach, test} from "node:test";
 
 import {Socket, STATIC} from "./page.js";
 
-const {seen, stepOf} = await import(new URL("monitor/lanes.js", STATIC).href);
+const {seen, stepOf, wasActive} = await import(new URL("monitor/lanes.js", STATIC).href);
 const {monitor} = await import(new URL("monitor/monitor.js", STATIC).href);
 const {Past} = await import(new URL("monitor/past.js", STATIC).href);
 const {scrubbing} = await import(new URL("monitor/scrubbing.js", STATIC).href);
@@ -83,6 +83,19 @@ test("only spans that are seen are drawn", () => {
   assert.deepEqual(shown(-5, 9), [1, 2, 3, 4]);
   assert.deepEqual(shown(5, 9), []);
   assert.deepEqual(seen([], {start: 0, end: 1}), []);
+});
+
+test("an automaton has a lane while it was active in the shown time", () => {
+  const DONE = 9;
+  const spans = [span(1, 0, 100), span(2, 100, 160), span(2, 160, 400, true), span(3, 400, 500), span(DONE, 500, 900)];
+  const active = (start, end) => wasActive(spans, {start, end}, (state) => state === DONE);
+  assert.ok(active(0, 60), "from the beginning");
+  assert.ok(active(150, 210), "for a part of the time");
+  assert.ok(!active(200, 260), "suspended");
+  assert.ok(active(380, 440), "again");
+  assert.ok(!active(600, 660), "finished");
+  assert.ok(active(0, 900), "in the whole run");
+  assert.ok(!wasActive([], {start: 0, end: 60}, () => false), "never entered");
 });
 
 test("the times below the lanes are round", () => {

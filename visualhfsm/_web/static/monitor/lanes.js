@@ -120,6 +120,16 @@ export function seen(spans, {start, end}) {
   return found;
 }
 
+/**
+ * Whether an automaton did something in a part of the run: one that is suspended, or has finished, does not.
+ *
+ * @param {Span[]} spans
+ * @param {Range} range
+ * @param {(state: number) => boolean} isFinal
+ */
+export const wasActive = (spans, range, isFinal) =>
+  seen(spans, range).some(({state, ghost}) => !ghost && !isFinal(state));
+
 /** @param {number} wanted */
 export function stepOf(wanted) {
   const power = 10 ** Math.floor(Math.log10(Math.max(wanted, 1e-3)));

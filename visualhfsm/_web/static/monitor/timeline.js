@@ -1,6 +1,6 @@
 /**
- * The run from its beginning to now: below the canvas the shown automaton and those above it, as a panel all of them
- * with a list of changes.
+ * The run from its beginning to now: below the canvas the shown automaton and those above and below it, as a panel all
+ * that were active in the shown time, with a list of changes.
  *
  * @import {PropertyValues} from "lit"
  * @import {From} from "../element.js"
@@ -15,7 +15,7 @@ import {page} from "../page.js";
 import {required} from "../required.js";
 import {t} from "../texts.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
-import {drawLanes} from "./lanes.js";
+import {drawLanes, wasActive} from "./lanes.js";
 import {monitor} from "./monitor.js";
 import {scrubbing} from "./scrubbing.js";
 
@@ -35,6 +35,8 @@ class Timeline extends MonitorElement {
     super();
     this.compact = false;
     this.whole = false;
+    /** What is drawn, from top to bottom. @type {{id: number, name: string, drawn: boolean}[]} */
+    this.lanes = [];
     this.sizes = new ResizeObserver(() => this.#draw());
     /** The canvas whose size is watched. @type {HTMLCanvasElement | undefined} */
     this.watched = undefined;
@@ -60,7 +62,7 @@ class Timeline extends MonitorElement {
       return html`<p class="empty">
         ${t("Nothing is followed. Press F5 to run this component, or {key} to follow a running one.", {key: keyOf("attach")})}
       </p>`;
-    const lanes = this.#lanes();
+    const lanes = (this.lanes = this.#findLanes());
     const height = lanes.length * (LANE + GAP) + AXIS;
     const {start, end} = monitor.past;
     const {time} = scrubbing;
@@ -180,7 +182,7 @@ class Timeline extends MonitorElement {
     const canvas = this.querySelector("canvas");
     if (!canvas?.clientWidth) return;
     const range = this.#range();
-    const x = drawLanes(canvas, {lanes: this.#lanes(), range, laneHeight: LANE, gap: GAP, axis: AXIS});
+    const x = drawLanes(canvas, {lanes: this.lanes, range, laneHeight: LANE, gap: GAP, axis: AXIS});
     /** @type {HTMLElement | null} */
     const cursor = this.querySelector(".cursor");
     if (!cursor) return;
@@ -189,23 +191,32 @@ class Timeline extends MonitorElement {
     cursor.classList.toggle("left", at > canvas.clientWidth - 70);
   }
 
-  /** @returns {{id: number, name: string, drawn: boolean}[]} `drawn` says whether the open document has it */
-  #lanes() {
+  /**
+   * The automata that were active in the shown time, and the shown one.
+   *
+   * @returns {{id: number, name: string, drawn: boolean}[]} `drawn` says whether the open document has it
+   */
+  #findLanes() {
     const document = page.tab === monitor.tab ? page.document : undefined;
-    const all = (monitor.structure?.automata ?? []).map(({id, name}) => ({
+    const range = this.#range();
+    const all = (monitor.structure?.automata ?? []).map(({id, name, states}) => ({
       id,
       name,
       drawn: Boolean(document?.automata.has(id)),
+      active: wasActive(monitor.past.spans.get(id) ?? [], range, (state) =>
+        states.some((each) => each.id === state && each.final),
+      ),
     }));
-    if (!this.compact) return all;
+    const shown = document ? page.automaton?.id : undefined;
+    const active = all.filter((each) => each.active || each.id === shown);
+    if (!this.compact) return active.length ? active : all;
     const path = document ? page.path.map((each) => each.id) : [];
     const below = document ? (page.automaton?.states.flatMap((each) => each.children) ?? []) : [];
-    const wanted = [...path, ...below].filter((id) => all.some((each) => each.id === id));
-    const chosen =
-      wanted.length > MOST_LANES
-        ? wanted.slice(Math.max(0, path.length - MOST_LANES), Math.max(MOST_LANES, path.length))
-        : wanted;
-    return chosen.length ? chosen.flatMap((id) => all.find((each) => each.id === id) ?? []) : all.slice(0, MOST_LANES);
+    const isActive = (/** @type {number} */ id) => active.some((each) => each.id === id);
+    const above = path.filter(isActive).slice(-MOST_LANES);
+    const chosen = [...above, ...below.filter(isActive)].slice(0, MOST_LANES);
+    if (chosen.length) return chosen.flatMap((id) => active.find((each) => each.id === id) ?? []);
+    return (active.length ? active : all).slice(0, MOST_LANES);
   }
 
   #list() {
