@@ -118,11 +118,14 @@ class RobotPose(Message, frozen=True):
     """The pose of the robot and, in a simulation, of movable objects: not an input of the component.
 
     Angles in rad by joint. A place is a position in m in the world's frame, then a quaternion x, y, z, w.
+    What the robot `says`, and the name of the `sound` that it plays, are known where the editor recorded.
     """
 
     joints: dict[str, float]
     torso: list[float] | None = None
     objects: dict[str, list[float]] = {}
+    says: str = ""
+    sound: str = ""
 
 
 class Shape(msgspec.Struct, frozen=True, omit_defaults=True):

@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, Locator, expect
 from interfaces.nao import SoundsPrx, SpeechPrx
 from tests.support.browser import Box, EditorPage, new_context, shared_address
 from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
+from tests.support.robot_server import eventually
 
 SEVERAL_FRAMES = """async () => {
     for (let frame = 0; frame < 4; frame++) await new Promise(requestAnimationFrame);
@@ -225,6 +226,22 @@ def test_what_the_robot_says_and_plays_is_seen_and_heard_if_somebody_wants_to(
         expect(caption).to_have_text("")
 
 
+SAYS = """async () => {
+    const entry = document.querySelector('script[src$="/app.js"]').src;
+    const {monitor} = await import(entry.replace('app.js', 'monitor/monitor.js'));
+    return monitor.newest.robot.says && monitor.newest.robot.sound;
+}"""
+"""Whether the newest moment that is recorded contains what is said and played."""
+IS_THERE = """async () => {
+    const entry = document.querySelector('script[src$="/app.js"]').src;
+    const {monitor} = await import(entry.replace('app.js', 'monitor/monitor.js'));
+    const {scrubbing} = await import(entry.replace('app.js', 'monitor/scrubbing.js'));
+    const {component} = await monitor.control('at', {time: scrubbing.time});
+    return component.time === monitor.looking?.component.time;
+}"""
+"""Whether the moment that was chosen is shown."""
+
+
 def test_the_caption_is_read_on_a_phone_by_users_and_viewers_and_in_forced_colors(
     browser: Browser, tmp_path: Path
 ) -> None:
@@ -257,3 +274,37 @@ def test_the_caption_is_read_on_a_phone_by_users_and_viewers_and_in_forced_color
             "(getComputedStyle(each))"
         )
         assert ink != paper != edge
+
+
+def test_a_recording_shows_what_the_robot_said_and_played(browser: Browser, tmp_path: Path) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (robot, running),
+        monitor_page(browser, running) as shown,
+        robot.client() as client,
+    ):
+        show(shown)
+        run(shown)
+        shown.button("Record").click()
+        shown.button("End the recording").wait_for()
+        caption = dock(shown).locator(".heard")
+        expect(caption).to_have_text("")
+        speech, sounds = client.proxy(SpeechPrx, "Speech"), client.proxy(SoundsPrx, "Sounds")
+        speech.say("I see the ball, and walk to it. " * 4)
+        sounds.playTone(440.0, 10.0, 0.5)
+        comes_true(shown, "() => document.querySelectorAll('.heard p').length === 2")
+        comes_true(shown, SAYS)
+        sounds.stop()
+        speech.stop()
+        expect(caption).to_have_text("")
+        shown.button("End the recording").click()
+        shown.button("Play it").click()
+        expect(status(shown)).to_have_text("Recording")
+        expect(caption).to_have_text("")
+        shown.page.get_by_role("slider", name="Moment of the run").focus()
+
+        def is_seen_at_a_later_moment() -> bool:
+            shown.press("ArrowRight")
+            comes_true(shown, IS_THERE)  # or the next steps would go beyond the moment before it is shown
+            return "“I see the ball" in caption.inner_text() and "♪ tone" in caption.inner_text()
+
+        eventually(is_seen_at_a_later_moment)

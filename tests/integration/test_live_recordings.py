@@ -198,6 +198,21 @@ def test_the_robot_and_its_world_are_those_of_the_moment(tmp_path: Path) -> None
     assert (later.joints, later.torso, later.objects) == ({"HeadYaw": 0.7}, None, {})
 
 
+def test_what_the_robot_says_and_plays_is_that_of_the_moment(tmp_path: Path) -> None:
+    run = recorded(
+        tmp_path / "run.mcap",
+        CHANGE,
+        ("/robot", RobotPose({}, says="Goal!\n" + "x" * 9000, sound="cheer")),
+        CHANGE,
+        ("/robot", RobotPose({})),
+        CHANGE,
+    )
+    then, later = at(run.log, 0.5).robot, at(run.log, 0.9).robot
+    assert then.says.startswith("Goal! x")
+    assert (len(then.says), then.sound) == (2000, "cheer")
+    assert (later.says, later.sound) == ("", "")
+
+
 def test_the_robot_is_the_one_that_was_recorded(tmp_path: Path) -> None:
     body = find_body("T1")
     pan = body.hinges["Neck"][Axis.PAN].joint

@@ -82,7 +82,7 @@ class Recorder:
             case LiveSnapshot(at=at, component=component, robot=robot) if component.startedAt == self._run:
                 objects = {name: [*place] for name, place in robot.objects.items()}
                 torso = None if robot.torso is None else [*robot.torso]
-                look("/robot", RobotPose(robot.joints, torso, objects), at)
+                look("/robot", RobotPose(robot.joints, torso, objects, robot.says, robot.sound), at)
                 look("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(component))), at)
             case Intervention():
                 done = {

@@ -49,12 +49,14 @@ from interfaces.hfsm import (
     TimerSnapshot,
 )
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.audible import LONGEST_NAME, LONGEST_TEXT
 from visualhfsm._monitoring.description import DescribedRobot, describe, nao
 from visualhfsm._monitoring.pictures import OLDEST, encode_jpeg, evenly, require_pillow
 from visualhfsm._monitoring.robot import RobotState
 from visualhfsm._monitoring.run_log import Intervention, Interventions, LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitoring.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm._run_page import MOST_PICTURES, Run
+from zenoh_ice.text import printable
 
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""
@@ -379,8 +381,17 @@ class _Run:
         torso = None if pose.torso is None else sound_placement(pose.torso)
         pan, tilt = self.described.head(joints)
         objects = sound_objects(pose.objects)
-        sliding = self.described.sliding
-        self._robot = RobotState(joints, pan, tilt, None, torso, objects, sliding=sliding)
+        self._robot = RobotState(
+            joints,
+            pan,
+            tilt,
+            None,
+            torso,
+            objects,
+            sliding=self.described.sliding,
+            says=printable(pose.says, LONGEST_TEXT),
+            sound=printable(pose.sound, LONGEST_NAME),
+        )
 
     def _mark(self, mark: Mark) -> None:
         self._marks = {key: made for key, made in self._marks.items() if self._now - made[0] <= _MARK_SHOWN}

@@ -17,8 +17,8 @@ from zenoh_ice.text import printable
 
 _SPEECH: Final = "Speech"
 _SOUNDS: Final = "Sounds"
-_LONGEST_TEXT: Final = 2000
-_LONGEST_NAME: Final = 100
+LONGEST_TEXT: Final = 2000
+LONGEST_NAME: Final = 100
 _MOST_TONES: Final = 64
 _LOWEST, _HIGHEST = 50.0, 8000.0  # Hz
 _LONGEST_TONE: Final = 10.0
@@ -46,8 +46,8 @@ def audible(speech: SpeechState | None, sound: SoundState | None) -> Audible:
     """Return what is heard; what a server sends beyond the bounds is cut or left out."""
     playing = sound if sound is not None and sound.playing else None
     return Audible(
-        says=printable(speech.text, _LONGEST_TEXT) if speech is not None and speech.speaking else "",
-        sound=printable(playing.name, _LONGEST_NAME) if playing else "",
+        says=printable(speech.text, LONGEST_TEXT) if speech is not None and speech.speaking else "",
+        sound=printable(playing.name, LONGEST_NAME) if playing else "",
         tones=_sane(playing.tones) if playing else (),
         loudness=min(max(playing.loudness, 0.0), 1.0) if playing and math.isfinite(playing.loudness) else 0.0,
         counts=(speech.count if speech else 0, sound.count if sound else 0),

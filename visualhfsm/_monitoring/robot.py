@@ -45,6 +45,10 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     """Why the joints of a present robot are unknown."""
     sliding: tuple[str, ...] = ()
     """The joints that slide instead of turning."""
+    says: str = ""
+    """The text that is being said."""
+    sound: str = ""
+    """The name of the sound that is being played."""
 
 
 def posed_robot(joints: dict[str, float], described: DescribedRobot) -> RobotState:
@@ -187,6 +191,7 @@ class RobotMonitor:
         oldest, oldest_health = (math.inf, math.inf) if stale else (STALE, _STALE_HEALTH)
         head, health = self._head(), self._health()
         pose = head.value if head is not None and head.age <= oldest else None
+        heard = self.audible.read()
         return RobotState(
             joints=self.joints(oldest),
             pan=pose.pan if pose else None,
@@ -196,6 +201,8 @@ class RobotMonitor:
             objects=self.world.objects(),
             trouble=self._trouble(),
             sliding=described.sliding if (described := self.described) else (),
+            says=heard.says,
+            sound=heard.sound,
         )
 
     def _trouble(self) -> str:

@@ -908,6 +908,8 @@ export interface RobotState {
   objects: Record<string, [number, number, number, number, number, number, number]>;
   trouble: string;
   sliding: string[];
+  says: string;
+  sound: string;
 }
 
 /** A topic, service or action of ROS 2 that the component uses. */

@@ -146,14 +146,14 @@ export class RobotView extends MonitorElement {
     return this.simulated && !monitor.looking && !viewing.on;
   }
 
-  /** What the shown robot says and plays; recordings and dry runs do not contain it. */
+  /** What the present robot says and plays, unless another moment or a dry run is shown. */
   get #heardNow() {
     return monitor.looking || monitor.body || monitor.isDryRun ? silenced(this.heard) : this.heard;
   }
 
   /** What is heard, in a region that is always there, so that screen readers read what comes into it. */
   #caption() {
-    const {says, sound} = this.#heardNow;
+    const {says, sound} = monitor.looking?.robot ?? this.#heardNow;
     return html`<div class="heard" aria-live="polite">
       ${says ? html`<p dir="auto">${t("“{text}”", {text: says})}</p>` : nothing}
       ${sound ? html`<p><span aria-hidden="true">♪</span> ${sound}</p>` : nothing}
