@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from gettext import NullTranslations
 from pathlib import Path
 from typing import Final
 
@@ -17,13 +18,14 @@ from tests.support.component import dance_and_follow
 from tests.support.editor import Editor, editor
 from tests.support.monitor import robot_and_editor
 from tests.support.watching import recorded
+from visualhfsm import _languages
 from visualhfsm._html_file import STATIC, html_file
 from visualhfsm._run_page import Figure, Run, write_run_page
 
 WORDS: Final = """(known) => {
     // The names of the document, code, keys, and what a user reads of other programs.
     const others = ".cm-content, .cm-gutters, code, kbd, pre, .mono, [data-name], .state .name, .transition .label, " +
-      ".lines, .component, .brand, .stop-button, hfsm-tree .text, hfsm-tabs .text, select.pick, .folder, option, .joints th, .when, .why-not li";
+      ".lines, .component, .brand, .stop-button, hfsm-tree .text, hfsm-tabs .text, select.pick, .folder, option, .joints th, .when";
     const attributes = ["aria-label", "title", "placeholder", "aria-valuetext", "aria-description"];
     const found = [];
     const note = (element, text) => {
@@ -166,6 +168,57 @@ def bracketed(text: str) -> str:
     return re.sub(r"{\w+}|((?!{\w+}).)+", lambda part: part[0] if part[0][0] == "{" else f"⟦{part[0]}⟧", text)
 
 
+class MadeUp(NullTranslations):
+    """The same language for what the server says, whose placeholders may have a format."""
+
+    def gettext(self, message: str) -> str:
+        parts = re.findall(r"{{|}}|{\w+(?::[^{}]*)?}|[^{}]+", message)
+        return "".join(part if part[0] in "{}" else f"⟦{part}⟧" for part in parts)
+
+    def ngettext(self, one: str, many: str, n: int) -> str:
+        return self.gettext(one if n == 1 else many)
+
+
+@pytest.fixture
+def made_up_server(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Let the server speak it to pages in Spanish."""
+    known = _languages._catalog
+    monkeypatch.setattr(
+        _languages, "_catalog", lambda language: MadeUp() if language == "es" else known(language)
+    )
+    _languages.encoder.cache_clear()
+    yield
+    _languages.encoder.cache_clear()
+
+
+def recording_views(shown: EditorPage) -> Iterator[str]:
+    """The views of a run that is recorded, and of the recording."""
+    page = shown.page
+    page.locator("hfsm-canvas .state").first.wait_for()
+    shown.press("F5")
+    page.locator(".live-status.running").wait_for()
+    page.get_by_role("button", name="⟦Record⟧", exact=True).click()
+    page.get_by_role("button", name="⟦End the recording⟧").wait_for()
+    yield "recording"
+    page.get_by_role("button", name="⟦End the recording⟧").click()
+    page.get_by_role("button", name="⟦Play it⟧").click()
+    page.locator(".banner.recorded").wait_for()
+    yield "a recording"
+    tabs = page.locator("hfsm-monitor-panel [role=tab]")
+    if tabs.count() == 0:
+        shown.press("Alt+l")
+        tabs.first.wait_for()
+    for index in range(tabs.count()):
+        tabs.nth(index).click()
+        page.locator("hfsm-monitor-panel .tab-panel > *").first.wait_for()
+        yield f"a recording {index}"
+
+
+RECORDING: Final = re.compile(r"(recordings/)?walk-[\d-]+(\.\w+)?")
+"""The name of a recording, with the time at which it was made."""
+
+
+@pytest.mark.usefixtures("made_up_server")
 def test_no_word_of_english_is_left_in_a_view(browser: Browser, running: Editor) -> None:
     with editor_page(browser, running, language="es") as shown:
         shown.page.route("**/languages/es.json", made_up)
@@ -175,6 +228,21 @@ def test_no_word_of_english_is_left_in_a_view(browser: Browser, running: Editor)
             for view in walk(shown):
                 if words := shown.page.evaluate(WORDS, KNOWN):
                     left[view] = words
+        assert left == {}
+
+
+@pytest.mark.usefixtures("made_up_server")
+def test_no_word_of_english_is_left_in_a_recording(browser: Browser, running: Editor) -> None:
+    with editor_page(browser, running, language="es") as shown:
+        shown.page.route("**/languages/es.json", made_up)
+        shown.page.reload()
+        left: dict[str, list[str]] = {}
+        for view in recording_views(shown):
+            # An element, then its text, of which the name of the recording is no word.
+            texts = [each.partition(": ")[2] for each in shown.page.evaluate(WORDS, KNOWN)]
+            words = {word for each in texts for word in re.findall(r"[^\W\d]{2,}", RECORDING.sub("", each))}
+            if english := words.difference(KNOWN):
+                left[view] = sorted(english)
         assert left == {}
 
 
