@@ -49,8 +49,10 @@ def text(
     return document(root, below, libraries=("math", library))
 
 
-def end_of(path: Path, content: str, *, dry_run: bool = False, kill: int = 0) -> tuple[RunPush, str]:
-    """Run a document, perhaps kill it when it prints its pid, and return how it ended, and its output."""
+def end_of(
+    path: Path, content: str, *, dry_run: bool = False, kill: int = 0, stop: bool = False
+) -> tuple[RunPush, str]:
+    """Run a document, perhaps kill or stop it when it prints its pid; return how it ended, and its output."""
     path.write_text(content)
     found = read_document(path, Diagnostics())
     assert found is not None
@@ -70,7 +72,11 @@ def end_of(path: Path, content: str, *, dry_run: bool = False, kill: int = 0) ->
             if kill:
                 pid = await pushes.until(lambda: re.search(r"pid (\d+)", output()))
                 os.kill(int(pid[1]), kill)
-            end = await pushes.next(RunPush, lambda push: push.status == "ended")
+            ended = asyncio.create_task(pushes.next(RunPush, lambda push: push.status == "ended"))
+            if stop:
+                await pushes.until(lambda: "pid" in output())
+                await service.stop(1, "viewer")
+            end = await ended
         finally:
             await service.close()
         return end, output()
@@ -151,6 +157,18 @@ def test_a_process_that_is_killed_leads_to_the_state_whose_cycle_was_the_last(
     else:  # another automaton may be the last one
         assert end.place in {Place(kind="state", automaton=2, id=5), Place(kind="state", automaton=1, id=1)}
         assert "by SIGKILL, by somebody or because memory ran out" in end.message
+
+
+@pytest.mark.slow
+def test_a_stop_of_code_that_lets_no_other_code_run_leads_to_its_state(path: Path) -> None:
+    holds_the_interpreter = "import ctypes\nprint('pid', flush=True)\nctypes.PyDLL(None).sleep(600)"
+    end, output = end_of(path, text(holds_the_interpreter), stop=True)
+    assert end.exit_code == -signal.SIGKILL, output
+    assert (end.message, end.elsewhere) == (
+        "it was stopped while hanging in deep",
+        "it was stopped by a viewer while hanging in deep",
+    )
+    assert end.place == Place(kind="state", automaton=2, id=5)
 
 
 def test_code_that_a_transition_runs_leads_to_the_transition(path: Path) -> None:
