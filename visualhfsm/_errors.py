@@ -12,9 +12,9 @@ ErrorKind = Literal[
     "forbidden",  # a path that the page may not reach
     "missing",  # no such file, tab or component
     "unsaved",  # closing would lose changes: ask, then close with discard
+    "shared",  # components of others drive the robot: ask, then run with their names in beside
     "exists",  # a file exists: ask, then save with overwrite
     "outside",  # the file was changed by another program: ask, then resolve
-    "shared",  # components of others drive the robot: ask, then run with their names in beside
     "busy",  # too much at once
     "timeout",  # it took too long
     "internal",  # an internal error; the log says more
