@@ -129,7 +129,7 @@ def break_and_fix(shown: EditorPage) -> None:
     shown.page.locator(".live-bar").get_by_role("button", name="line 1").click()
     expect(shown.page.get_by_text("ZeroDivisionError: float division by zero").last).to_be_visible()
     shown.press("Control+m")  # closes the list of problems
-    picture(shown.page, "error", "tutorial", notices=True)
+    picture(shown.page, "error", "tutorial")
 
     shown.press("Alt+v")
     write(shown, "Variables", "slower = 2")

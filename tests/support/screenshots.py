@@ -25,19 +25,15 @@ HIDE_NOTICES: Final = """() => {
 SHOW_NOTICES: Final = "() => document.adoptedStyleSheets.pop()"
 
 
-def picture(
-    page: Page, name: str, folder: str = "editor", *, notices: bool = False, after: float = 0.0
-) -> None:
-    """Save a page as docs/pictures/FOLDER/NAME.png `after` ms, without its notices by default."""
+def picture(page: Page, name: str, folder: str = "editor", *, after: float = 0.0) -> None:
+    """Save a page without its notices as docs/pictures/FOLDER/NAME.png, `after` ms."""
     if not os.environ.get("SCREENSHOTS"):
         return
     page.wait_for_timeout(after)
-    if not notices:
-        page.evaluate(HIDE_NOTICES)  # also those that come just now
+    page.evaluate(HIDE_NOTICES)  # also those that come just now
     page.mouse.move(0, 0)
     shot = Image.open(io.BytesIO(page.screenshot(animations="disabled"))).convert("RGB")
-    if not notices:
-        page.evaluate(SHOW_NOTICES)
+    page.evaluate(SHOW_NOTICES)
     path = FOLDER / folder / f"{name}.png"
     path.parent.mkdir(exist_ok=True)
     shot.quantize(COLORS, Image.Quantize.MEDIANCUT).save(path, optimize=True)

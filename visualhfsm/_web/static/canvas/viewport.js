@@ -9,8 +9,6 @@ export const FAR = 0.55;
 export const VERY_FAR = 0.28;
 export const TINY = 0.15;
 
-/** Below this scale, text is too small to be read. */
-const LEGIBLE = 0.7;
 const SMALLEST = 0.02; // to which one zooms; a larger drawing is fitted at a smaller one
 const FIT_SMALLEST = 0.0001;
 const LARGEST = 4;
@@ -144,7 +142,7 @@ export class Viewport {
    * @param {Point} point
    */
   reveal(point, {margin = 70, legible = false} = {}) {
-    if (legible && this.scale < LEGIBLE) {
+    if (legible && this.scale < FAR) {
       this.scale = 1;
       this.center(point);
     }
