@@ -144,6 +144,9 @@ def test_a_document_is_found_by_typing_a_part_of_its_name(shown: EditorPage, roo
     expect(field).to_have_attribute("aria-activedescendant", str(options.nth(1).get_attribute("id")))
     shown.press("ArrowUp", "Enter")
     shown.expect_states("up", "out", "front", "low")
+    # What is typed before the list is there counts, too.
+    shown.press("Control+o", *"kur", "Enter", *"wal", "Enter")
+    expect(tab(shown, "waltz")).to_have_attribute("aria-selected", "true")
 
 
 def test_documents_come_from_the_start_page_and_from_dropped_files(shown: EditorPage, root: Path) -> None:

@@ -58,7 +58,11 @@ addActions([
     icon: "open",
     keys: ["Ctrl+O"],
     scope: "typing",
-    run: async () => (await files()).openFile(),
+    run: () =>
+      holdKeys(async () => {
+        const {openFile} = await files();
+        openFile(); // the keys are for its dialog
+      }),
   },
   {
     id: "save",

@@ -31,6 +31,14 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
   const state = {directory: folder, parent: null, entries: [], error: "", name};
   const finder = new Finder("file");
   let draw = () => {};
+  /** Resolves once the list is that of the directory. */
+  let listed = Promise.resolve();
+
+  /** List a directory, in which any name may be typed. @param {string} directory */
+  const show = (directory) => {
+    finder.clear();
+    listed = list(directory);
+  };
 
   /**
    * List a directory, or the root when that is not possible; `error` is shown besides.
@@ -42,7 +50,6 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
     state.error = error; // and not once the files have come: what failed meanwhile has to stay
     try {
       Object.assign(state, await store.request("listFiles", {directory}));
-      finder.clear();
     } catch (reason) {
       if (directory) return list("", messageOf(reason));
       state.error = messageOf(reason);
@@ -64,7 +71,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
 
   /** @param {Entry} row @param {Close} close */
   const take = (row, close) => {
-    if (row.kind === "directory") list(row.path);
+    if (row.kind === "directory") show(row.path);
     else if (saving) {
       state.name = row.name;
       draw();
@@ -79,14 +86,19 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
       state.error = (await attempt?.(wanted)) ?? "";
       if (state.error) draw();
       else close(wanted);
-    } else if (rows()[finder.chosen]) take(rows()[finder.chosen], close);
+      return;
+    }
+    await listed; // who types fast means what is about to be listed
+    const row = rows()[finder.chosen];
+    if (row) take(row, close);
   };
 
   /** What keys do in the field above the list, and in the list. @param {KeyboardEvent} event @param {Close} close */
   const press = ({key}, close) => {
-    if (key === "Enter" && rows()[finder.chosen]) take(rows()[finder.chosen], close);
-    else if (key === "Backspace" && !finder.text && state.parent !== null) list(state.parent);
-    else return key === "Enter";
+    if (key === "Enter" && !saving) accept(close);
+    else if (key === "Enter" && rows()[finder.chosen]) take(rows()[finder.chosen], close);
+    else if (key === "Backspace" && !finder.text && state.parent !== null) show(state.parent);
+    else return false;
     return true;
   };
 
@@ -189,6 +201,6 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
       html`<button type="button" class="button" @click=${() => close()}>${t("Cancel")}</button
         ><button type="button" class="button primary" @click=${() => accept(close)}>${verb}</button>`,
   });
-  list(folder);
+  show(folder);
   return path;
 }

@@ -1,5 +1,6 @@
 /** The actions on the followed component; part of the table of all actions. */
 
+import {holdKeys} from "../holding.js";
 import {page} from "../page.js";
 import {notify} from "../notices.js";
 import {required} from "../required.js";
@@ -150,7 +151,11 @@ export const monitorActions = [
     icon: "film",
     keys: ["Alt+R"],
     scope: "typing",
-    run: async () => (await import("./documents.js")).openRecording(),
+    run: () =>
+      holdKeys(async () => {
+        const {openRecording} = await import("./documents.js");
+        openRecording(); // the keys are for its dialog
+      }),
   },
   {
     id: "exportRun",
