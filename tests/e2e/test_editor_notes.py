@@ -131,6 +131,16 @@ def test_a_note_has_text_to_edit_and_no_code(shown: EditorPage) -> None:
     expect(panel.get_by_role("tablist", name="Code of the state")).to_be_visible()
 
 
+def test_the_lines_of_a_note_are_read_as_they_are_written(shown: EditorPage) -> None:
+    shown.press("n", "Enter")
+    shown.page.keyboard.type("It dances when it has followed the ball")
+    field = shown.page.get_by_role("textbox", name="Text of the note")
+    expect(field).to_have_value("It dances when it has followed the ball")
+    shown.press("Escape")
+    expect(shown.page.locator(".note tspan")).not_to_have_count(1)
+    assert shown.violations("hfsm-canvas") == []
+
+
 def test_no_name_of_a_transition_is_on_a_note_or_a_title(shown: EditorPage) -> None:
     page = shown.page
     label = page.locator(".label text:last-child").first

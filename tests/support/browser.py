@@ -63,6 +63,8 @@ FLAGS: Final = (
     "--js-flags=--no-opt,--no-maglev",  # a page lives for seconds, too short for optimized code to pay
 )
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
+EXPERIMENTAL_RULES: Final = ("label-content-name-mismatch",)
+"""Rules that axe leaves out by default."""
 COLOR_RULES: Final = ("color-contrast", "link-in-text-block")
 """All rules of axe about colors except the one of level AAA, which axe leaves out by default."""
 
@@ -369,7 +371,7 @@ class EditorPage:
         """
         if self.page.evaluate("!window.axe"):
             self.page.evaluate(AXE.read_text("utf-8"))
-        found = self._violations(areas, {})
+        found = self._violations(areas, {"rules": {each: {"enabled": True} for each in EXPERIMENTAL_RULES}})
         self._change_theme()
         return found + self._violations(areas, {"runOnly": COLOR_RULES})
 
