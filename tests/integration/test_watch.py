@@ -111,7 +111,7 @@ def test_a_component_is_reported_line_by_line_and_summed_up_and_the_report_is_th
     assert moments
     assert found["document"]["automata"]
     assert found["pictures"]["Camera"]
-    assert "cycles" in [figure["name"] for figure in found["figures"]]
+    assert {"said": {"en": "cycles", "es": "ciclos"}} in [figure["name"] for figure in found["figures"]]
 
 
 def test_a_component_needs_no_name_when_it_is_the_only_one(robot: ServedRobot) -> None:
