@@ -33,10 +33,12 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
   let draw = () => {};
   /** Resolves once the list is that of the directory. */
   let listed = Promise.resolve();
+  /** Resolves once what was chosen before is opened. */
+  let opened = Promise.resolve();
 
   /** List a directory, in which any name may be typed. @param {string} directory */
   const show = (directory) => {
-    finder.clear();
+    finder.chosen = 0;
     listed = list(directory);
   };
 
@@ -65,7 +67,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
       (each) => each.kind === "directory" || (each.kind === kind && !(saving && /\.scxml$/i.test(each.name))),
     ),
   ];
-  const rows = () => (finder.text ? all().filter((each) => containsWords(each.name, finder.text)) : all());
+  const rows = (text = finder.text) => (text ? all().filter((each) => containsWords(each.name, text)) : all());
   const typed = () =>
     (state.directory ? `${state.directory}/` : "") + (/\.xml$/i.test(state.name) ? state.name : `${state.name}.xml`);
 
@@ -88,9 +90,17 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
       else close(wanted);
       return;
     }
-    await listed; // who types fast means what is about to be listed
-    const row = rows()[finder.chosen];
-    if (row) take(row, close);
+    // Who types fast means what is about to be listed, and with the next letters what is in it.
+    const {text, chosen} = finder;
+    finder.clear();
+    draw();
+    opened = opened.then(async () => {
+      await listed;
+      const row = rows(text)[chosen];
+      if (row) return take(row, close);
+      finder.text = text + finder.text;
+      return draw();
+    });
   };
 
   /** What keys do in the field above the list, and in the list. @param {KeyboardEvent} event @param {Close} close */
@@ -164,7 +174,10 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
                   if (saving && row.kind !== "directory") state.name = row.name;
                   redraw();
                 }}
-                @dblclick=${() => take(row, close)}
+                @dblclick=${() => {
+                  finder.clear();
+                  take(row, close);
+                }}
               >
                 ${icon(row.kind === "directory" ? "folder" : "file")}<span>${row.name}</span>${
                   row.changedAt
