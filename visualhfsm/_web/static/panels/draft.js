@@ -42,7 +42,7 @@ export function isTooLong(length) {
     ),
     "error",
     undefined,
-    {tab: page.tab, about: `edit ${page.tab}`},
+    {tab: page.tab, about: `length ${page.tab}`}, // not of an edit: the answer to an earlier one would remove it
   );
   return true;
 }
@@ -91,6 +91,7 @@ class Piece {
 
   /** @param {string} text */
   type(text) {
+    clearErrors(`length ${this.tab}`);
     this.text = text;
     this.typed = true;
     unsaved.set(this.key, this);
