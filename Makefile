@@ -1,7 +1,8 @@
 # VisualHFSM: every command a newcomer or a maintainer types.
 #   make demo [SECONDS=60]   set everything up and watch a simulated Nao follow a ball and dance
 #   make check               format, lint, check types and run the quick tests: after each change
-#   make test                set everything up and run every test
+#   make test                set everything up, run every test once, lint, and build the docs: what CI runs
+#   make soak                repeat what only repetition finds, for hours, in parts that can be resumed
 #   make docs                build the documentation as a site in site/
 #   make release             build the distributions and an SBOM in dist/, and check them
 PYTHON ?= python3
@@ -22,9 +23,11 @@ unexport PYTHONDONTWRITEBYTECODE
 # Linters use the processor time that is free while tests wait for robots.
 LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
-quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1
+quick-tests all-tests coverage soak: export OPENBLAS_NUM_THREADS = 1
+# One worker for each processor. A worker takes neighboring tests, which share fixtures, and at the end those of others.
+PYTEST := $(BIN)/python -m pytest -q -n logical --dist worksteal
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
+.PHONY: help demo check test soak types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -36,17 +39,20 @@ check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the qui
 	@$(MAKE) --no-print-directory --jobs=2 quick-tests types
 
 quick-tests:
-	@TEST_EXAMPLES=0.1 $(BIN)/python -m pytest tests/unit -m "not slow and not sim" -n 3 -q
+	@TEST_EXAMPLES=0.1 $(PYTEST) tests/unit -m "not slow and not sim"
 
-test: ## Run the linters and every test, and build the documentation
-	@$(MAKE) --no-print-directory --jobs=2 --keep-going all-tests lint docs
+test: ## Run the linters and every test, and build the documentation: in 8 min on two processors
+	@$(PYTHON) tools/runs/measured.py 480 840 700 $(MAKE) --no-print-directory --jobs=2 --keep-going all-tests lint docs
 
 all-tests: $(VENV)/dev.stamp packages node-modules
-	@$(BIN)/python -m pytest -n 5 --dist loadgroup -q --durations=10
+	@$(PYTEST)
+
+soak: $(VENV)/dev.stamp packages node-modules ## Repeat what only repetition finds; PARTS="a b" runs these parts alone
+	@$(BIN)/python tools/runs/soak.py $(PARTS)
 
 coverage: $(VENV)/dev.stamp packages node-modules ## Run every test and report what it covers of the packages and of the page
 	@rm -rf coverage
-	@PAGE_COVERAGE=$(CURDIR)/coverage/page $(BIN)/coverage run -m pytest -n 5 --dist loadgroup -q || touch coverage/failed
+	@PAGE_COVERAGE=$(CURDIR)/coverage/page $(BIN)/coverage run -m pytest -q -n logical --dist worksteal || touch coverage/failed
 	@$(BIN)/coverage combine --quiet && $(BIN)/coverage report && $(BIN)/coverage html --quiet
 	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory cover-page; \
 	else echo "Node.js is not installed: the coverage of the page is not reported"; fi

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import faulthandler
-import fcntl
-import gc
 import logging
 import os
 import signal
 import sys
 import tempfile
-from collections import Counter
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from importlib.util import find_spec
 from itertools import count
 from logging.handlers import RotatingFileHandler
-from pathlib import Path
 from typing import Any, Final
 
 import pytest
@@ -28,10 +24,12 @@ from hypothesis import HealthCheck, settings
 pytest.register_assert_rewrite("tests.support")  # a failed assertion shows its values there, too
 
 from tests.support.carriers import COLLOCATED, LOCAL, LOCAL_SOCKETS, NETWORK
+from tests.support.costs import Costs
 from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
+from tests.support.soak import LEFT_TO_SOAK, SOAKS
 from zenoh_ice import Communicator, ObjectAdapter, initialize
 
 # On a busy machine the duration of an example means nothing. By default the examples are always the same, so that
@@ -55,12 +53,6 @@ DECISIVE = frozenset(
     }
 )
 """Environment variables that change the tested code."""
-ONE_BY_ONE = "tests/e2e/"
-"""The folder of the longest tests; they are also collected first."""
-APART = "@checkout]"
-"""The end of the names of long tests that another worker may take than that of their file's other tests."""
-UNIT = "tests/unit/"
-"""The folder of the tests that are distributed last."""
 TEST_LIMIT = 300.0
 """A test that takes longer, in s, fails."""
 LAST_LIMIT = 30.0
@@ -78,6 +70,7 @@ def pytest_configure(config: pytest.Config) -> None:
         config.option.timeout = TEST_LIMIT
     if config.getoption("maxworkerrestart", None) is None:
         config.option.maxworkerrestart = "0"  # another worker would run the same test again
+    config.pluginmanager.register(Costs())
     config.stash[_stderr] = os.dup(2)
     config.add_cleanup(partial(os.close, config.stash[_stderr]))
     for warnings in ("error", "default::pytest.PytestUnraisableExceptionWarning"):
@@ -92,88 +85,16 @@ def pytest_sessionfinish() -> None:
         measured.save()
 
 
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
-    """Give workers whole files, so that the fixtures of a file are made once, but long tests one by one."""
-    from xdist.scheduler import LoadGroupScheduling
-
-    class Scheduling(LoadGroupScheduling):  # type: ignore[misc]
-        def _split_scope(self, nodeid: str) -> str:
-            if nodeid.startswith(ONE_BY_ONE):
-                return nodeid
-            file = nodeid.partition("::")[0]
-            return f"{file}::{APART}" if nodeid.endswith(APART) else file
-
-        def _assign_work_unit(self, node: Any) -> None:
-            # Pages and unit tests keep processors busy, while others wait for robots that move in real time: one of
-            # three workers takes pages, and then files from the end, the unit tests; all others take the first files
-            # that are left. So one worker never waits, and neither does the end of the run: it is unit tests.
-            scopes = list(self.workqueue)
-            if self.nodes.index(node) % 3 == 0:
-                chosen = scopes[0] if scopes[0].startswith(ONE_BY_ONE) else scopes[-1]
-            else:
-                chosen = next((scope for scope in scopes if not scope.startswith(ONE_BY_ONE)), scopes[0])
-            self.workqueue.move_to_end(chosen, last=False)
-            super()._assign_work_unit(node)
-
-    # By default it begins with the files that have most tests, and so ends with the longest tests.
-    config.option.loadscopereorder = False
-    return Scheduling(config, log)
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
-    """Collect the tests without garbage collection: they all stay, and it takes a third of the time."""
-    gc.disable()
-    try:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("MUJOCO_GL", "disable")  # otherwise MuJoCo searches for GLFW while it is imported
-            return (yield)
-    finally:
-        gc.freeze()  # later collections need not search what was imported
-        gc.set_threshold(2_000, 20, 100)  # and search less often what tests make: little of it is garbage
-        gc.enable()
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, object, object]:
-    """Import a file in one worker at a time: in a fresh clone, the first compiles it for the others."""
-    if isinstance(collector, pytest.File | pytest.Directory):
-        with alone(collector.path):
-            return (yield)
-    return (yield)
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, None, None]:
-    """Let workers pass one at a time: Hypothesis searches all modules for constants, and saves them for the others."""
-    with alone(Path(__file__)):
-        yield
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        put_long_files_last(items)
-
-
-def put_long_files_last(items: list[pytest.Item]) -> None:
-    """Order the files of unit tests by how many slow tests they have: workers that begin at the end take them first."""
-    slow = Counter(item.path for item in items if any(map(item.get_closest_marker, ("slow", "sim"))))
-    unit = [item for item in items if item.nodeid.startswith(UNIT)]
-    others = [item for item in items if not item.nodeid.startswith(UNIT)]
-    items[:] = others + sorted(unit, key=lambda item: slow[item.path])
-
-
-@contextmanager
-def alone(path: Path) -> Iterator[None]:
-    """Wait until no other worker is in such a block for `path`, unless no files are saved for the others."""
-    if sys.dont_write_bytecode:
-        yield
-        return
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        with suppress(OSError):  # some network file systems do not lock what is only read
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(descriptor)
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(
+    session: pytest.Session, config: pytest.Config, items: list[pytest.Item]
+) -> None:
+    """Leave the tests of `make soak` to it."""
+    left = [] if SOAKS else [item for item in items if item.get_closest_marker("soak")]
+    if left:
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if not item.get_closest_marker("soak")]
+    session.stash[LEFT_TO_SOAK] = left
 
 
 @pytest.hookimpl(wrapper=True)

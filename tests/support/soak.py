@@ -1,0 +1,38 @@
+"""The two speeds of tests: `make test` holds every promise once, `make soak` repeats what only repetition finds.
+
+`TEST_SOAK=1`, which `make soak` sets, runs the tests that are marked `soak`, too, and as many repetitions as they ask
+for. The mark names the test that holds the same promise in `make test`, in one deterministic case.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Any, Final, TypeVar
+
+import pytest
+
+__all__ = ["LEFT_TO_SOAK", "SOAKS", "cases", "repeated"]
+
+T = TypeVar("T")
+
+SOAKS: Final = os.environ.get("TEST_SOAK", "") not in ("", "0")
+"""Whether this is a run of `make soak`."""
+LEFT_TO_SOAK: Final = pytest.StashKey[list[pytest.Item]]()
+"""The collected tests that this run leaves out."""
+
+
+def repeated(test: T, soak: T) -> T:
+    """Return how often, how long or with what to repeat something: in `make test`, and in `make soak`."""
+    return soak if SOAKS else test
+
+
+def cases(test: Iterable[Any], soak: Iterable[Any]) -> list[Any]:
+    """Return the parameters of a test: those that `make test` runs, and those that only `make soak` adds."""
+    return [*test, *map(_soaked, soak)]
+
+
+def _soaked(value: Any) -> Any:
+    if isinstance(value, type(pytest.param())):
+        return pytest.param(*value.values, marks=[*value.marks, pytest.mark.soak], id=value.id)
+    return pytest.param(value, marks=pytest.mark.soak)
