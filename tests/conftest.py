@@ -30,11 +30,11 @@ from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
-from tests.support.soak import LEFT_TO_SOAK, SOAKS
+from tests.support.soak import LEFT_TO_SOAK, SOAKS, repeated
 from zenoh_ice import Communicator, ObjectAdapter, initialize
 
 # On a busy machine the duration of an example means nothing. By default the examples are always the same, so that
-# nobody is stopped by a failure in others' code; TEST_EXAMPLES, which asks for more, also tries different ones.
+# nobody is stopped by a failure in others' code; a soak, which asks for more, also tries different ones.
 settings.register_profile(
     "busy",
     settings(),
@@ -54,7 +54,7 @@ DECISIVE = frozenset(
     }
 )
 """Environment variables that change the tested code."""
-TEST_LIMIT = 300.0
+TEST_LIMIT = repeated(300.0, 1200.0)
 """A test that takes longer, in s, fails."""
 LAST_LIMIT = 30.0
 """How long after its limit a test that does not fail ends its process, in s."""

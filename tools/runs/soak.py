@@ -26,8 +26,6 @@ KEPT: Final = ROOT / "soak"
 RESULTS: Final = ROOT / "benchmarks" / "results" / "soak.md"
 LIMIT: Final = 45 * 60.0
 """The longest that a part may take, in s."""
-EXAMPLES: Final = "10"
-"""How many times as many random examples as in `make test`."""
 PYTHONS: Final = ("python3.12", "python3.13")
 """Besides the one that runs the other parts; those that are not installed are left out."""
 COUNTED: Final = ("tests", "failures", "errors", "skipped")
@@ -87,7 +85,7 @@ def run(part: str, command: list[str], commit: str) -> Result:
     """Run a part to its end or to the limit, and return what came of it."""
     report = KEPT / f"{part}.xml"
     report.unlink(missing_ok=True)
-    repeats = {} if part in PYTHONS else {"TEST_SOAK": "1", "TEST_EXAMPLES": EXAMPLES}
+    repeats = {} if part in PYTHONS else {"TEST_SOAK": "1"}
     reported = {"PYTEST_ADDOPTS": f"--junitxml='{report}'"}
     began, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
     with (KEPT / f"{part}.log").open("wb") as log:
