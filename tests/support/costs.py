@@ -1,8 +1,9 @@
-"""What tests cost: at the end of a run, the files that take most processor time."""
+"""What tests cost: at the end of a run, the files that take most processor time, and the largest process."""
 
 from __future__ import annotations
 
 import os
+import resource
 import time
 from collections import defaultdict
 from collections.abc import Generator
@@ -17,6 +18,10 @@ PROCESSOR: Final = "processor time"
 """The property of a test's last report: the processor time, in s, of this process and of those that it waited for."""
 WALL: Final = "wall time"
 """The property of a test's last report: how long it took, in s, with its fixtures."""
+LARGEST: Final = "largest process"
+"""The property of a test's last report: the memory, in MB, that the largest of these processes has had so far."""
+MOST_MEMORY: Final = 700
+"""What the largest process of a run may have, in MB."""
 SHOWN: Final = 10
 """So many files are named."""
 FEWEST: Final = 20
@@ -41,6 +46,7 @@ class Costs:
     def __init__(self) -> None:
         self._began: tuple[float, float] = (0.0, 0.0)
         self._files: Final[defaultdict[str, Cost]] = defaultdict(Cost)
+        self._largest: tuple[float, str] = (0.0, "")
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_logstart(self) -> None:
@@ -55,15 +61,18 @@ class Costs:
             wall, processor = self._began
             report.user_properties.append((WALL, time.monotonic() - wall))
             report.user_properties.append((PROCESSOR, _processor_time() - processor))
+            report.user_properties.append((LARGEST, _largest()))
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        took = dict(report.user_properties)
+        took = {name: value for name, value in report.user_properties if isinstance(value, float)}
         if report.when == "teardown" and PROCESSOR in took:
             cost = self._files[report.nodeid.partition("::")[0]]
             cost.tests += 1
-            cost.processor += float(str(took[PROCESSOR]))
-            cost.wall += float(str(took[WALL]))
+            cost.processor += took[PROCESSOR]
+            cost.wall += took[WALL]
+            if took[LARGEST] > self._largest[0]:
+                self._largest = took[LARGEST], report.nodeid
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         if sum(cost.tests for cost in self._files.values()) < FEWEST:
@@ -77,7 +86,16 @@ class Costs:
             sum(getattr(cost, each) for cost in self._files.values()) for each in ("processor", "wall")
         )
         terminalreporter.write_line(f"{processor:7.1f} s {wall:6.1f} s         all tests")
+        memory, test = self._largest
+        terminalreporter.write_line(f"largest process {memory:.0f} MB of {MOST_MEMORY}, since {test}")
 
 
 def _processor_time() -> float:
     return sum(os.times()[:4])
+
+
+def _largest() -> float:
+    return (
+        max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        / 1024
+    )

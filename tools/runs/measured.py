@@ -1,8 +1,7 @@
 """Run a command, and print at its end what it cost beside what it may cost.
 
-`measured.py SECONDS PROCESSOR_SECONDS MEGABYTES COMMAND...`: how long it may take, how much processor
-time, and the size of its largest process. They are shown, not enforced: the exit status is the command's,
-since machines differ.
+`measured.py SECONDS PROCESSOR_SECONDS COMMAND...`: how long it may take, and how much processor time. These
+are shown, not enforced: the exit status is that of the command, since machines differ.
 """
 
 from __future__ import annotations
@@ -11,13 +10,9 @@ import resource
 import subprocess
 import sys
 import time
-from typing import Final
-
-MEGABYTE: Final = 1024
-"""In KiB, in which Linux counts."""
 
 
-def main(wall: str, processor: str, memory: str, *command: str) -> int:
+def main(wall: str, processor: str, *command: str) -> int:
     """Run the command and return its exit status."""
     began = time.monotonic()
     try:
@@ -28,7 +23,6 @@ def main(wall: str, processor: str, memory: str, *command: str) -> int:
     figures = (
         f"{_minutes(time.monotonic() - began)} min of {_minutes(float(wall))}",
         f"processor time {_minutes(spent.ru_utime + spent.ru_stime)} min of {_minutes(float(processor))}",
-        f"largest process {spent.ru_maxrss / MEGABYTE:.0f} MB of {memory}",
     )
     print("took", ", ".join(figures), flush=True)
     return status
