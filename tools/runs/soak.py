@@ -15,6 +15,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,13 +23,14 @@ from typing import Final
 from xml.etree import ElementTree
 
 ROOT: Final = Path(__file__).resolve().parents[2]
-KEPT: Final = ROOT / "soak"
-RESULTS: Final = ROOT / "benchmarks" / "results" / "soak.md"
 LIMIT: Final = 45 * 60.0
 """The longest that a part may take, in s."""
+FOLDERS: Final = {"unit": 2, "integration": 3, "faults": 2, "e2e": 2}
+"""The folders of tests/, and into how many parts their files are divided."""
 PYTHONS: Final = ("python3.12", "python3.13")
 """Besides the one that runs the other parts; those that are not installed are left out."""
 COUNTED: Final = ("tests", "failures", "errors", "skipped")
+"""What a report of pytest counts."""
 HEAD: Final = (
     "# The soak",
     "",
@@ -37,8 +39,6 @@ HEAD: Final = (
     "| part | passed | failed | skipped | wall | processor | commit | date | machine |",
     "|---|---|---|---|---|---|---|---|---|",
 )
-FOLDERS: Final = {"unit": 2, "integration": 3, "faults": 2, "e2e": 2}
-"""The folders of tests/, and into how many parts their files are divided."""
 
 
 @dataclass(frozen=True)
@@ -63,105 +63,110 @@ class Result:
         return " | ".join(map(str, cells))
 
 
-def parts() -> dict[str, list[str]]:
-    """Return the commands of all parts."""
+class Soak:
+    """Parts, by name, each a command that runs pytest, and their results, kept in a folder and on a page."""
+
+    def __init__(
+        self, parts: Mapping[str, list[str]], folder: Path, page: Path, commit: str, limit: float = LIMIT
+    ) -> None:
+        self._parts: Final = parts
+        self._folder: Final = folder
+        self._page: Final = page
+        self._commit: Final = commit
+        self._limit: Final = limit
+        self._stored: Final = folder / "results.json"
+        folder.mkdir(exist_ok=True)
+        kept = json.loads(self._stored.read_text("utf-8")) if self._stored.exists() else {}
+        self.results: Final = {part: Result(**kept[part]) for part in parts if part in kept}
+
+    def left(self) -> list[str]:
+        """Return the parts that have not run at this commit."""
+        done = {part for part, result in self.results.items() if result.commit == self._commit}
+        return [part for part in self._parts if part not in done]
+
+    def run(self, chosen: Iterable[str]) -> None:
+        """Run some parts, and keep the result of each as soon as there is one."""
+        for part in chosen:
+            print(f"{part}: see {self._folder.name}/{part}.log", flush=True)
+            result = self.results[part] = self._run_part(part)
+            print(f"{part}: {result.tests} tests, {result.failed} failed", flush=True)
+            ordered = {each: self.results[each] for each in self._parts if each in self.results}
+            self._stored.write_text(json.dumps({each: asdict(result) for each, result in ordered.items()}))
+            rows = [f"| {each} | {result.row} |" for each, result in ordered.items()]
+            self._page.write_text("\n".join([*HEAD, *rows, ""]), "utf-8")
+
+    def _run_part(self, part: str) -> Result:
+        report = self._folder / f"{part}.xml"
+        report.unlink(missing_ok=True)
+        repeats = {} if part in PYTHONS else {"TEST_SOAK": "1"}
+        environment = os.environ | repeats | {"PYTEST_ADDOPTS": f"--junitxml='{report}'"}
+        began, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
+        with (self._folder / f"{part}.log").open("wb") as log:
+            child = subprocess.Popen(
+                self._parts[part], cwd=ROOT, env=environment, stdout=log, stderr=log, start_new_session=True
+            )
+            try:
+                child.wait(self._limit)
+            except subprocess.TimeoutExpired:
+                print(f"{part} has taken {self._limit / 60:.0f} min: it is ended", flush=True)
+            finally:
+                if child.poll() is None:
+                    os.killpg(child.pid, signal.SIGTERM)
+                    child.wait()
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        tests, failures, errors, skipped = _counts(report)
+        python = part[6:] if part in PYTHONS else platform.python_version()
+        return Result(
+            self._commit,
+            datetime.now(UTC).date().isoformat(),
+            f"{os.cpu_count()} processors, Python {python}",
+            tests,
+            failures + errors or int(child.returncode != 0),  # also if it did not come to its report
+            skipped,
+            time.monotonic() - began,
+            after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+        )
+
+
+def _counts(report: Path) -> list[int]:
+    suite = ElementTree.parse(report).getroot().find("testsuite") if report.exists() else None
+    return [0 if suite is None else int(suite.get(name, "0")) for name in COUNTED]
+
+
+def all_parts() -> dict[str, list[str]]:
+    """Return the command of each part."""
     pytest = [sys.executable, "-m", "pytest", "-q", "-n", "logical", "--dist", "worksteal"]
     found = {}
     for folder, count in FOLDERS.items():
-        files = sorted(
-            path.relative_to(ROOT).as_posix() for path in (ROOT / "tests" / folder).rglob("test_*.py")
-        )
+        paths = sorted((ROOT / "tests" / folder).rglob("test_*.py"))
+        files = [path.relative_to(ROOT).as_posix() for path in paths]
         for index in range(count):
             share = files[len(files) * index // count : len(files) * (index + 1) // count]
             found[f"{folder}-{index + 1}"] = [*pytest, *share]
     for python in PYTHONS:
         if subprocess.run([python, "-c", ""], check=False, capture_output=True).returncode == 0:
-            environment = f"VENV=.venv/{python}"
-            found[python] = ["make", "--no-print-directory", f"PYTHON={python}", environment, "all-tests"]
+            environment = [f"PYTHON={python}", f"VENV=.venv/{python}"]
+            found[python] = ["make", "--no-print-directory", *environment, "all-tests"]
     return found
 
 
-def run(part: str, command: list[str], commit: str) -> Result:
-    """Run a part to its end or to the limit, and return what came of it."""
-    report = KEPT / f"{part}.xml"
-    report.unlink(missing_ok=True)
-    repeats = {} if part in PYTHONS else {"TEST_SOAK": "1"}
-    reported = {"PYTEST_ADDOPTS": f"--junitxml='{report}'"}
-    began, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
-    with (KEPT / f"{part}.log").open("wb") as log:
-        child = subprocess.Popen(
-            command,
-            cwd=ROOT,
-            env=os.environ | repeats | reported,
-            stdout=log,
-            stderr=log,
-            start_new_session=True,
-        )
-        try:
-            child.wait(LIMIT)
-        except subprocess.TimeoutExpired:
-            print(f"{part} has taken {LIMIT / 60:.0f} min: it is ended")
-        finally:
-            if child.poll() is None:
-                os.killpg(child.pid, signal.SIGTERM)
-                child.wait()
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    suite = ElementTree.parse(report).getroot().find("testsuite") if report.exists() else None
-    counts = (
-        {name: int(suite.get(name, 0)) for name in COUNTED}
-        if suite is not None
-        else dict.fromkeys(COUNTED, 0)
-    )
-    failed = counts["failures"] + counts["errors"]
-    return Result(
-        commit,
-        datetime.now(UTC).date().isoformat(),
-        f"{os.cpu_count()} processors, Python {part[6:] if part in PYTHONS else platform.python_version()}",
-        counts["tests"],
-        failed or int(child.returncode != 0),  # also if it did not come to its report
-        counts["skipped"],
-        time.monotonic() - began,
-        after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
-    )
-
-
-def current_commit() -> str:
-    """Return the short name of the commit, and whether the files differ from it."""
+def current_commit(written: Path) -> str:
+    """Return the short name of the commit, and whether any file but `written` differs from it."""
     commit = subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True).strip()
-    others = f":!{RESULTS.relative_to(ROOT)}"
-    changed = subprocess.run(
-        ["git", "diff", "--quiet", "HEAD", "--", ".", others], cwd=ROOT, check=False
-    ).returncode
-    return f"{commit}-changed" if changed else commit
-
-
-def write_table(results: dict[str, Result]) -> None:
-    """Write the results of all parts as a page."""
-    rows = [f"| {part} | {result.row} |" for part, result in results.items()]
-    RESULTS.write_text("\n".join([*HEAD, *rows, ""]), "utf-8")
+    differs = ["git", "diff", "--quiet", "HEAD", "--", ".", f":!{written.relative_to(ROOT)}"]
+    changed = subprocess.run(differs, cwd=ROOT, check=False).returncode
+    return f"{commit} with changes" if changed else commit
 
 
 def main(*chosen: str) -> int:
-    """Run the parts that are left, and return 1 if a test of any part fails."""
-    all_parts = parts()
-    if unknown := sorted(set(chosen) - set(all_parts)):
-        print(f"error: no parts {', '.join(unknown)}; there are {', '.join(all_parts)}", file=sys.stderr)
+    """Run the parts that are left or those that are named; return 1 if a test of any part failed."""
+    parts, page = all_parts(), ROOT / "benchmarks" / "results" / "soak.md"
+    if unknown := sorted(set(chosen) - set(parts)):
+        print(f"error: no parts {', '.join(unknown)}; there are {', '.join(parts)}", file=sys.stderr)
         return 2
-    KEPT.mkdir(exist_ok=True)
-    stored = KEPT / "results.json"
-    kept = json.loads(stored.read_text("utf-8")) if stored.exists() else {}
-    results = {part: Result(**kept[part]) for part in all_parts if part in kept}
-    commit = current_commit()
-    for part, command in all_parts.items():
-        is_left = part not in results or results[part].commit != commit
-        if part in chosen or (is_left and not chosen):
-            print(f"{part}: see soak/{part}.log", flush=True)
-            results[part] = run(part, command, commit)
-            print(f"{part}: {results[part].tests} tests, {results[part].failed} failed", flush=True)
-            ordered = {each: results[each] for each in all_parts if each in results}
-            stored.write_text(json.dumps({each: asdict(result) for each, result in ordered.items()}), "utf-8")
-            write_table(ordered)
-    return int(any(result.failed for result in results.values()))
+    soak = Soak(parts, ROOT / "soak", page, current_commit(page))
+    soak.run(chosen or soak.left())
+    return int(any(result.failed for result in soak.results.values()))
 
 
 if __name__ == "__main__":
