@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import time
 from collections import defaultdict
@@ -91,11 +90,12 @@ class Costs:
 
 
 def _processor_time() -> float:
-    return sum(os.times()[:4])
+    return sum(each.ru_utime + each.ru_stime for each in _usages())
 
 
 def _largest() -> float:
-    return (
-        max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-        / 1024
-    )
+    return max(each.ru_maxrss for each in _usages()) / 1024
+
+
+def _usages() -> tuple[resource.struct_rusage, resource.struct_rusage]:
+    return resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
