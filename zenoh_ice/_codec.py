@@ -29,7 +29,9 @@ DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, Me
 
 ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
 """Exceptions of `to_msgpack` for values that cannot be encoded; `not_encoded` explains them."""
-_LONGEST_BYTES: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
+_APART: Final = range(
+    LARGE, 1 << 32
+)  # sizes of byte sequences that travel apart; MessagePack has no longer ones
 _HEADER_SIZE: Final = 5  # of a large byte sequence there: a type byte and the length
 _EMPTY: Final = b"\xc4\x00"  # a byte sequence of none
 
@@ -98,15 +100,15 @@ def byte_sequences(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
     return tuple(found[:_MOST_SEQUENCES])
 
 
-def _marked(struct: Any, path: tuple[str, ...], place: int, taken: dict[int, bytes]) -> Any:  # noqa: ANN401
-    """Return a copy of a struct with a mark in place of the bytes at the end of a path, if they are large."""
+def _marked(struct: Any, path: tuple[str, ...], place: int, taken: dict[int, bytes], apart: range) -> Any:  # noqa: ANN401
+    """Return a copy of a struct with a mark for the bytes at the end of a path, if they travel apart."""
     if not isinstance(struct, msgspec.Struct):  # the receiver refuses it
         return struct
     name, *rest = path
     value = changed = getattr(struct, name, None)
     if rest:
-        changed = _marked(value, tuple(rest), place, taken)
-    elif isinstance(value, bytes) and LARGE <= len(value) <= _LONGEST_BYTES:
+        changed = _marked(value, tuple(rest), place, taken, apart)
+    elif isinstance(value, bytes) and len(value) in apart:
         taken[place], changed = value, _MARK
     return struct if changed is value else msgspec.structs.replace(struct, **{name: changed})
 
@@ -147,8 +149,9 @@ class Codec(Generic[S]):
     The plain value is None for no field, the field's value for one field, and a tuple for several.
     """
 
-    def __init__(self, struct: type[S]) -> None:
+    def __init__(self, struct: type[S], apart: range = _APART) -> None:
         self.struct = struct
+        self._apart = apart
         self.fields: tuple[str, ...] = struct.__struct_fields__
         self.byte_sequences = byte_sequences(struct)
         by_position = len(struct.__match_args__) == len(self.fields)
@@ -195,7 +198,7 @@ class Codec(Generic[S]):
             return encode(struct, what)
         taken: dict[int, bytes] = {}
         for place, path in enumerate(self.byte_sequences):
-            struct = _marked(struct, path, place, taken)
+            struct = _marked(struct, path, place, taken, self._apart)
         encoded = encode(struct, what)
         return Pieces(encoded.split(_ENCODED_MARK), list(taken.values()), tuple(taken)) if taken else encoded
 

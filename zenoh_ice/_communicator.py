@@ -32,6 +32,7 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
+from .limits import LIMITS, Limits
 from .proxy import ObjectPrx, fail, stream
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
@@ -42,7 +43,6 @@ from .transport import Relay, Target, Transport, check_name
 
 _PROXY: Final = re.compile(PROXY_TEXT)
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may still run
-_STATUS_LIMIT: Final = 0.5  # s to wait for the status of a process that seems to be present
 _ON_ITS_WAY: Final = 0.05  # s in which news of a subscription reaches the servant
 _MOST_RIVALS: Final = 16  # processes that serve what we do, reported in as many seconds
 _CHECK_PERIOD: Final = 0.05  # s between two checks of a wait for the end
@@ -54,11 +54,14 @@ _zenoh_processes: Final[set[int]] = set()
 """Processes that opened a session, this one or one that it was forked from: Zenoh does not run in a fork."""
 
 
-def initialize(settings: Settings | None = None, **overrides: object) -> Communicator:
+def initialize(
+    settings: Settings | None = None, *, limits: Limits = LIMITS, **overrides: object
+) -> Communicator:
     """Return a communicator; use it in a `with` block, or call `destroy` at the end.
 
     Without `settings` they come from the environment; `overrides` are fields of Settings that override both:
     `initialize(realm="nao", connect=["tcp/127.0.0.1:7447"])`. It does not wait for a server.
+    `limits` are waits and sizes that are no settings, for tests.
 
     Raises EndpointInUseException when another process listens already, ConfigurationException for a setting
     that is not valid, and CommunicatorDestroyedException in a process that was forked from one with a
@@ -69,7 +72,7 @@ def initialize(settings: Settings | None = None, **overrides: object) -> Communi
             "this process was forked from one that had a communicator, and Zenoh does not work in a fork: "
             'start it by multiprocessing.get_context("spawn"), or fork before the first communicator'
         )
-    return Communicator((settings or load_settings()).override(**overrides))
+    return Communicator((settings or load_settings()).override(**overrides), limits=limits)
 
 
 class Communicator:
@@ -85,6 +88,7 @@ class Communicator:
         pool: Pool | None = None,
         transport: Callable[[Pool], Transport] | None = None,
         clock: Clock | None = None,
+        limits: Limits = LIMITS,
     ) -> None:
         """Join a realm: over Zenoh, unless a function that makes another transport for a pool is given.
 
@@ -93,6 +97,7 @@ class Communicator:
         """
         self.settings: Final = settings
         self.realm: Final = settings.realm
+        self.limits: Final = limits
         self.destroyed = False
         self.served: Final[dict[Target, ServedObject]] = {}
         """Servants of this process."""
@@ -112,7 +117,7 @@ class Communicator:
         with ExitStack() as end:  # runs all, the last first, whatever they raise
             end.callback(_live.discard, self)
             end.callback(self._destroyed.set)
-            self.pool: Final = pool or Pool(settings.dispatch_threads, f"zenoh_ice {self.realm}")
+            self.pool: Final = pool or Pool(settings.dispatch_threads, f"zenoh_ice {self.realm}", limits)
             self.pool.on_stall = self._on_stall
             end.callback(self.pool.close, _DESTROY_LIMIT)
             end.callback(self._fail_futures)
@@ -120,7 +125,7 @@ class Communicator:
                 from ._zenoh.transport import ZenohTransport  # here: tests within one process need no Zenoh
 
                 _zenoh_processes.add(os.getpid())
-                transport = partial(ZenohTransport, settings)
+                transport = partial(ZenohTransport, settings, limits=limits)
             self.transport: Final = transport(self.pool)
             end.callback(self.transport.close)
             end.callback(self._close_watches)
@@ -131,8 +136,9 @@ class Communicator:
             self.presence: Final = Presence(
                 self.transport,
                 self.pool.submit,
-                is_served=lambda target, left: self._ask(target, min(_STATUS_LIMIT, left)) is not None,
+                is_served=lambda target, left: self._ask(target, min(self.limits.status, left)) is not None,
                 needs_links=named or not settings.listen,
+                limits=limits,
             )
             self.presence.watch(self.realm)
             self.streams: Final = Streams(
@@ -141,6 +147,7 @@ class Communicator:
                 resolve=self.stringToProxy,
                 is_heard=self._is_heard,
                 pool=self.pool,
+                limits=limits,
             )
             end.callback(self.streams.close)
             end.callback(self._deactivate_all)
@@ -247,7 +254,14 @@ class Communicator:
         communicator; its exceptions are logged.
         """
         self.check()
-        watch = ClientWatch(self.transport, self.realm, callback, self.pool.submit, self._forget_watch)
+        watch = ClientWatch(
+            self.transport,
+            self.realm,
+            callback,
+            self.pool.submit,
+            self._forget_watch,
+            limits=self.limits,
+        )
         with self._lock:
             self._set_watches((*self.client_watches, watch))
         return watch
@@ -380,7 +394,7 @@ class Communicator:
             if end - time.monotonic() <= delay:
                 return True
             time.sleep(delay)
-            status = self._ask(target, min(_STATUS_LIMIT, end - time.monotonic()))
+            status = self._ask(target, min(self.limits.status, end - time.monotonic()))
             if status is None or stream in status.listened:
                 return True
         return False
@@ -411,7 +425,7 @@ class Communicator:
     def _report_rival(self, server: str) -> None:
         who = "another process"
         with suppress(SystemException):
-            status = self.processStatus(server, timeout=_STATUS_LIMIT)
+            status = self.processStatus(server, timeout=self.limits.status)
             who = f"{printable(status.program)} (process {status.pid} on {printable(status.host)})"
         _logger.error(
             "realm %s has two servers of %s: this process, and %s, session %s; each call reaches one of "

@@ -20,11 +20,9 @@ import msgspec
 from msgspec import Meta
 
 from .exceptions import MarshalException
+from .limits import LIMITS, Limits
 
-_SIZE: Final = 256 << 20  # bytes of the file; the system allocates them as they are used
 _PAGE: Final = mmap.PAGESIZE
-# s after which memory is used again that was lent to a reader whose link ended: it may still be reading.
-_LAST_READS: Final = 5.0
 
 # Nobody shrinks the file, so that no reader loses memory, and nobody but its owner writes to it. Python has
 # the names on some systems and from some versions on.
@@ -33,7 +31,7 @@ _SEALS: Final = 0x4 | _SEAL_SHRINK | 0x10  # F_SEAL_GROW, F_SEAL_SHRINK, F_SEAL_
 _ADD_SEALS: Final = 1033
 _GET_SEALS: Final = 1034
 
-_Number = Annotated[int, Meta(ge=0, le=_SIZE)]
+_Number = Annotated[int, Meta(ge=0, le=LIMITS.memory)]
 
 _logger = logging.getLogger(__name__)
 
@@ -59,7 +57,9 @@ class _Loan(msgspec.Struct, eq=False):
 class Arena:
     """The memory that a process lends; thread-safe. Raises OSError where the system has none."""
 
-    def __init__(self) -> None:
+    def __init__(self, limits: Limits = LIMITS) -> None:
+        self._size: Final = limits.memory
+        self._last_reads: Final = limits.last_reads
         self._lock: Final = threading.Lock()
         self._loans: list[_Loan] = []  # in the order of their places
         self._allocated = 0
@@ -68,8 +68,8 @@ class Arena:
             raise OSError("this Python makes no memory files")
         self.file: Final = os.memfd_create("zenoh_ice", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
-            os.ftruncate(self.file, _SIZE)
-            self._map: Final = mmap.mmap(self.file, _SIZE)
+            os.ftruncate(self.file, self._size)
+            self._map: Final = mmap.mmap(self.file, self._size)
             fcntl.fcntl(self.file, _ADD_SEALS, _SEALS)
         except OSError:
             os.close(self.file)
@@ -105,7 +105,7 @@ class Arena:
 
     def forget(self, link: object, number: int | None = None) -> None:
         """End the loans of a reader that ended, or of all of a link, once they cannot be reading any more."""
-        end = time.monotonic() + _LAST_READS
+        end = time.monotonic() + self._last_reads
         with self._lock:
             for loan in self._loans:
                 for reader in loan.readers:
@@ -128,7 +128,7 @@ class Arena:
             start = -(-self._loans[place].end // _PAGE) * _PAGE
             place += 1
         end = start + size
-        if self._closed or end > _SIZE:
+        if self._closed or end > self._size:
             return None
         if end > self._allocated:
             try:  # the system would end a process that writes where it can allocate nothing

@@ -23,15 +23,13 @@ from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any, Final
 
-from ._threads import PULSE_PERIOD, Pulse, UserCodeThread, join, no_thread, repeat
+from ._threads import Pulse, UserCodeThread, join, no_thread, repeat
 from .exceptions import BusyException
+from .limits import LIMITS, Limits
 
-_IDLE_LIMIT: Final = 5.0  # s after which a thread ends that has nothing to do
 _FEWEST: Final = 2  # free threads that stay: one waits for jobs, and one for files
-_MOST_QUEUED: Final = 1024  # jobs of one line
-_MOST_LINES: Final = 256
-_QUICK: Final = 0.0005  # s that a job takes at most while its thread keeps the source that it came from
-_STALLED: Final = 100  # looks, 2 s, in which jobs wait and none is taken
+MOST_QUEUED: Final = 1024  # jobs of one line
+MOST_LINES: Final = 256
 _COMPLAINT_PERIOD: Final = 10.0  # s between two reports that no thread can be started
 
 # Each event goes to one thread. That of a source comes again once another thread may have it; the bell of the
@@ -80,7 +78,7 @@ class Source(ABC):
         """Send what was held back; called when its owner takes no job for now."""
 
     def look(self, now: float) -> None:  # noqa: B027 - few have anything to do then
-        """Notice what depends on time alone; called every PULSE_PERIOD."""
+        """Notice what depends on time alone; called at each look of the pool's watch."""
 
 
 class _Queue(Source):
@@ -125,19 +123,19 @@ class Pool:
     Jobs are submitted, or taken from sources in their order. A thread that gets a job that may be long first
     lets the others have its source, and starts another thread if too few are free. If the last job of the
     same kind was quick, it does neither: that would take longer than the job. If such a job takes long for
-    once, its source is given to the others within PULSE_PERIOD.
+    once, its source is given to the others at the next look of its watch.
 
     If the system gives the process no further thread, the last free one refuses the jobs that may be refused,
     and so stays free for those that may not, such as a stop. It waits for files; jobs that are put, and not
-    submitted, it then finds within PULSE_PERIOD. If nobody takes jobs any more, `on_stall` says so, and so it
-    does when somebody does again.
+    submitted, its watch then finds at its next look. If nobody takes jobs any more, `on_stall` says so, and
+    so it does when somebody does again.
 
     A pool of no threads, for tests in virtual time, runs each job at once on the thread that submits it.
 
     A transport may also `put` other objects, which `place` turns into jobs in the order in which they came.
     """
 
-    def __init__(self, size: int, name: str) -> None:
+    def __init__(self, size: int, name: str, limits: Limits = LIMITS) -> None:
         """Start the first thread; raises BusyException where the system gives this process none."""
         self.has_threads: Final = size > 0
         self.pulse: Final = Pulse()
@@ -148,7 +146,8 @@ class Pool:
         self.place: Callable[[Any], Job | None] = lambda job: job
         """Turns other objects that are put into jobs, or None; it raises nothing."""
         self.looks: tuple[Callable[[], object], ...] = ()
-        """What else the pool's watch calls every PULSE_PERIOD; it raises nothing."""
+        """What else the pool's watch calls at each look; it raises nothing."""
+        self._limits: Final = limits
         self._limit = size + 1  # while one waits for jobs, another one waits for files
         self._name: Final = name
         self._lock: Final = threading.Lock()
@@ -200,7 +199,7 @@ class Pool:
         with self._lock:
             jobs = self.lines.get(line, deque[Callable[[], object]]())
             # The first job of each line runs.
-            waiting, most = (len(jobs) - 1, _MOST_QUEUED) if jobs else (len(self.lines), _MOST_LINES)
+            waiting, most = (len(jobs) - 1, MOST_QUEUED) if jobs else (len(self.lines), MOST_LINES)
             if waiting >= most:
                 raise BusyException(f"{line}: {waiting} calls are already waiting; this one was not executed")
             jobs.append(job)
@@ -281,7 +280,7 @@ class Pool:
         poll = self._epoll.poll
         try:
             while not self._ended:
-                events = poll(_IDLE_LIMIT, 1)
+                events = poll(self._limits.idle_thread, 1)
                 if events:
                     self._serve(events[0][0], me)
                 elif self._is_surplus():
@@ -319,7 +318,7 @@ class Pool:
                 with self._lock:
                     if source.owner != me:
                         break
-                    if source.busy_since - began > PULSE_PERIOD and not source.is_awaited:
+                    if source.busy_since - began > self._limits.look_period and not source.is_awaited:
                         break
                     source.busy_since = math.inf
         finally:
@@ -344,7 +343,7 @@ class Pool:
         except BaseException:
             _logger.exception("internal error in %s", threading.current_thread().name)
         if refusal is None and kind is not _LONG_JOB:
-            kind.quick = time.monotonic() - began < _QUICK
+            kind.quick = time.monotonic() - began < self._limits.quick_job
 
     def _run_line(self, line: object) -> None:
         jobs = self.lines[line]
@@ -432,14 +431,14 @@ class Pool:
         """Begin to look after the threads; with the lock."""
         if self._stop_watch is None and self.has_threads and not self._closed:
             self.pulse.beat()
-            self._stop_watch = repeat(PULSE_PERIOD, self._look, f"{self._name} watch")
+            self._stop_watch = repeat(self._limits.look_period, self._look, f"{self._name} watch")
 
     def _look(self) -> None:
         self.pulse.beat()
         now = time.monotonic()
         with self._lock:
             for source in self._sources.values():
-                if source.owner and now - source.busy_since > PULSE_PERIOD:
+                if source.owner and now - source.busy_since > self._limits.look_period:
                     self._give_up(source, source.owner)
             self._arrange()  # also after a thread could not be started, or died
             shortage, sources = self._shortage, list(self._sources.values())
@@ -458,7 +457,7 @@ class Pool:
         self._seen = self._taken
         waits = self._seen == before and self._jobs_wait()
         self._looks_without_job = self._looks_without_job + 1 if waits else 0
-        stalled = self._looks_without_job >= _STALLED
+        stalled = self._looks_without_job >= self._limits.stalled_looks
         if stalled != self.stalled:
             self.stalled = stalled
             self.on_stall()

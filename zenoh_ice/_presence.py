@@ -22,6 +22,7 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
+from .limits import LIMITS, Limits
 from .text import few
 from .transport import NoAnswer, Target, Transport
 
@@ -34,7 +35,6 @@ _CLIENT: Final = re.compile(r"@client/[^/]+/([0-9a-f]{1,32})")
 
 # No robot has more of these: more means a flood.
 _MOST_SERVANTS: Final = 4096
-_MOST_TOKENS: Final = 1 << 14  # of all servants
 _MOST_OF_SERVANT: Final = 64  # tokens: of one identity, one for each interface of each server
 _MOST_CLIENTS: Final = 1 << 14
 _MOST_LOST: Final = 1 << 10  # that may still have calls waiting here
@@ -45,9 +45,6 @@ _GRACE_SHARE: Final = 0.1  # fraction of the limit, if that is more: a long limi
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
-_LOSS_NOTICE: Final = 0.25  # s in which the token of a servant that died disappears; measured 2-3 ms
-# Looks of the pool, 2 s, after which a client that has called should have a token; measured 14 ms under load.
-_TOKEN_LOOKS: Final = 100
 _NEVER: Final = (-math.inf, "")
 
 _logger = logging.getLogger(__name__)
@@ -126,11 +123,13 @@ class Presence:
         *,
         is_served: Callable[[Target, float], bool],
         needs_links: bool,
+        limits: Limits = LIMITS,
     ) -> None:
         self._transport: Final = transport
         self._submit: Final = submit
         self.is_served: Final = is_served
         self._endpoints: Final = tuple(transport.endpoints)
+        self._limits: Final = limits
         self.needs_links = needs_links
         self._changed: Final = threading.Condition()
         self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
@@ -278,7 +277,7 @@ class Presence:
         if unexplained and not self.came_since(target, started):  # a new server never received the call
             served = self.is_served(target, started + timeout - time.monotonic())
         if unexplained and not served:
-            self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
+            self._wait_until(lambda: self.lost_since(target, started), self._limits.loss_notice)
         if self._closed:
             return CommunicatorDestroyedException(f"{what}: the communicator was destroyed during the call")
         if target not in self.present:
@@ -351,7 +350,7 @@ class Presence:
             now, tokens = time.monotonic(), self._tokens.get(target, {})
             if came:
                 self._last_news = now
-                full = len(tokens) >= _MOST_OF_SERVANT or self._count >= _MOST_TOKENS
+                full = len(tokens) >= _MOST_OF_SERVANT or self._count >= self._limits.tokens
                 if key in tokens or full or (not tokens and len(self._tokens) >= _MOST_SERVANTS):
                     return
                 if not _serves(token.server, tokens):
@@ -422,11 +421,14 @@ class ClientWatch:
         callback: Callable[[str], Any],
         submit: Callable[[Callable[[], object]], None],
         forget: Callable[[ClientWatch], object],
+        *,
+        limits: Limits = LIMITS,
     ) -> None:
         self._own_id: Final = transport.id
         self._callback: Final = callback
         self._submit: Final = submit
         self._forget: Final = forget
+        self._token_looks: Final = limits.token_looks
         self._lock: Final = threading.Lock()
         self._first_tokens: Final[dict[str, str]] = {}  # of the present clients
         self._without_token: Final[dict[str, int]] = {}  # clients that called, and looks since
@@ -455,14 +457,14 @@ class ClientWatch:
                 self._without_token[client] = 0
 
     def look(self) -> None:
-        """Notice clients whose tokens did not come; called every PULSE_PERIOD by the pool's watch."""
+        """Notice clients whose tokens did not come; called at each look of the pool's watch."""
         if not self._without_token:
             return
         # Counted in looks: nobody looks in a process that stands still, and the tokens wait to be read.
         with self._lock:
             for client in self._without_token:
                 self._without_token[client] += 1
-            late = [client for client, looks in self._without_token.items() if looks >= _TOKEN_LOOKS]
+            late = [client for client, looks in self._without_token.items() if looks >= self._token_looks]
             for client in late:
                 del self._without_token[client]
         for client in late:

@@ -56,8 +56,6 @@ P = ParamSpec("P")
 V = TypeVar("V")
 T = TypeVar("T")
 
-# s for which the only retry of an idempotent call waits for the servant to be back.
-_RETRY_WAIT: Final = 0.5
 _LONGEST_TIMEOUT: Final = 86_400.0  # s
 
 
@@ -213,7 +211,7 @@ class Call(Generic[P, V]):
         restarted = presence.lost_since(target, started) or presence.came_since(target, started)
         if not restarted and not (end.broken and presence.is_served(target, left)):
             raise error
-        if not presence.wait_for_return(target, min(_RETRY_WAIT, left)):
+        if not presence.wait_for_return(target, min(self._communicator.limits.retry, left)):
             raise error
         again = time.monotonic()
         caller = self._find(started + caller.timeout)

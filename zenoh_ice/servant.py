@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
 
 import msgspec
 
-from ._codec import DECODE_ERRORS, ENCODE_ERRORS, LARGEST_BULK, misfit, not_encoded, to_msgpack, too_large
+from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack, too_large
 from ._pool import Job, Kind
 from ._presence import servant_token
 from ._wire import (
@@ -51,9 +51,7 @@ V = TypeVar("V")
 
 _MOST_WAITING: Final = 64  # calls of a servant
 _MOST_FROZEN: Final = 1024  # the same, of frozen operations: a flood of others must not keep out a stop
-_MOST_BYTES: Final = LARGEST_BULK  # of the calls that wait
 _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
-_DRAIN_LIMIT: Final = 1.0  # s to wait for running calls
 _TOKEN_LIMIT: Final = 1.0  # s to wait for the report of our own tokens' end
 # Fraction of its limit after which the caller may have given up: the request took some time, too.
 _DOUBTFUL: Final = 0.5
@@ -356,7 +354,7 @@ class ServedObject:
         """Let a call wait for its turn; raises BusyException when too many do. Needs the turn's lock."""
         turn, size = self._turn, len(call.payload)
         most = _MOST_FROZEN if call.method.frozen else _MOST_WAITING
-        full = turn.waiting_bytes + size > _MOST_BYTES
+        full = turn.waiting_bytes + size > self._communicator.limits.waiting_bytes
         if len(turn.waiting) >= most or (turn.waiting and full):
             raise BusyException(
                 f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
@@ -642,7 +640,7 @@ class ObjectAdapter:
 
     def _withdraw(self, withdrawn: list[ServedObject]) -> None:
         communicator = self._communicator
-        deadline = time.monotonic() + _DRAIN_LIMIT
+        deadline = time.monotonic() + communicator.limits.drain
         # Run from the last to the first, each whatever the others raise: first calls are refused,
         # then all running calls are awaited at once.
         with ExitStack() as steps:

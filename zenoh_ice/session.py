@@ -33,7 +33,6 @@ _ZENOH_LOG: Final = (
     "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,zenoh::bug=off,"
     "zenoh_transport::unicast=off,zenoh_codec=off"
 )
-_CLOSE_LIMIT: Final = 2.0  # s
 _SELF_LIMIT: Final = 2.0  # s for the answer to its own query
 _STEP_LIMIT: Final = 1.0  # s for each step of finding out why an endpoint makes no link
 _ALL_LIMIT: Final = 2.5  # s for all of them
@@ -76,8 +75,8 @@ def open_session(settings: Settings, *, session_id: str = "") -> zenoh.Session:
         raise ConfigurationException(f"Zenoh refuses the settings: {text}") from error
 
 
-def close_session(session: zenoh.Session) -> None:
-    """Close a session; continue in the background if its peer accepts nothing and it takes long."""
+def close_session(session: zenoh.Session, limit: float = 2.0) -> None:
+    """Close a session; continue in the background after `limit` s, if its peer accepts nothing."""
 
     def close() -> None:
         try:
@@ -92,11 +91,9 @@ def close_session(session: zenoh.Session) -> None:
     except BusyException:
         close()
         return
-    thread.join(_CLOSE_LIMIT)
+    thread.join(limit)
     if thread.is_alive():
-        _logger.warning(
-            "the session has not ended after %g s: its peer accepts nothing any more", _CLOSE_LIMIT
-        )
+        _logger.warning("the session has not ended after %g s: its peer accepts nothing any more", limit)
 
 
 def undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener

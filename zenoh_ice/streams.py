@@ -31,17 +31,16 @@ from .exceptions import (
     TimeoutException,
 )
 from .interface import Operation
+from .limits import LIMITS, Limits
 from .transport import Inlet, Outlet, Pacer, Target, Transport
 
 V = TypeVar("V")
 
-LINGER: Final = 10.0
-"""Seconds after which an unused stream is closed."""
+LOOKS: Final = 4
+"""How often `Streams.close_unwanted` is due in `Limits.linger` s."""
 
 # s after which a coroutine checks anyway: it is not woken when its servant disappears.
 _CHECK_PERIOD: Final = 0.1  # s
-_LOOKS: Final = 4  # checks for unused readers within LINGER
-_JOIN_LIMIT: Final = 2.0  # s
 _WORTH_ASKING: Final = 0.1  # s, the shortest wait in which the servant is asked whether it sees a listener
 _INQUIRY_TIME: Final = 1.0  # s before the end of a wait at which it is asked
 _ASKING_SHARE: Final = 0.75  # the same as a share of short waits
@@ -172,11 +171,13 @@ class Streams:
         resolve: Resolve,
         is_heard: Callable[[Target, str, float], bool],
         pool: Pool,
+        limits: Limits = LIMITS,
     ) -> None:
         self.presence: Final = presence
         self.resolve: Final = resolve
         self.is_heard: Final = is_heard
         self.pool: Final = pool
+        self.limits: Final = limits
         self.clock: Final = transport.clock
         """That of the transport, by which readers pace themselves."""
         self.closed: Final = threading.Event()
@@ -202,7 +203,9 @@ class Streams:
                 reader = StreamReader(self, target, operation, encoded=encoded)
                 self._check_open(reader)
                 if self.pool.has_threads and self._repeating is None:
-                    self._repeating = repeat(LINGER / _LOOKS, self.close_unwanted, "zenoh_ice streams")
+                    self._repeating = repeat(
+                        self.limits.linger / LOOKS, self.close_unwanted, "zenoh_ice streams"
+                    )
                 self._readers[target, operation, encoded] = reader
             return reader
 
@@ -216,7 +219,7 @@ class Streams:
             return inlet
 
     def close_unwanted(self) -> None:
-        """Close readers that nobody asked for the last four calls: to be called four times in `LINGER` s."""
+        """Close readers that nobody asked for the last four calls."""
         for reader in self._all_readers():
             reader.close_if_unwanted()
 
@@ -352,7 +355,7 @@ class _Inquiry:
 class StreamReader(_Listener[V]):
     """Keep the newest sample of one stream, and listen to it only while it is used.
 
-    Asking for a sample makes it listen. When nobody has asked for `LINGER` s it stops, so that the servant
+    Asking for a sample makes it listen. When nobody has asked for `linger` s it stops, so that the servant
     need not publish any more, and forgets the sample, which would be stale at the next request.
 
     Samples stay in the transport, undecoded, until they are read.
@@ -437,10 +440,10 @@ class StreamReader(_Listener[V]):
         return TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
 
     def close_if_unwanted(self) -> None:
-        """Stop listening if nobody waits for it, and nobody has used it for `LINGER` s."""
+        """Stop listening if nobody waits for it, and nobody has used it for `linger` s."""
         with self._lock:
             self._looks += 1
-            if self._waiting == 0 and self._looks > _LOOKS:
+            if self._waiting == 0 and self._looks > LOOKS:
                 self._stop_listening()
 
     def forget(self) -> None:
@@ -455,7 +458,7 @@ class StreamReader(_Listener[V]):
             self._stop_listening()
             self._changed.notify_all()
         if inlet is not None:
-            inlet.close(_JOIN_LIMIT)  # without the lock, which its thread takes
+            inlet.close(self.streams.limits.callback)  # without the lock, which its thread takes
 
     def wake(self) -> None:
         """Wake up the waiting threads."""
@@ -506,7 +509,7 @@ class Subscription(_Listener[V]):
         """Stop calling; wait for a running call, for at most 2 s, unless called from within it."""
         self._closed = True
         self.streams.listening.discard(self)
-        if self.inlet is not None and not self.inlet.close(_JOIN_LIMIT):
+        if self.inlet is not None and not self.inlet.close(self.streams.limits.callback):
             _logger.error("the callback on %s still runs", self.what)
 
     def __enter__(self) -> Self:

@@ -19,7 +19,7 @@ FEW: Final = 16
 """So many tokens are asked for one by one."""
 MOST_QUESTIONS: Final = 16
 """How often a token is asked for while Zenoh drops the answers."""
-_PAUSE_STEP: Final = 0.005
+PAUSE_STEP: Final = 0.005
 """Seconds by which each pause between these questions is longer: answers were dropped for up to 15 ms."""
 
 _logger = logging.getLogger(__name__)
@@ -45,6 +45,8 @@ class Tokens:
         changed: Callable[[str, bool], object],
         submit: Callable[[Callable[[], object]], object],
         most_unsure: int = MOST_UNSURE,
+        *,
+        pause_step: float = PAUSE_STEP,
     ) -> None:
         """Follow the tokens of a pattern until `close`.
 
@@ -55,6 +57,7 @@ class Tokens:
         self._changed: Final = changed
         self._submit: Final = submit
         self._most_unsure: Final = most_unsure
+        self._pause_step: Final = pause_step
         self._lock: Final = threading.Lock()
         self._unsure: set[str] = set()
         """The tokens that were reported, and did not come or end since."""
@@ -133,7 +136,7 @@ class Tokens:
             self._ask(self._pattern, asked, existing)
         unanswered = {*asked} - existing
         for number in range(MOST_QUESTIONS):
-            time.sleep(number * _PAUSE_STEP)
+            time.sleep(number * self._pause_step)
             unanswered = {token for token in unanswered if not self._ask(token, asked, existing)} - existing
             if not unanswered:
                 return existing

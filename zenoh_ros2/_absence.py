@@ -7,8 +7,8 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Final
 
-WARNING_DELAY: Final = 5.0
-"""Seconds after which it is worth a warning: on a busy machine links take long."""
+from ._limits import LIMITS
+
 _CHECK_PERIOD: Final = 0.1  # s
 _END_LIMIT: Final = 2.0  # s
 
@@ -18,9 +18,12 @@ _logger = logging.getLogger(__name__)
 class AbsenceWarning:
     """Waits on a thread for the first link of a node, and warns if there is none within some seconds."""
 
-    def __init__(self, connected: Callable[[], bool], endpoints: Sequence[str]) -> None:
+    def __init__(
+        self, connected: Callable[[], bool], endpoints: Sequence[str], delay: float = LIMITS.first_link
+    ) -> None:
         """Wait for `connected` until `close`; the warning names the endpoints."""
         self._connected: Final = connected
+        self._delay: Final = delay
         self._where: Final = ", ".join(endpoints)
         self._end: Final = threading.Event()
         self._thread: threading.Thread | None = None
@@ -41,7 +44,7 @@ class AbsenceWarning:
             self._thread.join(_END_LIMIT)
 
     def _wait(self) -> None:
-        for _ in range(round(WARNING_DELAY / _CHECK_PERIOD)):
+        for _ in range(round(self._delay / _CHECK_PERIOD)):
             if self._end.wait(_CHECK_PERIOD) or self._connected():
                 return
         self._warn()

@@ -17,6 +17,7 @@ import zenoh
 
 from zenoh_ice.tokens import Tokens
 
+from ._limits import LIMITS, NodeLimits
 from ._wire import SPACE, Entity, EntityKind, gid_of, tokens_of
 from ._workers import Job
 
@@ -26,9 +27,6 @@ MOST_ENTITIES: Final = 2000
 """Maximum entities that are counted of a whole graph."""
 _UNANNOUNCED: Final = 0.8
 """Seconds in which the token of an entity that sent something arrives."""
-_QUERY_DELAY: Final = 2.0
-"""Seconds after which tokens are asked for again when there were too many; each time twice as long."""
-_LONGEST_DELAY: Final = 30.0  # s
 _CHECK_PERIOD: Final = 0.5
 """Seconds after which a waiting caller looks again: only then are tokens asked for again."""
 
@@ -38,11 +36,18 @@ _logger = logging.getLogger(__name__)
 class Discovery:
     """What following tokens needs: a session, a thread that handles them, and waiting for changes."""
 
-    def __init__(self, session: zenoh.Session, domain: int, submit: Callable[[Job], object]) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        domain: int,
+        submit: Callable[[Job], object],
+        limits: NodeLimits = LIMITS,
+    ) -> None:
         """Follow tokens of a domain; `submit` runs a job on a thread that is none of Zenoh's."""
         self.session: Final = session
         self.domain: Final = domain
         self.submit: Final = submit
+        self.limits: Final = limits
         self.changed: Final = threading.Condition()
 
     def wait(self, holds: Callable[[], bool], timeout: float) -> bool:
@@ -86,7 +91,7 @@ class Entities:
         """Whether some tokens were left out."""
         self._warned = False
         self._closed = False
-        self._pause = _QUERY_DELAY
+        self._pause = discovery.limits.query_delay
         self._again = math.inf
         """When to ask again, by the monotonic clock."""
         self._following: Tokens | None = None
@@ -151,7 +156,7 @@ class Entities:
             if following is not None:
                 self._following, self._warned = None, True
                 self._again = time.monotonic() + self._pause
-                self._pause = min(2 * self._pause, _LONGEST_DELAY)
+                self._pause = min(2 * self._pause, self._discovery.limits.longest_query_delay)
         if following is not None:
             following.close()
         if warns:

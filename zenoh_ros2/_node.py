@@ -23,6 +23,7 @@ from . import _wire as wire
 from ._absence import AbsenceWarning
 from ._endpoint import Endpoint, Handler
 from ._graph import Discovery, Graph
+from ._limits import LIMITS, NodeLimits
 from ._messages import LARGEST_MESSAGE, Types
 from ._services import LARGEST_COMMAND, Client, Service
 from ._topics import Publisher, Subscription
@@ -64,6 +65,7 @@ class Node:
         types: Types | None = None,
         clock: Callable[[], int] = time.time_ns,
         separate_discovery: bool = False,
+        limits: NodeLimits = LIMITS,
     ) -> None:
         """Open a session and announce a node.
 
@@ -97,7 +99,7 @@ class Node:
             for _ in range(2 if separate_discovery else 1):
                 self._sessions.append(open_session(settings, session_id=_small_id()))
             self.session: Final = self._sessions[0]
-            self.discovery: Final = Discovery(self._sessions[-1], self.domain, self.receiving.submit)
+            self.discovery: Final = Discovery(self._sessions[-1], self.domain, self.receiving.submit, limits)
             self._session_id: Final = str(self.session.zid())
             self._token = self.session.liveliness().declare_token(self._entity("NN", 0).token())
         except zenoh.ZError as error:
@@ -107,7 +109,7 @@ class Node:
             self._close_sessions()
             raise
         if settings.connect:
-            absence = AbsenceWarning(lambda: self.connected, settings.connect)
+            absence = AbsenceWarning(lambda: self.connected, settings.connect, limits.first_link)
             self.on_close(absence, absence.close)
 
     def __enter__(self) -> Self:

@@ -13,7 +13,8 @@ from zenoh_ice import Communicator, Settings
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Operation
-from zenoh_ice.streams import LINGER
+from zenoh_ice.limits import LIMITS
+from zenoh_ice.streams import LOOKS
 from zenoh_ice.transport import (
     Arrived,
     Caller,
@@ -44,7 +45,7 @@ class FarTransport(InProcessTransport):
         self.communicator: Final = Communicator(
             Settings(clock="sim"), pool=pool, transport=lambda _: self, clock=link.clock
         )
-        link.clock.call_every(LINGER / 4, self.communicator.streams.close_unwanted)
+        link.clock.call_every(LIMITS.linger / LOOKS, self.communicator.streams.close_unwanted)
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
         return _FarCaller(self._link, target, operation.name, timeout)

@@ -25,7 +25,8 @@ from zenoh_ice import (
 )
 from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Operation
-from zenoh_ice.streams import LINGER
+from zenoh_ice.limits import LIMITS
+from zenoh_ice.streams import LOOKS
 from zenoh_ice.transport import (
     Arrived,
     Caller,
@@ -46,7 +47,7 @@ from .clock import TaskClock
 
 Polls = dict[str, Callable[[], Any]]
 
-_CLOSE_PERIOD: Final = LINGER / 4  # s of virtual time between checks for unused streams
+_CLOSE_PERIOD: Final = LIMITS.linger / LOOKS  # s of virtual time between checks for unused streams
 
 _logger = logging.getLogger(__name__)
 

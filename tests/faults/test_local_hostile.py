@@ -15,6 +15,7 @@ from contextlib import ExitStack, closing, suppress
 import pytest
 
 from tests.support.hostile_bytes import HostileBytes, bombs
+from tests.support.limited import limited
 from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.local_doors import SERVER, Echo, Visitor
 from tests.support.open_files import open_files
@@ -36,6 +37,7 @@ from zenoh_ice._local.neighbors import Neighbor
 from zenoh_ice._pool import Pool
 from zenoh_ice._wire import decode_error
 from zenoh_ice.exceptions import ObjectNotExistException
+from zenoh_ice.limits import LIMITS, Limits
 
 TARGET = "nao/Echo"
 LARGE = bytes(100_000)
@@ -63,8 +65,14 @@ def echo() -> Echo:
 
 
 @pytest.fixture
-def door(pool: Pool, echo: Echo) -> Iterator[Door]:
-    with closing(Door(pool, {TARGET: echo}, SERVER)) as door:
+def limits() -> Limits:
+    """The limits of the door."""
+    return LIMITS
+
+
+@pytest.fixture
+def door(pool: Pool, echo: Echo, limits: Limits) -> Iterator[Door]:
+    with closing(Door(pool, {TARGET: echo}, SERVER, limits)) as door:
         yield door
 
 
@@ -203,10 +211,8 @@ class TestVisitors:
                 assert visitor.answer().ok, number
             assert open_files() == before
 
-    def test_memory_of_a_call_whose_client_left_is_free_again(
-        self, door: Door, echo: Echo, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr("zenoh_ice._memory._LAST_READS", 0.0)
+    @limited(last_reads=0.0)
+    def test_memory_of_a_call_whose_client_left_is_free_again(self, door: Door, echo: Echo) -> None:
         assert door.arena is not None
         with Visitor(door.address).enter() as visitor:
             for _ in range(2):
@@ -268,10 +274,8 @@ class TestFloods:
         with Visitor(door.address).enter() as visitor, pytest.raises(OSError, match=r"Broken pipe|reset"):
             visitor.flood(encode((REQUEST, 1, TARGET, "echo", b"", bytes(10_000))))
 
-    def test_who_reads_no_answer_for_a_while_is_sent_no_more(
-        self, door: Door, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr("zenoh_ice._local.door._SENDING_LIMIT", 0.05)
+    @limited(sending=0.05)
+    def test_who_reads_no_answer_for_a_while_is_sent_no_more(self, door: Door) -> None:
         others = set(door._connections)
         with Visitor(door.address).enter() as visitor:
             (connection,) = door._connections - others
@@ -286,10 +290,8 @@ class TestFloods:
             assert answered < 100
         until(lambda: len(door._connections) == 1)
 
-    def test_nobody_waits_for_those_who_read_late_and_they_get_all(
-        self, door: Door, call: Call, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr("zenoh_ice._local.door._SENDING_LIMIT", FOREVER)
+    @limited(sending=FOREVER)
+    def test_nobody_waits_for_those_who_read_late_and_they_get_all(self, door: Door, call: Call) -> None:
         with ExitStack() as stack:
             late = [stack.enter_context(Visitor(door.address).enter()) for _ in range(12)]  # of 8 threads
             for visitor in late:

@@ -47,6 +47,7 @@ from zenoh_ice._local.neighbors import Neighbor
 from zenoh_ice._local.routes import Neighborhood
 from zenoh_ice._memory import Arena, Extent
 from zenoh_ice._pool import Pool
+from zenoh_ice.limits import Limits
 from zenoh_ice.transport import NoAnswer, Outcome, Target
 
 TARGET = Target("nao", "Calculator")
@@ -81,15 +82,12 @@ def no_file_stays_open(pool: Pool) -> Iterator[None]:
 
 
 @pytest.fixture(params=["line", "channel"])
-def call(
-    request: pytest.FixtureRequest, pool: Pool, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., Outcome]:
+def call(request: pytest.FixtureRequest, pool: Pool) -> Callable[..., Outcome]:
     """Call once at an address, over a connection for one call at a time, or for those in flight."""
-    monkeypatch.setattr("zenoh_ice._local.neighbors._HELLO_LIMIT", EVENT_LIMIT)
-    monkeypatch.setattr("zenoh_ice._local.neighbors._HELLO_SHARE", math.inf)
 
-    def call(address: str, timeout: float = EVENT_LIMIT) -> Outcome:
-        with closing(Neighbor(pool, address, SERVER)) as neighbor:
+    def call(address: str, timeout: float = EVENT_LIMIT, hello: float = EVENT_LIMIT) -> Outcome:
+        limits = Limits(hello=hello, hello_share=math.inf)
+        with closing(Neighbor(pool, address, SERVER, limits)) as neighbor:
             outgoing = Outgoing("t", "o", timeout, LIMIT, "it", set())
             if request.param == "line":
                 return neighbor.call(outgoing, b"arguments", b"")
@@ -145,12 +143,9 @@ class TestGreetings:
         with fake_door(behave) as address, pytest.raises(NotSent):
             call(address)
 
-    def test_who_does_not_greet_is_not_waited_for_long(
-        self, call: Call, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(neighbors, "_HELLO_LIMIT", 0.05)
+    def test_who_does_not_greet_is_not_waited_for_long(self, call: Call) -> None:
         with fake_door(lambda connection: connection.recv(1)) as address, pytest.raises(NotSent):
-            call(address)
+            call(address, hello=0.05)
 
     @pytest.mark.parametrize("kind", ["stream", "datagram", "pipe", "none"])
     def test_what_is_no_door_makes_no_neighbor(self, call: Call, kind: str) -> None:

@@ -18,6 +18,7 @@ from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
 from tests.support.waiting import until
 from zenoh_ros2 import MessageError, Node, QoS, Sender, Types
 from zenoh_ros2._graph import MOST_OF_A_NAME
+from zenoh_ros2._limits import NodeLimits
 from zenoh_ros2._wire import Attachment, EntityKind, key
 
 ANGLES = "naoqi_bridge_msgs/msg/JointAnglesWithSpeed"
@@ -169,7 +170,7 @@ def test_large_messages_are_read_whole(types: Types, name: str, fields: dict[str
 
 @pytest.fixture
 def watched() -> Iterator[tuple[Node, Node]]:
-    with two_nodes() as nodes:
+    with two_nodes(limits=NodeLimits(query_delay=0.1, longest_query_delay=0.2)) as nodes:
         yield nodes
 
 
@@ -185,11 +186,9 @@ def tokens(
 
 
 def test_tokens_beyond_the_most_are_counted_once_others_end(
-    watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture
 ) -> None:
     robot, tool = watched
-    monkeypatch.setattr("zenoh_ros2._graph._QUERY_DELAY", 0.1)
-    monkeypatch.setattr("zenoh_ros2._graph._LONGEST_DELAY", 0.2)
     publisher = robot.create_publisher(TEXT, "/map", QoS(durability="transient_local"))
     assert publisher.subscribers == 0
     with caplog.at_level(logging.WARNING):
@@ -208,11 +207,9 @@ def test_tokens_beyond_the_most_are_counted_once_others_end(
 
 
 def test_a_sender_counts_as_gone_while_there_are_too_many(
-    watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture
 ) -> None:
     robot, tool = watched
-    monkeypatch.setattr("zenoh_ros2._graph._QUERY_DELAY", 0.1)
-    monkeypatch.setattr("zenoh_ros2._graph._LONGEST_DELAY", 0.2)
     senders: list[Sender] = []
     robot.create_subscription(TEXT, "/a", lambda _, sender: senders.append(sender), with_sender=True)
     publisher = tool.create_publisher(TEXT, "/a")

@@ -19,6 +19,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.carriers import is_used, over_both
+from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
 from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
@@ -35,10 +36,10 @@ from zenoh_ice import (
     ObjectNotExistException,
     SystemException,
     TimeoutException,
-    _presence,
     initialize,
 )
 from zenoh_ice._zenoh.transport import ZenohTransport
+from zenoh_ice.limits import Limits
 
 SERVER = "tests.support.calculator_server"
 CALLER = """
@@ -213,11 +214,11 @@ class TestServerKilled:
 
     @over_both
     def test_idempotent_call_is_sent_once_more_and_no_other(
-        self, endpoint: str, make_communicator: MakeCommunicator, monkeypatch: pytest.MonkeyPatch
+        self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
         """The first server dies in the middle of the calls; the second is there as soon as the machine lets it."""
-        monkeypatch.setattr("zenoh_ice.proxy._RETRY_WAIT", EVENT_LIMIT)
-        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
+        limits = Limits(retry=EVENT_LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL, limits=limits)
         second = make_communicator(connect=[endpoint])
         with ComponentProcess(module(SERVER, "--listen", endpoint), STEADY) as first:
             server_id = first.wait_for("^ready (.*)")[1].strip()
@@ -456,9 +457,9 @@ class TestClients:
             until(lambda: lost == 2 * callers)
 
     def test_a_server_that_calls_itself_is_no_lost_client(
-        self, pair: Pair, monkeypatch: pytest.MonkeyPatch
+        self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        monkeypatch.setattr(_presence, "_TOKEN_LOOKS", 2)
+        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=2))
         lost: list[str] = []
         pair.server.onClientLost(lost.append)
         pair.adapter.add(CalculatorI(), "Calculator")
@@ -769,9 +770,12 @@ def test_destroy_in_the_middle_of_everything(
 
 
 def test_servants_that_never_return_hold_up_the_end_for_one_limit_together(
-    pair: Pair, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    endpoint: str,
+    make_communicator: MakeCommunicator,
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    waited = drains(monkeypatch, limit=0.2)
+    waited, pair = drains(monkeypatch), limited_pair(endpoint, make_communicator, Limits(drain=0.2))
     servants = [CalculatorI() for _ in range(4)]
     for number, servant in enumerate(servants):
         pair.adapter.add(servant, f"Stuck{number}")
@@ -787,12 +791,12 @@ def test_servants_that_never_return_hold_up_the_end_for_one_limit_together(
 
 @pytest.mark.parametrize("timeout", [0.1, 0.5])
 def test_a_wait_for_a_stream_ends_in_time_although_its_server_hangs(
-    timeout: float, endpoint: str, make_communicator: MakeCommunicator, monkeypatch: pytest.MonkeyPatch
+    timeout: float, endpoint: str, make_communicator: MakeCommunicator
 ) -> None:
-    monkeypatch.setattr("zenoh_ice._communicator._STATUS_LIMIT", FOREVER)  # of the question why it is silent
+    limits = Limits(status=FOREVER)  # of the question why it is silent
     with ComponentProcess(module(SERVER, "--listen", endpoint)) as server:
         server.wait_for("^ready")
-        client = make_communicator(connect=[endpoint], lease=LONGEST_CALL)
+        client = make_communicator(connect=[endpoint], lease=LONGEST_CALL, limits=limits)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         server.process.send_signal(signal.SIGSTOP)
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import msgpack
@@ -20,6 +20,7 @@ from tests.support.stranger import Stranger, stranger
 from tests.support.waiting import until
 from tests.support.wire_doors import check_error
 from zenoh_ice import (
+    Communicator,
     InterfaceMismatchException,
     MarshalException,
     UserException,
@@ -33,6 +34,7 @@ from zenoh_ice._wire import (
     encode_error,
     encode_sample_attachment,
 )
+from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 
 TARGET = Target("nao", "Calculator")
@@ -204,10 +206,10 @@ class TestCallIds:
 
 class TestClient:
     def test_whatever_is_answered_a_call_ends_with_a_result_or_an_error(
-        self, pair: Pair, intruder: Stranger, monkeypatch: pytest.MonkeyPatch
+        self, pair: Pair, intruder: Stranger, make_communicator: Callable[..., Communicator]
     ) -> None:
         # Of a call without an answer the reason is looked for: here not in a loss that may be noticed yet.
-        monkeypatch.setattr("zenoh_ice._presence._LOSS_NOTICE", 0.0)
+        client = make_communicator(connect=[pair.endpoint], limits=Limits(loss_notice=0.0))
         hostile = HostileBytes(1)
 
         def answer(query: zenoh.Query) -> None:
@@ -229,7 +231,7 @@ class TestClient:
                         query.reply(query.key_expr, data, attachment=hostile.next_input(ATTACHMENTS))
 
         with intruder.impersonating(TARGET, CALCULATOR.type_id, CALCULATOR.fingerprint, answer):
-            calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+            calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             calculator = calculator.ice_invocationTimeout(CALL_LIMIT * 1000)
             for number in range(INPUTS):
                 try:

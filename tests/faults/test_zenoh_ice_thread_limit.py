@@ -16,11 +16,13 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_both
+from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import call_until_it_works, until
 from zenoh_ice import BusyException, Communicator, Sample
 from zenoh_ice._threads import UserCodeThread
+from zenoh_ice.limits import Limits
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -129,14 +131,17 @@ def test_a_call_that_comes_before_its_clients_token_needs_no_thread(
 
 
 def test_a_server_that_executes_no_calls_is_not_announced_until_it_does(
-    pair: Pair, request: pytest.FixtureRequest, caplog: pytest.LogCaptureFixture
+    endpoint: str,
+    make_communicator: Callable[..., Communicator],
+    request: pytest.FixtureRequest,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
+    pair = limited_pair(endpoint, make_communicator, Limits(stalled_looks=5))
     pair.adapter.add(CalculatorI(), "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
     leave = threading.Event()
 
     no_starts: pytest.MonkeyPatch = request.getfixturevalue("no_starts")
-    no_starts.setattr("zenoh_ice._pool._STALLED", 5)
     for _ in range(MOST_THREADS):
         pair.server.pool.submit(lambda: leave.wait(FOREVER))
     until(lambda: "Calculator" not in pair.client.identities())

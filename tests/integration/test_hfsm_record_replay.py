@@ -46,10 +46,10 @@ from zenoh_ice import (
     Sample,
     TimeoutException,
     initialize,
-    streams,
 )
 from zenoh_ice import generated as ice
 from zenoh_ice.generated import Object, ObjectPrx
+from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target, encode_sample_attachment
 
 FOREVER = 10**18
@@ -893,10 +893,7 @@ def test_a_loop_with_a_rate_lets_others_run_and_waits_for_nothing_in_the_replay(
     assert "clock.wait" in kinds
 
 
-def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(
-    tmp_path: Path, world: World, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(streams, "LINGER", 0.04)
+def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(tmp_path: Path, world: World) -> None:
 
     class Seldom(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
@@ -909,7 +906,7 @@ def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(
             return False
 
     path = tmp_path / "run.mcap"
-    with initialize(connect=[], clock="wall") as communicator:
+    with initialize(connect=[], clock="wall", limits=Limits(linger=0.04)) as communicator:
         head = HeadI()
         adapter = communicator.createObjectAdapter("Test")
         adapter.add(head, "Head")

@@ -92,8 +92,7 @@ WHEREVER_IT_STRIKES = """
 """
 
 HANGING = """
-    zenoh_ice.application.cli._CLEANUP_GRACE = 0.2
-    with stop_on_signals() as stop:
+    with stop_on_signals(cleanup_limit=0.2) as stop:
         strike()
         stop.wait()
         time.sleep(0.4)

@@ -19,15 +19,17 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.image_servant import ImageI, Network, camera, image
+from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, open_memory_files, shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
-from zenoh_ice import Communicator, Current, MarshalException, TimeoutException, _memory
+from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
 from zenoh_ice._codec import LARGEST_BULK
 from zenoh_ice._local import routes
 from zenoh_ice._local.door import door_space
 from zenoh_ice._memory import ArenaView, Extent
+from zenoh_ice.limits import Limits
 
 PIXELS = bytes(range(256)) * 400
 MEGABYTE = 1 << 20
@@ -84,9 +86,8 @@ class TestMemory:
         assert lent_bytes() <= lent + 3 * len(content)
 
     def test_idle_connections_keep_no_large_answers(
-        self, endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
+        self, endpoint: str, make_communicator: Callable[..., Communicator]
     ) -> None:
-        monkeypatch.setattr(_memory, "_SIZE", 17 * MEGABYTE)
         together = threading.Barrier(4)
 
         class Echo(CalculatorI):
@@ -96,17 +97,15 @@ class TestMemory:
                 together.wait(EVENT_LIMIT)
                 return data
 
-        server, client = make_communicator(listen=[endpoint]), make_communicator(connect=[endpoint])
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
+        pair = limited_pair(endpoint, make_communicator, Limits(memory=17 * MEGABYTE))
         servant = ImageI()
-        adapter.add(Echo(), "Calculator")
-        adapter.add(servant, "Camera")
-        network = Network(server)
+        pair.adapter.add(Echo(), "Calculator")
+        pair.adapter.add(servant, "Camera")
+        network = Network(pair.server)
         images: list[ImageData] = []
-        with camera(client).getImageData.subscribe(lambda sample: images.append(sample.value)):
+        with camera(pair.client).getImageData.subscribe(lambda sample: images.append(sample.value)):
             network.wait_until_unused(servant)
-            calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+            calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
             with ThreadPoolExecutor(4) as threads:
                 content = bytes(4 * MEGABYTE)
                 assert set(threads.map(calculator.echo, [content] * 4)) == {content}
@@ -149,10 +148,8 @@ class TestMemory:
         self,
         endpoint: str,
         make_communicator: Callable[..., Communicator],
-        monkeypatch: pytest.MonkeyPatch,
     ) -> None:
-        monkeypatch.setattr(_memory, "_LAST_READS", 0.0)
-        server = make_communicator(listen=[endpoint])
+        server = make_communicator(listen=[endpoint], limits=Limits(last_reads=0.0))
         adapter = server.createObjectAdapter("Test")
         adapter.activate()
         servant = ImageI()

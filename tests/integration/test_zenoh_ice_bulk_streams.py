@@ -20,17 +20,19 @@ from interfaces.jderobot import ImageData, ImageProviderPrx
 from tests.conftest import Pair
 from tests.support.carriers import local_connections
 from tests.support.image_servant import ImageI, Network, camera, image
+from tests.support.limited import limited_pair
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import session_of
 from tests.support.waiting import until
-from zenoh_ice import Communicator, Sample, _memory
-from zenoh_ice._local import channel, listeners, routes
+from zenoh_ice import Communicator, Sample
+from zenoh_ice._local import routes
 from zenoh_ice._local.door import door_space
 from zenoh_ice._memory import ArenaView, Extent
 from zenoh_ice._presence import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
+from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 
 MEGABYTE = 1 << 20
@@ -251,24 +253,21 @@ class TestReaders:
         images.check()
 
     def test_a_slow_one_of_large_images_leaves_memory_for_others(
-        self, endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
+        self, endpoint: str, make_communicator: Callable[..., Communicator]
     ) -> None:
-        monkeypatch.setattr(_memory, "_SIZE", 8 * len(image(1).pixelData))
-        monkeypatch.setattr(_memory, "_LAST_READS", 0.0)  # for what begins to listen more than once
-        monkeypatch.setattr(listeners, "_MOST_BYTES", len(image(1).pixelData))
-        server, client = make_communicator(listen=[endpoint]), make_communicator(connect=[endpoint])
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
+        size = len(image(1).pixelData)
+        limits = Limits(memory=8 * size, unread_bytes=size, last_reads=0.0)  # for what begins to listen again
+        pair = limited_pair(endpoint, make_communicator, limits)
         servant = ImageI()
-        adapter.add(servant, "Camera")
-        network, quick, numbers = Network(server), Images(), Numbers(servant)
+        pair.adapter.add(servant, "Camera")
+        network, quick, numbers = Network(pair.server), Images(), Numbers(servant)
         leave = threading.Event()
 
         def hold(_: object) -> None:
             assert leave.wait(EVENT_LIMIT)
 
-        arena: Any = server.transport._door.arena  # type: ignore[union-attr]
-        get = camera(client).getImageData
+        arena: Any = pair.server.transport._door.arena  # type: ignore[union-attr]
+        get = camera(pair.client).getImageData
         with get.subscribe(hold), get.subscribe(hold, queue=8), get.subscribe(quick.take):
             network.wait_until_unused(servant)
             numbers.publish_until(lambda: quick.numbers)  # now all of them listen
@@ -353,9 +352,12 @@ class TestReaders:
         assert proxy.getImageData.latest() is None
 
     def test_a_sample_whose_server_ended_long_before_it_was_read_is_skipped_too(
-        self, pair: Pair, servant: ImageI, network: Network, monkeypatch: pytest.MonkeyPatch
+        self, endpoint: str, make_communicator: Callable[..., Communicator]
     ) -> None:
-        monkeypatch.setattr(channel, "_READING_LIMIT", -math.inf)
+        pair = limited_pair(endpoint, make_communicator, Limits(reading=-math.inf))
+        servant = ImageI()
+        pair.adapter.add(servant, "Camera")
+        network = Network(pair.server)
         stream = camera(pair.client).getImageData
         assert stream.latest() is None
         network.wait_until_unused(servant)

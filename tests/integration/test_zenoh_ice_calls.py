@@ -29,6 +29,7 @@ from tests.support.calculator import (
 from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.carriers import everywhere, is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
+from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
 from tests.support.waiting import until
@@ -48,6 +49,7 @@ from zenoh_ice import (
 from zenoh_ice._presence import client_token
 from zenoh_ice._wire import ERROR_ENCODING, decode_error
 from zenoh_ice.interface import Operation, Struct
+from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 
 SOON = (
@@ -363,9 +365,13 @@ class TestPresence:
 
     @pytest.mark.parametrize("named", [True, False])
     def test_servants_that_are_busy_are_removed_together(
-        self, pair: Pair, named: bool, monkeypatch: pytest.MonkeyPatch
+        self,
+        endpoint: str,
+        make_communicator: Callable[..., Communicator],
+        named: bool,
+        monkeypatch: pytest.MonkeyPatch,
     ) -> None:
-        waited = drains(monkeypatch, limit=0.2)
+        waited, pair = drains(monkeypatch), limited_pair(endpoint, make_communicator, Limits(drain=0.2))
         names = [f"Busy{number}" for number in range(4)]
         servants = {name: CalculatorI() for name in names}
         for name, servant in servants.items():

@@ -17,6 +17,7 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.carriers import is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
+from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
 from tests.support.waiting import until
@@ -30,6 +31,7 @@ from zenoh_ice import (
 )
 from zenoh_ice._presence import servant_token
 from zenoh_ice._wire import encode_call_attachment
+from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 
 FINGERPRINT = "c0ffee0000000010"
@@ -154,18 +156,12 @@ class TestUnlimitedCalls:
         self,
         endpoint: str,
         make_communicator: Callable[..., Communicator],
-        monkeypatch: pytest.MonkeyPatch,
     ) -> None:
-        monkeypatch.setattr("zenoh_ice.servant._MOST_BYTES", 1 << 20)
-        server = make_communicator(listen=[endpoint])
-        client = make_communicator(connect=[endpoint])
+        pair = limited_pair(endpoint, make_communicator, Limits(waiting_bytes=1 << 20))
         servant = GripperI()
         servant.leave.clear()
-        adapter = server.createObjectAdapter("Test")
-        adapter.add(servant, "Gripper")
-        adapter.activate()
-        pair = Pair(endpoint, server, client, adapter)
-        GripperPrx.checkedCast(client.stringToProxy("Gripper"))
+        pair.adapter.add(servant, "Gripper")
+        GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
         send(pair, 1.0)
         assert servant.entered.acquire(timeout=EVENT_LIMIT)
         for _ in range(4):

@@ -7,6 +7,7 @@ import logging
 import math
 import threading
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
@@ -17,18 +18,31 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
+from tests.support.limited import limited, limited_pair
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
 from tests.support.waiting import listened, until
 from zenoh_ice import (
+    Communicator,
     CommunicatorDestroyedException,
     ConfigurationException,
     MarshalException,
     ObjectNotExistException,
     Sample,
     TimeoutException,
-    streams,
 )
+from zenoh_ice.limits import LIMITS, Limits
+
+
+@pytest.fixture
+def limits() -> Limits:
+    """The limits of the pair: those of every day, unless a test is marked otherwise."""
+    return LIMITS
+
+
+@pytest.fixture
+def pair(endpoint: str, make_communicator: Callable[..., Communicator], limits: Limits) -> Pair:
+    return limited_pair(endpoint, make_communicator, limits)
 
 
 @pytest.fixture(params=["remote", "collocated"])
@@ -260,10 +274,10 @@ def test_servant_stops_publishing_after_the_last_subscription(
     wait_until_unheard(servant)
 
 
+@limited(linger=0.2)
 def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
-    calculator: CalculatorPrx, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
+    calculator: CalculatorPrx, servant: CalculatorI
 ) -> None:
-    monkeypatch.setattr(streams, "LINGER", 0.2)
     publisher = servant.getReadingPublisher
     for count in (1, 3):
         listen(calculator, servant)  # nothing stale is left of the last time
@@ -278,9 +292,9 @@ def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
         wait_until_unheard(servant)
 
 
-def test_streams_that_nobody_asks_for_are_forgotten(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+@limited(linger=0.02)
+def test_streams_that_nobody_asks_for_are_forgotten(pair: Pair) -> None:
     """A program may follow a new stream every second."""
-    monkeypatch.setattr(streams, "LINGER", 0.02)
     for number in range(20):
         proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(f"Calculator{number}"))
         assert proxy.getReading.latest() is None
@@ -303,10 +317,10 @@ def test_stream_is_shared_by_proxies_that_are_made_again(pair: Pair, servant: Ca
     until(lambda: fresh().getReading.latest() is not None)
 
 
+@limited(linger=0.02)
 def test_stream_that_somebody_waits_for_is_not_let_go(
-    calculator: CalculatorPrx, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
+    calculator: CalculatorPrx, servant: CalculatorI
 ) -> None:
-    monkeypatch.setattr(streams, "LINGER", 0.02)
     with pytest.raises(TimeoutException):
         calculator.getReading.wait(timeout=0.3)
     seen = threading.Event()
@@ -320,10 +334,10 @@ def test_stream_that_somebody_waits_for_is_not_let_go(
         assert seen.wait(EVENT_LIMIT)
 
 
+@limited(linger=0.02)
 def test_who_waits_long_gets_the_sample_that_comes_at_last(
-    calculator: CalculatorPrx, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
+    calculator: CalculatorPrx, servant: CalculatorI
 ) -> None:
-    monkeypatch.setattr(streams, "LINGER", 0.02)
     got: list[Sample[Reading]] = []
     waiter = threading.Thread(target=lambda: got.append(calculator.getReading.wait(timeout=FOREVER)))
     waiter.start()
@@ -334,11 +348,11 @@ def test_who_waits_long_gets_the_sample_that_comes_at_last(
     assert [sample.value.count for sample in got] == [1]
 
 
+@limited(callback=FOREVER)
 @pytest.mark.parametrize("identity", ["Calculator", "Absent"])
 def test_subscription_closes_at_once_when_no_sample_arrives(
-    pair: Pair, servant: CalculatorI, identity: str, monkeypatch: pytest.MonkeyPatch
+    pair: Pair, servant: CalculatorI, identity: str
 ) -> None:
-    monkeypatch.setattr(streams, "_JOIN_LIMIT", FOREVER)
     prx = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(identity)).ice_invocationTimeout(
         FOREVER * 1000
     )

@@ -109,9 +109,8 @@ class CalculatorI(Scientific):
         return result
 
 
-def drains(monkeypatch: pytest.MonkeyPatch, *, limit: float) -> list[float]:
-    """Wait for running calls for at most `limit` s; return a list that notes the wait in s for each servant."""
-    monkeypatch.setattr("zenoh_ice.servant._DRAIN_LIMIT", limit)
+def drains(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Return a list that notes for each withdrawn servant how many s its running calls are waited for."""
     noted: list[float] = []
     drain = ServedObject.drain
 

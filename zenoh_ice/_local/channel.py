@@ -18,6 +18,7 @@ from .._codec import Parted
 from .._memory import ArenaView
 from .._pool import Job, Pool
 from ..exceptions import SystemException
+from ..limits import LIMITS, Limits
 from ..transport import NoAnswer, Outcome, outcome_of
 from .messages import (
     CANCEL,
@@ -39,7 +40,6 @@ from .messages import (
     send_parts,
 )
 
-_READING_LIMIT: Final = 4.0  # s after the end of a connection in which nobody writes what it lent
 _SENDING_LIMIT: Final = 1.0  # s that a server may take none of its messages
 
 Done = Callable[[Outcome | SystemException], object]
@@ -62,8 +62,11 @@ class Subscriber(Protocol):
 class Channel(MessageSource):
     """A connection for calls in flight, and for streams of large values."""
 
-    def __init__(self, pool: Pool, connection: socket.socket, view: ArenaView | None) -> None:
+    def __init__(
+        self, pool: Pool, connection: socket.socket, view: ArenaView | None, limits: Limits = LIMITS
+    ) -> None:
         super().__init__(connection, decode_to_client)
+        self._reading_limit: Final = limits.reading
         self.ended = False
         self._ended_at = math.inf
         self._pool: Final = pool
@@ -188,7 +191,7 @@ class Channel(MessageSource):
         call = pending.call
         outcome = outcome_of(partial(outcome_of_answer, answer, self._view, call.limit, call.what))
         self.give_back(answer)
-        if answer.extent is not None and time.monotonic() > self._ended_at + _READING_LIMIT:
+        if answer.extent is not None and time.monotonic() > self._ended_at + self._reading_limit:
             outcome = NoAnswer(timed_out=False, broken=True)
         pending.done(outcome)
 

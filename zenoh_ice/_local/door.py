@@ -21,6 +21,7 @@ from typing import Final
 from .._codec import LARGEST_BULK, Pieces
 from .._memory import Arena
 from .._pool import Job, Kind, Pool, Source
+from ..limits import LIMITS, Limits
 from ..transport import Receiver, admit
 from .listeners import Listeners
 from .messages import (
@@ -47,7 +48,6 @@ from .messages import (
 
 _ACCEPT_PERIOD: Final = 0.02  # s between attempts while the process may open no further file
 _SAMPLE_LIMIT: Final = 0.005  # s that a sample waits while an answer is sent
-_SENDING_LIMIT: Final = 1.0  # s that a client may take none of its answers
 _MOST_UNSENT: Final = 2 * LARGEST_BULK  # bytes of these answers
 _LARGEST_HELD: Final = 2048  # bytes of the payload of an answer that is sent together with others
 _SHARE_OF_FILES: Final = 0.5  # of what the process may open: others go over the network
@@ -65,8 +65,11 @@ class Door(Source):
     left when the process is killed. Raises OSError where there is no such socket.
     """
 
-    def __init__(self, pool: Pool, receivers: Mapping[str, Receiver], server: str) -> None:
+    def __init__(
+        self, pool: Pool, receivers: Mapping[str, Receiver], server: str, limits: Limits = LIMITS
+    ) -> None:
         self.server: Final = server
+        self.limits: Final = limits
         self.pool: Final = pool
         self.receivers: Final = receivers
         self.kind: Final = Kind()
@@ -89,7 +92,7 @@ class Door(Source):
         """Listeners to the streams of large values, by the keys of these."""
         self.arena: Arena | None = None
         try:
-            self.arena = Arena()
+            self.arena = Arena(limits)
         except OSError as error:
             _logger.warning("no memory to share, large values go through the socket: %s", error)
         self._socket.listen()
@@ -138,7 +141,7 @@ class Door(Source):
         """Return who listens to a stream, from now on; None without memory to share."""
         if self.arena is None:
             return None
-        return self.streams.setdefault(key, Listeners(self.arena))
+        return self.streams.setdefault(key, Listeners(self.arena, self.limits))
 
     def unpublish(self, key: str) -> None:
         """Let nobody listen to a stream any more."""
@@ -155,7 +158,7 @@ class Door(Source):
         opened = _Connection(self, connection)
         try:
             connection.setblocking(True)
-            limit_sending(connection, _SENDING_LIMIT)
+            limit_sending(connection, self.limits.sending)
             if owner_of(connection) != os.geteuid():
                 raise PermissionError("a process of another user")
             with self._lock:

@@ -9,18 +9,18 @@ from typing import Final, Protocol
 
 from .._codec import Pieces
 from .._memory import Arena
+from ..limits import LIMITS, Limits
 from .messages import LARGEST_INLINE, SAMPLE, SUBSCRIBED, encode, lend
 
 _MOST_LENT: Final = 8  # samples that a listener may leave unread in the memory of their sender
-_MOST_BYTES: Final = 32 << 20  # of these, but for one sample: an eighth of the memory
 _MOST_LISTENERS: Final = 256  # others listen over the network
 _ON_THEIR_WAY: Final = 3  # more of them that it has received, or that were sent to it, but not given back
 _SHORTAGE: Final = 0.5  # s without memory after which listeners are sent to the network
 
 
-def most_unread(size: int) -> int:
+def most_unread(size: int, limits: Limits = LIMITS) -> int:
     """Return how many samples of a size in bytes a listener may leave unread in lent memory."""
-    return max(1, min(_MOST_LENT, _MOST_BYTES // max(1, size)))
+    return max(1, min(_MOST_LENT, limits.unread_bytes // max(1, size)))
 
 
 class Link(Protocol):
@@ -36,7 +36,8 @@ class Link(Protocol):
 class Listeners:
     """Send samples to all listeners; each is written into memory once, for all of them. Thread-safe."""
 
-    def __init__(self, arena: Arena) -> None:
+    def __init__(self, arena: Arena, limits: Limits = LIMITS) -> None:
+        self._limits: Final = limits
         self._arena: Final = arena
         self._lock: Final = threading.Lock()
         self._all: tuple[tuple[Link, int], ...] = ()  # by their numbers on their links
@@ -63,7 +64,7 @@ class Listeners:
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
         """Send a sample; listeners that have not read several before do not get it."""
-        most = most_unread(len(payload)) + _ON_THEIR_WAY
+        most = most_unread(len(payload), self._limits) + _ON_THEIR_WAY
         ready = [each for each in self._all if self._arena.lent_to(each) < most]
         if not ready:
             time.sleep(0)  # a turn for the thread that learns what was given back

@@ -18,6 +18,7 @@ from .._codec import DECODE_ERRORS
 from .._memory import ArenaView
 from .._pool import Pool
 from ..exceptions import MarshalException
+from ..limits import LIMITS, Limits
 from ..transport import NoAnswer, Outcome
 from .channel import Channel, NotSent, Outgoing, send_call
 from .messages import (
@@ -37,8 +38,6 @@ from .messages import (
 )
 
 _ADDRESS: Final = re.compile(r"([0-9a-f]{16})\.([0-9]{1,10})\.([0-9]{1,10})")
-_HELLO_LIMIT: Final = 0.5  # s
-_HELLO_SHARE: Final = 0.1  # of a call's limit: after a vain attempt, it is made over the network
 _RETRY_PAUSE: Final = 5.0  # s after a vain attempt in which a neighbor is called over the network
 _LARGEST_KEPT: Final = 1 << 20  # bytes of the last answer that an idle connection does not give back
 _MOST_IDLE: Final = 8  # connections kept for calls that wait
@@ -53,8 +52,9 @@ class Neighbor:
     one, the channel, which keeps their order.
     """
 
-    def __init__(self, pool: Pool, address: str, server: str) -> None:
+    def __init__(self, pool: Pool, address: str, server: str, limits: Limits = LIMITS) -> None:
         self.pool: Final = pool
+        self.limits: Final = limits
         self._address: Final = address
         self._server: Final = server
         self._lock: Final = threading.Lock()
@@ -108,7 +108,7 @@ class Neighbor:
         """Return the connection for calls in flight, of which one has this limit in s; raises NotSent."""
         with self._lock:
             if self._channel is None or self._channel.ended:
-                self._channel = Channel(self.pool, self._connect(timeout), self._view)
+                self._channel = Channel(self.pool, self._connect(timeout), self._view, self.limits)
                 if self._closed:
                     self._channel.close()
             return self._channel
@@ -164,7 +164,7 @@ class Neighbor:
         try:
             made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
             try:
-                made.settimeout(min(_HELLO_LIMIT, _HELLO_SHARE * timeout))
+                made.settimeout(min(self.limits.hello, self.limits.hello_share * timeout))
                 self._reach(made, f"/proc/{match[2]}/fd/{match[3]}")
             except BaseException:
                 made.close()

@@ -11,6 +11,7 @@ from weakref import WeakSet
 
 from .._pool import Pool
 from .._presence import parse_servant_token
+from ..limits import LIMITS, Limits
 from ..transport import Target
 from .channel import Channel
 from .door import door_space
@@ -73,8 +74,14 @@ class Route:
 class Neighborhood:
     """The neighbors of a process, and the routes to the targets that it calls."""
 
-    def __init__(self, pool: Pool, watch: Callable[[str, Callable[[str, bool], object]], object]) -> None:
+    def __init__(
+        self,
+        pool: Pool,
+        watch: Callable[[str, Callable[[str, bool], object]], object],
+        limits: Limits = LIMITS,
+    ) -> None:
         self._pool: Final = pool
+        self._limits: Final = limits
         self._watch: Final = watch
         self._space: Final = door_space()
         self._lock: Final = threading.Lock()
@@ -103,7 +110,7 @@ class Neighborhood:
             if known is None:
                 if len(self._neighbors) >= _MOST_NEIGHBORS:
                     self._neighbors.pop(next(iter(self._neighbors))).close()
-                known = self._neighbors[server] = Neighbor(self._pool, door, server)
+                known = self._neighbors[server] = Neighbor(self._pool, door, server, self._limits)
             return known
 
     def lost(self, server: str) -> None:

@@ -31,6 +31,7 @@ from ..exceptions import (
 )
 from ..in_process import InProcessTransport
 from ..interface import Operation
+from ..limits import LIMITS, Limits
 from ..session import close_session, connect_endpoints, explain_endpoints, open_session, undeclare
 from ..settings import Security, Settings
 from ..text import without_source
@@ -96,10 +97,11 @@ class ZenohTransport:
     clock: Clock = WALL
     relay: Relay | None = None
 
-    def __init__(self, settings: Settings, pool: Pool) -> None:
+    def __init__(self, settings: Settings, pool: Pool, limits: Limits = LIMITS) -> None:
         """Open the session; raises as `open_session` does."""
         self.settings: Final = settings
         self.pool: Final = pool
+        self.limits: Final = limits
         self.local: Final = InProcessTransport(pool)
         self._lock: Final = threading.Lock()
         self._receivers: Final = self.local.receivers
@@ -116,7 +118,7 @@ class ZenohTransport:
             self.endpoints: Sequence[str] = tuple(connect_endpoints(settings))
             # Credentials mean that others decide who may call whom; they see nothing of a socket.
             self.is_local: Final = settings.local_sockets and settings.security == Security()
-            self.neighborhood: Final = Neighborhood(pool, self.local.watch) if self.is_local else None
+            self.neighborhood: Final = Neighborhood(pool, self.local.watch, limits) if self.is_local else None
             self._door: Door | None = None
             self._wants_door = self.is_local
             self.appear(settings.realm)
@@ -171,7 +173,7 @@ class ZenohTransport:
             if self._wants_door and not self._closed:
                 self._wants_door = False
                 try:
-                    self._door = Door(self.pool, self._receivers, self.id)
+                    self._door = Door(self.pool, self._receivers, self.id, self.limits)
                 except OSError as error:
                     _logger.warning("others of this machine call over the network: no socket: %s", error)
 

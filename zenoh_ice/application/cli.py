@@ -32,8 +32,6 @@ from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, Settings, load
 from zenoh_ice.status import program_name
 from zenoh_ice.toml_file import shown
 
-_CLEANUP_GRACE: Final = 10.0  # s after a signal in which others are ignored, so that cleaning up can end
-
 _logger = logging.getLogger(__name__)
 
 
@@ -163,12 +161,12 @@ class Stop(threading.Event):
 
 
 @contextmanager
-def stop_on_signals() -> Iterator[Stop]:
+def stop_on_signals(*, cleanup_limit: float = 10.0) -> Iterator[Stop]:
     """Let SIGINT, SIGTERM and SIGHUP only set an event, for the duration of a `with` block.
 
     The block runs on the main thread. It waits for the event or polls it, cleans up, and ends; then
     SystemExit is raised with 128 and the number of the signal, unless the block raised something itself.
-    Further signals are ignored for 10 s; the first one after that ends the process at once.
+    Further signals are ignored for `cleanup_limit` s; the first one after that ends the process at once.
     """
     stop = Stop()
     signals = _stop_signals()
@@ -179,7 +177,7 @@ def stop_on_signals() -> Iterator[Stop]:
         while number := int.from_bytes(os.read(reader, 1)):  # 0 when the writer is closed
             if number in signals and not stop.signal:
                 stop.signal = number
-                deadline = time.monotonic() + _CLEANUP_GRACE
+                deadline = time.monotonic() + cleanup_limit
                 stop.set()
             elif number in signals and time.monotonic() > deadline:
                 os._exit(128 + number)

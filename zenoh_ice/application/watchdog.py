@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Final
 
 _SHARE: Final = 0.3  # of the time that systemd gives, between two reports: one may be late
-_CHECK_PERIOD: Final = 0.5  # s between two looks whether a report is due
+_SENDING_LIMIT: Final = 0.5  # s
 
 _logger = logging.getLogger(__name__)
 
@@ -51,9 +51,9 @@ class Watchdog:
         else:
             self._notify("WATCHDOG=1")
 
-    def wait(self, stop: threading.Event, problem: Callable[[], str]) -> None:
-        """Wait for an event, and report meanwhile as `report` does."""
-        while not stop.wait(_CHECK_PERIOD if self._period else None):
+    def wait(self, stop: threading.Event, problem: Callable[[], str], check_period: float = 0.5) -> None:
+        """Wait for an event; meanwhile look every `check_period` s whether to report, as `report` does."""
+        while not stop.wait(check_period if self._period else None):
             self.report(problem)
 
     def _notify(self, state: str) -> None:
@@ -62,7 +62,7 @@ class Watchdog:
         address = f"\0{self._address[1:]}" if self._address.startswith("@") else self._address
         try:
             with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as service_manager:
-                service_manager.settimeout(_CHECK_PERIOD)
+                service_manager.settimeout(_SENDING_LIMIT)
                 service_manager.sendto(state.encode(), address)
         except OSError as error:
             _logger.warning("cannot report %s to systemd: %s", state, error)

@@ -11,11 +11,18 @@ import pytest
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice._memory import Arena, ArenaView
 from zenoh_ice._pool import Pool
+from zenoh_ice.limits import LIMITS, Limits
 
 
 @pytest.fixture
-def arena() -> Iterator[Arena]:
-    with closing(Arena()) as arena:
+def limits() -> Limits:
+    """The limits of the pool and the memory: a test that needs others is parametrized with them."""
+    return LIMITS
+
+
+@pytest.fixture
+def arena(limits: Limits) -> Iterator[Arena]:
+    with closing(Arena(limits)) as arena:
         yield arena
 
 
@@ -26,7 +33,7 @@ def view(arena: Arena) -> Iterator[ArenaView]:
 
 
 @pytest.fixture
-def pool() -> Iterator[Pool]:
-    pool = Pool(4, "pool")
+def pool(limits: Limits) -> Iterator[Pool]:
+    pool = Pool(4, "pool", limits)
     yield pool
     assert pool.close(EVENT_LIMIT)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import msgspec
@@ -14,7 +13,6 @@ from hypothesis import strategies as st
 from tests.support.any_text import any_text
 from tests.support.wire_values import Desk
 from zenoh_ice import MarshalException, ObjectPrx
-from zenoh_ice import _codec as pieces
 from zenoh_ice._codec import Codec, Parted, Pieces, encode
 from zenoh_ice._values import Struct
 
@@ -36,15 +34,9 @@ class Arguments(Struct):
     note: bytes | None = None
 
 
-CODEC = Codec(Arguments)
 LARGE = 8  # so that examples stay small
-
-
-@pytest.fixture(scope="module", autouse=True)
-def small_is_large() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pieces, "LARGE", LARGE)
-        yield
+APART = range(LARGE, 1 << 32)
+CODEC = Codec(Arguments, APART)
 
 
 sizes = st.sampled_from([0, 1, LARGE - 1, LARGE, LARGE + 1, 3 * LARGE])
@@ -76,12 +68,13 @@ def test_pieces_together_are_the_value(value: Arguments) -> None:
     assert CODEC.unpack(bytes(gathered), "it") == value
 
 
-def test_pieces_together_are_what_msgspec_encodes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pieces_together_are_what_msgspec_encodes() -> None:
     large = 1 << 16
-    monkeypatch.setattr(pieces, "LARGE", large)
+    codec = Codec(Arguments)
     for size in (0, large - 1, large, large + 1):
         value = Arguments(Image(Shape(1, b"m" * size), b"p" * size, "c"), [b"o" * size], None)
-        gathered = CODEC.gather_result((value.image, value.others, value.note), "it")
+        gathered = codec.gather_result((value.image, value.others, value.note), "it")
+        assert isinstance(gathered, Pieces) is (size >= large)
         assert bytes(gathered) == msgspec.msgpack.encode(value)
 
 
@@ -107,12 +100,12 @@ def test_a_struct_of_another_type_is_left_to_the_receiver() -> None:
     assert msgspec.msgpack.decode(packed)["image"] == {"width": 1, "mask": b"x" * LARGE}
 
 
-def test_more_bytes_than_messagepack_can_hold_do_not_travel_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pieces, "_LONGEST_BYTES", 2 * LARGE)
+def test_more_bytes_than_messagepack_can_hold_do_not_travel_apart() -> None:
+    codec = Codec(Arguments, range(LARGE, 2 * LARGE + 1))
 
     def travels_apart(size: int) -> bool:
         image = Image(Shape(1, b""), b"x" * size, "")
-        return isinstance(CODEC.gather_result((image, [], None), "it"), Pieces)
+        return isinstance(codec.gather_result((image, [], None), "it"), Pieces)
 
     assert [travels_apart(2 * LARGE), travels_apart(2 * LARGE + 1)] == [True, False]
 
@@ -161,7 +154,8 @@ class Picture(Struct):
 def test_a_proxy_beside_large_bytes_arrives() -> None:
     desk: Any = Desk()
     camera = desk.stringToProxy("Camera")
-    gathered = Codec(Picture).gather_result((b"x" * LARGE, camera), "it")
+    codec = Codec(Picture, APART)
+    gathered = codec.gather_result((b"x" * LARGE, camera), "it")
     assert isinstance(gathered, Pieces)
     arrived = Parted(gathered.without_large(), gathered.places, gathered.large)
-    assert Codec(Picture).unpack(arrived, "it", desk.stringToProxy) == Picture(b"x" * LARGE, camera)
+    assert codec.unpack(arrived, "it", desk.stringToProxy) == Picture(b"x" * LARGE, camera)

@@ -18,9 +18,11 @@ from tests.support.limits import RUN_LIMIT
 from tests.support.open_files import open_files
 from zenoh_ice import MarshalException, _memory
 from zenoh_ice._memory import Arena, ArenaView, Extent
+from zenoh_ice.limits import Limits
 
 PAGE = mmap.PAGESIZE
 SIZE = 1 << 20  # of the memory in these tests
+SMALL = Limits(memory=SIZE)
 LINK, OTHER = object(), object()
 READER = LINK, 1
 ENDED, LIVING = object(), object()
@@ -29,9 +31,9 @@ ADD_SEALS = 1033
 SEAL_SHRINK = 0x2
 
 
-@pytest.fixture(autouse=True)
-def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_memory, "_SIZE", SIZE)
+@pytest.fixture
+def limits() -> Limits:
+    return SMALL
 
 
 def lend(arena: Arena, size: int, *readers: tuple[object, int]) -> Extent:
@@ -92,9 +94,9 @@ class TestLending:
         monkeypatch.setattr("zenoh_ice._memory.time.monotonic", lambda: now)
         mine, others = lend(arena, PAGE), lend(arena, PAGE, (OTHER, 1))
         arena.forget(LINK)
-        now += 0.9 * _memory._LAST_READS
+        now += 0.9 * SMALL.last_reads
         assert lend(arena, PAGE, (OTHER, 2)).start > others.start
-        now += 0.2 * _memory._LAST_READS
+        now += 0.2 * SMALL.last_reads
         assert lend(arena, PAGE, (OTHER, 3)).start == mine.start
         assert lend(arena, PAGE, (OTHER, 4)).start > others.start
 
@@ -128,7 +130,7 @@ Steps = list[tuple[str, int, int]]
     )
 )
 def test_what_is_lent_is_never_written_again(steps: Steps) -> None:
-    with pytest.MonkeyPatch.context() as patch, closing(Arena()) as arena:
+    with pytest.MonkeyPatch.context() as patch, closing(Arena(SMALL)) as arena:
         now = 0.0
         patch.setattr("zenoh_ice._memory.time.monotonic", lambda: now)
         with closing(ArenaView(os.dup(arena.file))) as view:
@@ -145,7 +147,7 @@ def test_what_is_lent_is_never_written_again(steps: Steps) -> None:
                         arena.give_back(extent.start, (links[owner], 1))
                     case "forget":
                         arena.forget(links[chosen])
-                        end = now + _memory._LAST_READS
+                        end = now + SMALL.last_reads
                         lent = [
                             (extent, content, owner, min(until, end) if owner == chosen else until)
                             for extent, content, owner, until in lent

@@ -10,17 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.limited import limited
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import BusyException
-from zenoh_ice._pool import Job, Pool
+from zenoh_ice._pool import MOST_LINES, MOST_QUEUED, Job, Pool
 from zenoh_ice._threads import UserCodeThread
-
-
-@pytest.fixture
-def unwatched(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the watches of pools never look."""
-    monkeypatch.setattr("zenoh_ice._pool.PULSE_PERIOD", FOREVER)
 
 
 def test_jobs_run_at_once_up_to_the_limit(pool: Pool) -> None:
@@ -181,28 +176,26 @@ def test_a_line_goes_on_after_a_job_that_failed(pool: Pool, caplog: pytest.LogCa
     until(lambda: "RuntimeError" in caplog.text)
 
 
-def test_a_full_line_refuses(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._MOST_QUEUED", 2)
+def test_a_full_line_refuses(pool: Pool) -> None:
     leave = threading.Event()
-    for _ in range(3):
+    for _ in range(1 + MOST_QUEUED):
         pool.submit_in_line("servant", lambda: leave.wait(FOREVER))
-    with pytest.raises(BusyException, match="servant: 2 calls are already waiting"):
+    with pytest.raises(BusyException, match="servant: 1024 calls are already waiting"):
         pool.submit_in_line("servant", leave.set)
     leave.set()
 
 
-def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._MOST_LINES", 2)
+def test_too_many_lines_are_refused(pool: Pool) -> None:
     leave = threading.Event()
-    for line in "ab":
+    for line in range(MOST_LINES):
         pool.submit_in_line(line, lambda: leave.wait(FOREVER))
-    with pytest.raises(BusyException, match="c: 2 calls are already waiting"):
+    with pytest.raises(BusyException, match="c: 256 calls are already waiting"):
         pool.submit_in_line("c", leave.set)
     leave.set()
 
 
-def test_threads_that_have_nothing_to_do_end_but_two(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._IDLE_LIMIT", 0.01)
+@limited(idle_thread=0.01)
+def test_threads_that_have_nothing_to_do_end_but_two(pool: Pool) -> None:
     together = threading.Barrier(4)
     for _ in range(3):
         pool.submit(lambda: together.wait(EVENT_LIMIT))
@@ -252,8 +245,8 @@ def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: 
     assert placed == queries
 
 
-def test_quick_jobs_of_a_kind_run_on_one_thread(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._QUICK", FOREVER)  # also on a busy machine
+@limited(quick_job=FOREVER)  # also on a busy machine
+def test_quick_jobs_of_a_kind_run_on_one_thread(pool: Pool) -> None:
     kind, threads, done = pool.kind(), list[str](), threading.Semaphore(0)
     pool.submit(lambda: None, kind)
     until(lambda: kind.quick)  # the first of a kind counts as long until it has ended
@@ -282,7 +275,8 @@ def test_jobs_of_a_kind_that_took_long_run_beside_a_thread_that_takes_the_next(p
     until(lambda: not kind.quick)  # the first may end after the second
 
 
-def test_a_thread_that_waits_for_another_lets_others_have_the_queue(pool: Pool, unwatched: None) -> None:
+@limited(look_period=FOREVER)
+def test_a_thread_that_waits_for_another_lets_others_have_the_queue(pool: Pool) -> None:
     kind, inner, done = pool.kind(), threading.Event(), threading.Event()
     kind.quick = True
 
@@ -417,10 +411,8 @@ def test_threads_that_die_leave_a_whole_pool(pool: Pool, caplog: pytest.LogCaptu
     assert pool_threads() <= 6  # with the watch
 
 
-def test_a_pool_that_takes_no_jobs_says_so_and_when_it_takes_them_again(
-    pool: Pool, starts: Starts, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._STALLED", 5)
+@limited(stalled_looks=5)
+def test_a_pool_that_takes_no_jobs_says_so_and_when_it_takes_them_again(pool: Pool, starts: Starts) -> None:
     pool.kind()
     stalls: list[bool] = []
     pool.on_stall = lambda: stalls.append(pool.stalled)

@@ -8,14 +8,17 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from functools import partial
+from typing import Any, Final
 
 import pytest
 
+from tests.support.limited import limited
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import BusyException
 from zenoh_ice._pool import Job, Kind, Pool, Source
 from zenoh_ice._threads import PULSE_PERIOD, UserCodeThread
+from zenoh_ice.limits import Limits
 
 WATCH = 1  # thread of a pool
 
@@ -77,16 +80,10 @@ def feed(pool: Pool) -> Iterator[MakeFeed]:
         yield make
 
 
-@pytest.fixture
-def unwatched(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the watches of pools never look."""
-    monkeypatch.setattr("zenoh_ice._pool.PULSE_PERIOD", FOREVER)
-
-
-@pytest.fixture
-def all_quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let jobs count as quick on a busy machine, too."""
-    monkeypatch.setattr("zenoh_ice._pool._QUICK", FOREVER)
+UNWATCHED: Final[dict[str, Any]] = {"look_period": FOREVER}
+"""Let the watches of pools never look."""
+ALL_QUICK: Final[dict[str, Any]] = {"quick_job": FOREVER}
+"""Let jobs count as quick on a busy machine, too."""
 
 
 def wait_for(executed: threading.Semaphore, jobs: int) -> None:
@@ -109,7 +106,7 @@ def test_jobs_of_a_source_are_taken_in_their_order_by_one_thread_at_a_time(feed:
     assert source.most_takers == 1
 
 
-@pytest.mark.usefixtures("all_quick")
+@limited(**ALL_QUICK)
 def test_a_thread_that_takes_a_job_slowly_keeps_the_source(feed: MakeFeed) -> None:
     executed = threading.Semaphore(0)
     source = feed(lambda number: executed.release(), quick=True)
@@ -119,7 +116,7 @@ def test_a_thread_that_takes_a_job_slowly_keeps_the_source(feed: MakeFeed) -> No
     assert source.most_takers == 1
 
 
-@pytest.mark.usefixtures("all_quick", "unwatched")
+@limited(**ALL_QUICK, **UNWATCHED)
 def test_quick_jobs_keep_their_source(feed: MakeFeed) -> None:
     threads: list[int] = []
     sent, done = threading.Event(), threading.Event()
@@ -144,7 +141,7 @@ def test_a_quick_job_that_takes_long_for_once_gives_up_its_source(feed: MakeFeed
     assert done.wait(EVENT_LIMIT)
 
 
-@pytest.mark.usefixtures("unwatched")
+@limited(**UNWATCHED)
 def test_a_job_that_is_not_known_as_quick_gives_up_its_source_at_once(feed: MakeFeed) -> None:
     done = threading.Event()
     source = feed(lambda number: done.wait(FOREVER) if number == 1 else done.set())
@@ -152,7 +149,7 @@ def test_a_job_that_is_not_known_as_quick_gives_up_its_source_at_once(feed: Make
     assert done.wait(EVENT_LIMIT)
 
 
-@pytest.mark.usefixtures("unwatched")
+@limited(**UNWATCHED)
 def test_a_thread_that_waits_for_another_gives_up_its_source(pool: Pool, feed: MakeFeed) -> None:
     inner, done = threading.Event(), threading.Event()
 
@@ -179,9 +176,8 @@ def test_a_detached_source_gives_no_jobs(pool: Pool, feed: MakeFeed) -> None:
     assert detached.taken == []
 
 
-@pytest.mark.usefixtures("all_quick", "unwatched")
 def test_a_source_that_is_detached_during_a_job_gives_no_further_one() -> None:
-    pool = Pool(4, "pool")
+    pool = Pool(4, "pool", Limits(**ALL_QUICK, **UNWATCHED))
     entered, leave = threading.Event(), threading.Event()
 
     def execute(number: int) -> None:
@@ -236,7 +232,7 @@ def test_events_of_a_closed_file_do_no_harm_to_the_next_of_its_number(pool: Pool
     assert len(numbers) < 100
 
 
-@pytest.mark.usefixtures("all_quick")
+@limited(**ALL_QUICK)
 def test_many_sources_need_few_threads(pool: Pool, feed: MakeFeed) -> None:
     pool.reserve(200)
     executed = threading.Semaphore(0)
@@ -315,7 +311,7 @@ def test_the_last_free_thread_serves_files_submitted_and_other_jobs(scarce: Pool
     leave.set()
 
 
-@pytest.mark.usefixtures("all_quick")
+@limited(**ALL_QUICK)
 def test_a_source_whose_quick_jobs_never_end_leaves_the_last_thread_to_others(
     scarce: Pool, feed: MakeFeed
 ) -> None:
@@ -337,7 +333,7 @@ def test_a_source_whose_quick_jobs_never_end_leaves_the_last_thread_to_others(
     leave.set()
 
 
-@pytest.mark.usefixtures("all_quick")
+@limited(**ALL_QUICK)
 def test_a_queue_whose_quick_jobs_never_end_leaves_the_last_thread_to_files(
     scarce: Pool, feed: MakeFeed
 ) -> None:
@@ -413,10 +409,10 @@ def test_at_the_limit_nothing_is_refused(scarce: Pool, feed: MakeFeed) -> None:
     wait_for(run, 1)
 
 
+@limited(stalled_looks=5)
 def test_a_pool_whose_files_nobody_watches_says_so_and_when_somebody_does_again(
-    scarce: Pool, feed: MakeFeed, monkeypatch: pytest.MonkeyPatch
+    scarce: Pool, feed: MakeFeed
 ) -> None:
-    monkeypatch.setattr("zenoh_ice._pool._STALLED", 5)
     stalls: list[bool] = []
     scarce.on_stall = lambda: stalls.append(scarce.stalled)
     leave, done = threading.Event(), threading.Event()

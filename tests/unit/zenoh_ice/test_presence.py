@@ -12,6 +12,7 @@ from zenoh_ice import ConnectionLostException, SystemException
 from zenoh_ice._pool import Pool
 from zenoh_ice._presence import Presence, servant_token
 from zenoh_ice.in_process import InProcessTransport
+from zenoh_ice.limits import LIMITS, Limits
 from zenoh_ice.transport import NoAnswer, Served, Target
 
 HEAD = Target("nao", "Head")
@@ -22,9 +23,10 @@ Announce = Callable[..., Served]
 def make_presence(
     submit: Callable[[Callable[[], object]], None] = lambda _: None,
     is_served: Callable[[Target, float], bool] = lambda *_: False,
+    limits: Limits = LIMITS,
 ) -> tuple[Presence, InProcessTransport]:
     transport = InProcessTransport(Pool(0, "test"))
-    presence = Presence(transport, submit, is_served=is_served, needs_links=True)
+    presence = Presence(transport, submit, is_served=is_served, needs_links=True, limits=limits)
     presence.watch("nao")
     return presence, transport
 
@@ -39,9 +41,8 @@ def flood() -> list[str]:
     ]
 
 
-def test_a_flood_of_tokens_is_bounded_and_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._presence._MOST_TOKENS", 1 << 10)
-    presence, transport = make_presence()
+def test_a_flood_of_tokens_is_bounded_and_forgotten() -> None:
+    presence, transport = make_presence(limits=Limits(tokens=1 << 10))
     tokens = flood()
     announced = [transport.announce(token) for token in tokens]
     known = [info for info in presence.servants("nao") for _ in info.interfaces]
@@ -73,9 +74,8 @@ def explained(presence: Presence) -> SystemException:
     return presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), FOREVER, NoAnswer(timed_out=False))
 
 
-def test_a_call_of_a_servant_that_is_away_is_explained_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._presence._LOSS_NOTICE", FOREVER)
-    presence, transport = make_presence()
+def test_a_call_of_a_servant_that_is_away_is_explained_at_once() -> None:
+    presence, transport = make_presence(limits=Limits(loss_notice=FOREVER))
     transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0)).close()
     started = time.monotonic()
     assert isinstance(explained(presence), ConnectionLostException)

@@ -10,7 +10,6 @@ import pytest
 import zenoh
 
 from tests.support.limits import FOREVER
-from zenoh_ice import session
 from zenoh_ice.session import close_session
 
 
@@ -25,12 +24,9 @@ class Stuck:
         raise zenoh.ZError("close operation timed out!")
 
 
-def test_session_that_does_not_end_holds_nobody_up(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(session, "_CLOSE_LIMIT", 0.01)
+def test_session_that_does_not_end_holds_nobody_up(caplog: pytest.LogCaptureFixture) -> None:
     stuck = Stuck()
     with caplog.at_level(logging.WARNING, "zenoh_ice"):
-        close_session(cast("zenoh.Session", stuck))
+        close_session(cast("zenoh.Session", stuck), 0.01)
         assert "has not ended after 0.01 s" in caplog.text
     stuck.may_end.set()

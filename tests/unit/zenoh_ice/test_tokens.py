@@ -12,7 +12,7 @@ from typing import Any, cast
 import pytest
 import zenoh
 
-from zenoh_ice.tokens import FEW, MOST_QUESTIONS, MOST_UNSURE, Tokens
+from zenoh_ice.tokens import FEW, MOST_QUESTIONS, MOST_UNSURE, PAUSE_STEP, Tokens
 
 PATTERN = "**"
 PUT, DELETE = zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE
@@ -27,6 +27,7 @@ class Zenoh:
         existing: Iterable[str] = (),
         overtaken: int = 0,
         most_unsure: int = MOST_UNSURE,
+        pause_step: float = PAUSE_STEP,
     ) -> None:
         """Report some tokens to who subscribes, of which those exist that are named.
 
@@ -39,7 +40,10 @@ class Zenoh:
         self.while_answering: Callable[[], object] = lambda: None
         self.questions = 0
         self.present: set[str] = set()
-        self.tokens = Tokens(cast("zenoh.Session", self), PATTERN, self._note, self._jobs.append, most_unsure)
+        session = cast("zenoh.Session", self)
+        self.tokens = Tokens(
+            session, PATTERN, self._note, self._jobs.append, most_unsure, pause_step=pause_step
+        )
         self.run_jobs()
 
     def liveliness(self) -> Zenoh:
@@ -158,12 +162,10 @@ def test_tokens_are_asked_for_again_when_answers_were_dropped() -> None:
     assert Zenoh("a", "b", existing="a", overtaken=3).present == {"a"}
 
 
-def test_tokens_count_when_answers_are_always_dropped(
-    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("zenoh_ice.tokens._PAUSE_STEP", 0.0)
+def test_tokens_count_when_answers_are_always_dropped(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
-        assert Zenoh("a", "b", overtaken=2 * MOST_QUESTIONS).present == {"a", "b"}
+        zenoh = Zenoh("a", "b", overtaken=2 * MOST_QUESTIONS, pause_step=0.0)
+        assert zenoh.present == {"a", "b"}
     assert "**: 2 tokens may have ended: Zenoh drops answers" in caplog.text
 
 

@@ -12,16 +12,16 @@ from tests.support.waiting import until
 from zenoh_ros2._absence import AbsenceWarning
 
 HERE = ["tcp/127.0.0.1:7447"]
+DELAY = 0.3
 
 
 @pytest.fixture(autouse=True)
-def brief(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    monkeypatch.setattr("zenoh_ros2._absence.WARNING_DELAY", 0.3)
+def warnings(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.WARNING)
 
 
 def test_who_is_not_connected_for_a_while_says_so(caplog: pytest.LogCaptureFixture) -> None:
-    with closing(AbsenceWarning(lambda: False, HERE)):
+    with closing(AbsenceWarning(lambda: False, HERE, DELAY)):
         assert not caplog.text
         until(lambda: "nothing of ROS answers at tcp/127.0.0.1:7447 so far" in caplog.text)
 
@@ -34,7 +34,7 @@ def test_who_is_connected_in_time_says_nothing(caplog: pytest.LogCaptureFixture)
         looks.release()
         return connected.is_set()
 
-    with closing(AbsenceWarning(look, HERE)) as warning:
+    with closing(AbsenceWarning(look, HERE, DELAY)) as warning:
         assert looks.acquire(timeout=5.0)
         connected.set()
         until(lambda: not any(each.name == "first link to ROS" for each in threading.enumerate()))
@@ -43,7 +43,7 @@ def test_who_is_connected_in_time_says_nothing(caplog: pytest.LogCaptureFixture)
 
 
 def test_it_does_not_keep_a_node_from_closing(caplog: pytest.LogCaptureFixture) -> None:
-    AbsenceWarning(lambda: False, HERE).close()
+    AbsenceWarning(lambda: False, HERE, DELAY).close()
     assert not caplog.text
 
 
@@ -54,5 +54,5 @@ def test_without_a_thread_it_warns_at_once(
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr(threading.Thread, "start", refuse)
-    AbsenceWarning(lambda: False, HERE).close()
+    AbsenceWarning(lambda: False, HERE, DELAY).close()
     assert "nothing of ROS answers" in caplog.text

@@ -9,6 +9,7 @@ from tests.support.ros_nodes import DOMAIN, matched, two_nodes
 from tests.support.waiting import until
 from zenoh_ice import Settings
 from zenoh_ros2 import InvalidNameError, MessageError, Node, NodeClosedError, RosError
+from zenoh_ros2._limits import NodeLimits
 
 TWIST = "geometry_msgs/msg/Twist"
 
@@ -52,12 +53,9 @@ def test_the_domain_is_that_of_the_environment(monkeypatch: pytest.MonkeyPatch) 
         assert node.time(1_500_000_000).nanosec == 500_000_000
 
 
-def test_a_node_without_a_router_says_so(
-    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("zenoh_ros2._absence.WARNING_DELAY", 0.2)
-    endpoint = free_endpoint()
-    with Node("alone", settings=Settings(connect=(endpoint,)), domain=DOMAIN) as node:
+def test_a_node_without_a_router_says_so(caplog: pytest.LogCaptureFixture) -> None:
+    endpoint, brief = free_endpoint(), NodeLimits(first_link=0.2)
+    with Node("alone", settings=Settings(connect=(endpoint,)), domain=DOMAIN, limits=brief) as node:
         assert not node.connected
         until(lambda: f"nothing of ROS answers at {endpoint} so far" in caplog.text)
 

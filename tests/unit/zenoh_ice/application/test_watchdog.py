@@ -41,9 +41,8 @@ def test_a_command_that_works_reports_it_again_and_again(
     systemd: socket.socket, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "10000")
-    monkeypatch.setattr("zenoh_ice.application.watchdog._CHECK_PERIOD", 0.001)
     watchdog, stop = Watchdog(), threading.Event()
-    waiting = threading.Thread(target=watchdog.wait, args=(stop, str))
+    waiting = threading.Thread(target=watchdog.wait, args=(stop, str, 0.001))
     waiting.start()
     assert [systemd.recv(64) for _ in range(3)] == [WORKS] * 3
     stop.set()

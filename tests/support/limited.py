@@ -1,0 +1,28 @@
+"""Communicators, and parts of them, with other limits than usual."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.conftest import Pair
+from zenoh_ice import Communicator
+from zenoh_ice.limits import Limits
+
+__all__ = ["limited", "limited_pair"]
+
+
+def limited(**limits: Any) -> pytest.MarkDecorator:
+    """Run a test with other limits of what its fixtures make of their fixture `limits`."""
+    return pytest.mark.parametrize("limits", [Limits(**limits)], ids=["limited"])
+
+
+def limited_pair(endpoint: str, make_communicator: Callable[..., Communicator], limits: Limits) -> Pair:
+    """Return a server that listens and a client connected to it, as the fixture `pair`, with other limits."""
+    server = make_communicator(listen=[endpoint], limits=limits)
+    client = make_communicator(connect=[endpoint], limits=limits)
+    adapter = server.createObjectAdapter("Test")
+    adapter.activate()
+    return Pair(endpoint, server, client, adapter)
