@@ -8,7 +8,6 @@ import os
 import resource
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from queue import SimpleQueue
@@ -261,12 +260,10 @@ class TestAnswers:
                 connection.send(SOUND[2])
 
         with fake_door(behave) as address:
-            began = time.monotonic()
             with pytest.raises(NoAnswer) as raised:
                 call(address, 0.2)
             ended.set()
             assert raised.value.timed_out
-            assert time.monotonic() - began < EVENT_LIMIT
 
     @pytest.mark.parametrize("lends", [True, False])
     @pytest.mark.parametrize(

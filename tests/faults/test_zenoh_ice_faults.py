@@ -7,8 +7,8 @@ import subprocess
 import sys
 import textwrap
 import threading
-import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from functools import partial
 
@@ -151,10 +151,8 @@ class TestNoServer:
 
         looking = threading.Thread(target=look)
         looking.start()
-        started = time.monotonic()
         client.destroy()
         looking.join(EVENT_LIMIT)
-        assert time.monotonic() - started < EVENT_LIMIT
         assert isinstance(outcome[0], CommunicatorDestroyedException)
 
 
@@ -187,21 +185,17 @@ class TestServerKilled:
             follower.start()
             # A wait that begins after the loss would last until the server is back.
             until(lambda: client.processStatus(server_id).servants["SilentCalculator@nao"].listened)
-            started = time.monotonic()
             first.process.kill()
             with pytest.raises(ConnectionLostException):
                 call.result(CALL_LIMIT)
             with pytest.raises(ConnectionLostException, match="is offline"):
                 calculator.count()
             follower.join(EVENT_LIMIT)
-            assert time.monotonic() - started < EVENT_LIMIT
             assert isinstance(outcome[0], ConnectionLostException)
         until(lambda: not links(client))
-        started = time.monotonic()
         for _ in range(10):
             with pytest.raises(ConnectionLostException):
                 calculator.count()
-        assert time.monotonic() - started < EVENT_LIMIT
         before = len(seen)
         with ComponentProcess(module(SERVER, "--listen", endpoint), STEADY) as second:
             second.wait_for("^ready")
@@ -268,17 +262,21 @@ class TestServerFrozen:
         client = make_communicator(connect=[endpoint])
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         calculator.add(1.0, 2.0)
-        with frozen(server):
-            started = time.monotonic()
-            with pytest.raises((TimeoutException, ConnectionLostException)):
-                calculator.ice_invocationTimeout(500).count()
-            assert time.monotonic() - started < EVENT_LIMIT
-            with pytest.raises(ConnectionLostException):  # noqa: PT012
-                while time.monotonic() - started < CALL_LIMIT:
-                    try:
-                        calculator.ice_invocationTimeout(500).count()
-                    except TimeoutException:
-                        continue
+        impatient = calculator.ice_invocationTimeout(300)
+
+        def is_lost() -> bool:
+            try:
+                impatient.count()
+            except TimeoutException:
+                return False
+            except ConnectionLostException:
+                return True
+            raise AssertionError("a server that stands still has answered")
+
+        with frozen(server), ThreadPoolExecutor(1) as thread:
+            error = thread.submit(impatient.count).exception(EVENT_LIMIT)
+            assert isinstance(error, (TimeoutException, ConnectionLostException))
+            until(is_lost, CALL_LIMIT)
         call_until_it_works(calculator)
 
     @over_both
@@ -361,14 +359,12 @@ class TestLinkThatStandsStill:
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             hurried = calculator.ice_invocationTimeout(500)
             relay.hold()
-            started = time.monotonic()
             large = hurried.echo.begin(bytes(8 << 20))
             with pytest.raises(TimeoutException):
                 large.result(CALL_LIMIT)
             for call in [hurried.count.begin() for _ in range(1100)]:
                 with pytest.raises(TimeoutException):
                     call.result(CALL_LIMIT)
-            assert time.monotonic() - started < EVENT_LIMIT
             relay.resume()
             call_until_it_works(calculator)
             client.destroy()
@@ -614,24 +610,25 @@ class TestEndOfTheProgram:
         pair.adapter.add(servant, "Calculator")
         result = run_script(
             """
-            import os, signal, sys, threading, time
+            import os, signal, sys, threading
             from tests.support.calculator import CalculatorPrx
             from zenoh_ice import initialize
 
-            with initialize(connect=[sys.argv[1]], clock="wall", timeout=60.0) as communicator:
+            with initialize(connect=[sys.argv[1]], clock="wall") as communicator:
                 calculator = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
                 calculator.add(1.0, 2.0)
-                started = time.monotonic()
+                long = calculator.ice_invocationTimeout(float(sys.argv[2]) * 1000)
                 try:
                     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
-                    calculator.sleep(60.0)
+                    long.sleep(float(sys.argv[2]))
                 except KeyboardInterrupt:
-                    print("interrupted", time.monotonic() - started < 30.0)
+                    print("interrupted")
             """,
             pair.endpoint,
+            str(FOREVER),
         )
         servant.leave.set()
-        assert result.stdout.strip() == "interrupted True", result.stderr
+        assert result.stdout.strip() == "interrupted", result.stderr
 
     def test_forked_child_is_refused_and_ends(self, lasting: tuple[ComponentProcess, str]) -> None:
         result = run_script(

@@ -338,10 +338,7 @@ class TestClient:
                 except zenoh.ZError:
                     continue
                 tokens.append(intruder.session.liveliness().declare_token(expression))
-        deadline = time.monotonic() + EVENT_LIMIT
-        while f"I{INPUTS - 1}" not in pair.client.identities():
-            assert time.monotonic() < deadline
-            time.sleep(0.005)
+        until(lambda: f"I{INPUTS - 1}" in pair.client.identities())
         assert "Calculator" in pair.client.identities()
         a_call_works(pair)
         for token in tokens:

@@ -7,7 +7,6 @@ import math
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack
@@ -517,12 +516,9 @@ class TestTime:
         pair.adapter.add(servant, "Concurrent")
         proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Concurrent"))
         calls = [proxy.sleep.begin(FOREVER) for _ in range(2)]
-        deadline = time.monotonic() + EVENT_LIMIT
-        while servant.most_running < 2 and time.monotonic() < deadline:
-            time.sleep(0.005)
+        until(lambda: servant.most_running == 2)
         servant.leave.set()
         wait(calls, EVENT_LIMIT)
-        assert servant.most_running == 2
 
     @over_both
     def test_overload_is_reported_and_not_executed(self, remote: ScientificPrx, servant: CalculatorI) -> None:
@@ -615,11 +611,9 @@ class TestLife:
     ) -> None:
         call = remote.sleep.begin(FOREVER)
         assert servant.entered.wait(EVENT_LIMIT)
-        started = time.monotonic()
         pair.client.destroy()
         with pytest.raises(CommunicatorDestroyedException):
             call.result(CALL_LIMIT)
-        assert time.monotonic() - started < EVENT_LIMIT
         servant.leave.set()
 
     @over_both

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
+
+import pytest
 
 from tests.support.calculator import CalculatorPrx
-from tests.support.limits import EVENT_LIMIT, START_LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER, START_LIMIT
 from zenoh_ice import Communicator, Publisher, SystemException
 from zenoh_ice._zenoh.transport import ZenohTransport
 
-__all__ = ["call_until_it_works", "links", "listened", "until"]
+__all__ = ["at_once", "call_until_it_works", "links", "listened", "until"]
+
+
+at_once: Final = pytest.mark.timeout(FOREVER / 4)
+"""A test in which something that is to end at once may wait FOREVER: it fails before that."""
 
 
 def until(condition: Callable[[], object], limit: float = EVENT_LIMIT) -> None:

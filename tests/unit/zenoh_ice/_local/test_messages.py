@@ -293,7 +293,7 @@ class TestSockets:
         began = time.monotonic()
         with pytest.raises(BlockingIOError):
             ends[0].send(FULL)
-        assert seconds * 0.9 <= time.monotonic() - began < EVENT_LIMIT
+        assert time.monotonic() - began >= seconds * 0.9
 
     def test_waits_may_last_more_than_seconds(self, ends: tuple[socket.socket, socket.socket]) -> None:
         limit_sending(ends[0], 60.25)
