@@ -41,7 +41,7 @@ _MOST_LOST: Final = 1 << 10  # that may still have calls waiting here
 
 # Factor of the delay of tokens in an empty realm: a server listens before its robot is ready.
 _START_GRACE: Final = 4
-_GRACE_SHARE: Final = 0.1  # fraction of the limit, if that is more: a long limit means a busy machine
+_GRACE_SHARE: Final = 0.1  # of the limit of a call, if that is more: a long limit means a busy machine
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
@@ -205,7 +205,7 @@ class Presence:
 
         Waits for at most `timeout` s, and less once every process that could know the servant must have
         reported it. They have half a second for that from `since`, a moment of the monotonic clock, now by
-        default; two seconds while the realm is empty; and more if `timeout` is long.
+        default; two seconds while the realm is empty, or if `timeout` is long.
         """
         self.watch(target.realm)
         now = time.monotonic()
@@ -221,7 +221,8 @@ class Presence:
                     delay = self._transport.token_delay
                     if not any(known.realm == target.realm for known in self._tokens):
                         delay *= _START_GRACE
-                    grace = max(delay, timeout * _GRACE_SHARE) if delay else 0.0
+                    longer = min(timeout * _GRACE_SHARE, self._limits.longest_grace)
+                    grace = max(delay, longer) if delay else 0.0
                     until = min(until, max(now if since is None else since, self._last_news) + grace)
                 left = until - time.monotonic()
                 if left <= 0:

@@ -29,6 +29,13 @@ class Limits:
     """Bytes of the calls of a servant that wait for their turn."""
     drain: float = 1.0
     """s to wait for the running calls of servants that are withdrawn."""
+    token_delay: float = 0.5
+    """s for which word of a servant may be on its way, four times as long in an empty realm.
+
+    Over a link it comes within milliseconds, and gossip makes the links to others within tens of them.
+    """
+    longest_grace: float = 2.0
+    """s that a long limit of a call adds to that at most."""
     tokens: int = 1 << 14
     """Tokens of all servants: no robot has more, so that more mean a flood."""
     loss_notice: float = 0.25

@@ -19,7 +19,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.carriers import is_used, over_both
-from tests.support.limited import limited_pair
+from tests.support.limited import HASTY, limited_pair
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
 from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
@@ -422,17 +422,21 @@ class TestClients:
 
     @over_both
     def test_a_client_that_ended_before_its_token_came_is_lost(
-        self, by_environment: None, lasting: tuple[ComponentProcess, str]
+        self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        server, endpoint = lasting
+        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=10))
+        lost: list[str] = []
+        pair.server.onClientLost(lost.append)
+        pair.adapter.add(CalculatorI(), "Calculator")
         with ComponentProcess([sys.executable, "-c", ONE_CALL, endpoint, "quick"]) as process:
             client_id = process.wait_for("^called by (.*)")[1].strip()
-            server.wait_for(f"^lost {client_id}")
+            until(lambda: lost == [client_id])
 
     @over_both
     def test_a_client_whose_call_is_executed_after_its_end_is_lost_again(
-        self, by_environment: None, pair: Pair
+        self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
+        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=25))
         lost: list[str] = []
         callers: list[str] = []
         leave = threading.Event()
@@ -513,7 +517,7 @@ class TestEndpoints:
     def test_server_may_listen_where_everybody_connects(
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        server = make_communicator(listen=[endpoint], connect=[endpoint])
+        server = make_communicator(listen=[endpoint], connect=[endpoint], limits=HASTY)
         adapter = server.createObjectAdapter("Own")
         adapter.add(CalculatorI(), "Calculator")
         adapter.activate()

@@ -112,8 +112,9 @@ def test_calls_for_which_there_is_no_thread_are_refused_and_later_ones_are_not(
 
 
 def test_a_call_that_comes_before_its_clients_token_needs_no_thread(
-    pair: Pair, monkeypatch: pytest.MonkeyPatch
+    endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    pair = limited_pair(endpoint, make_communicator, Limits(token_looks=10))
     pair.adapter.add(CalculatorI(), "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
     monkeypatch.setattr("zenoh_ice._presence.parse_client_token", lambda _: "")  # it never comes

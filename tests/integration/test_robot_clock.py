@@ -10,6 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from interfaces.nao import Clock, ClockReading
+from tests.support.limited import HASTY
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import (
     CommunicatorDestroyedException,
@@ -91,19 +92,19 @@ def test_auto_is_the_wall_beside_a_real_robot(endpoint: str) -> None:
 
 
 def test_auto_is_the_wall_without_a_robot(endpoint: str) -> None:
-    with initialize(connect=[endpoint], clock="auto", timeout=0.5) as communicator:
+    with initialize(connect=[endpoint], clock="auto", timeout=0.1) as communicator:
         assert isinstance(communicator.clock, WallClock)
 
 
 def test_sim_needs_a_robot(endpoint: str) -> None:
     with (
-        initialize(connect=[endpoint], clock="sim", timeout=0.5) as communicator,
+        initialize(connect=[endpoint], clock="sim", timeout=0.1) as communicator,
         pytest.raises(ConnectFailedException, match="start a server"),
     ):
         _ = communicator.clock
     with (
         initialize(listen=[endpoint], connect=[]),
-        initialize(connect=[endpoint], clock="sim") as communicator,
+        initialize(connect=[endpoint], clock="sim", limits=HASTY) as communicator,
         pytest.raises(ObjectNotExistException, match="Clock"),
     ):
         _ = communicator.clock

@@ -13,6 +13,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.carriers import everywhere, is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
+from tests.support.limited import limited, limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import (
@@ -22,8 +23,20 @@ from zenoh_ice import (
     Current,
     ObjectNotExistException,
 )
+from zenoh_ice.limits import LIMITS, Limits
 
 MakeCommunicator = Callable[..., Communicator]
+
+
+@pytest.fixture
+def limits() -> Limits:
+    """The limits of the pair: those of every day, unless a test is marked otherwise."""
+    return LIMITS
+
+
+@pytest.fixture
+def pair(endpoint: str, make_communicator: MakeCommunicator, limits: Limits) -> Pair:
+    return limited_pair(endpoint, make_communicator, limits)
 
 
 def gripper(communicator: Communicator, text: str) -> GripperPrx:
@@ -127,6 +140,7 @@ class TestCurrent:
         assert is_used(carrier)
 
 
+@limited(drain=0.2)
 class TestLife:
     @everywhere
     def test_call_that_waits_when_its_servant_is_removed_is_not_executed(

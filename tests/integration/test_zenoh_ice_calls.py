@@ -28,10 +28,10 @@ from tests.support.calculator import (
 from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.carriers import everywhere, is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
-from tests.support.limited import limited_pair
+from tests.support.limited import HASTY, limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
-from tests.support.waiting import until
+from tests.support.waiting import links, until
 from zenoh_ice import (
     BusyException,
     Communicator,
@@ -51,9 +51,13 @@ from zenoh_ice.interface import Operation, Struct
 from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 
-SOON = (
-    500 * EVENT_LIMIT
-)  # ms: a servant that is not there is looked for for a tenth of the limit, half a second
+
+@pytest.fixture
+def hasty(pair: Pair, make_communicator: Callable[..., Communicator]) -> Communicator:
+    """A client that does not wait for servants that are not there."""
+    hasty = make_communicator(connect=[pair.endpoint], limits=HASTY)
+    until(lambda: links(hasty))
+    return hasty
 
 
 @pytest.fixture
@@ -337,13 +341,14 @@ class TestHostileRequests:
 
 
 class TestPresence:
-    def test_absent_servant_is_named_with_its_like(self, pair: Pair, servant: CalculatorI) -> None:
+    def test_absent_servant_is_named_with_its_like(self, hasty: Communicator, servant: CalculatorI) -> None:
+        until(hasty.identities)
         with pytest.raises(ObjectNotExistException, match=r"'Calculater'.*Calculator"):
-            CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculater").ice_invocationTimeout(SOON))
+            CalculatorPrx.checkedCast(hasty.stringToProxy("Calculater"))
 
-    def test_call_of_an_absent_servant_ends(self, pair: Pair) -> None:
+    def test_call_of_an_absent_servant_ends(self, hasty: Communicator) -> None:
         with pytest.raises(ObjectNotExistException):
-            CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator")).add(1.0, 2.0)
+            CalculatorPrx.uncheckedCast(hasty.stringToProxy("Calculator")).add(1.0, 2.0)
 
     @over_both
     def test_removed_servant_does_not_exist(self, pair: Pair, remote: ScientificPrx) -> None:
@@ -390,11 +395,13 @@ class TestPresence:
         ObjectPrx.checkedCast(pair.client.stringToProxy("Calculator")).ice_ping()
 
     @pytest.mark.parametrize("where", ["client", "server"])
-    def test_other_interface_is_refused(self, pair: Pair, servant: CalculatorI, where: str) -> None:
+    def test_other_interface_is_refused(
+        self, pair: Pair, hasty: Communicator, servant: CalculatorI, where: str
+    ) -> None:
+        communicator = hasty if where == "client" else pair.server
+        until(communicator.identities)
         with pytest.raises(InterfaceMismatchException, match="::test::Scientific, not a ::test::Unrelated"):
-            UnrelatedPrx.checkedCast(
-                getattr(pair, where).stringToProxy("Calculator").ice_invocationTimeout(SOON)
-            )
+            UnrelatedPrx.checkedCast(communicator.stringToProxy("Calculator"))
 
     @pytest.mark.parametrize("where", ["client", "server"])
     def test_other_version_is_refused_with_the_difference(
@@ -423,9 +430,11 @@ class TestPresence:
 
     @over_both
     def test_realms_are_apart(self, pair: Pair, servant: CalculatorI, make_communicator) -> None:
-        other = make_communicator(connect=[pair.endpoint], realm="other")
+        other = make_communicator(connect=[pair.endpoint], realm="other", limits=HASTY)
+        until(lambda: links(other))
         with pytest.raises(ObjectNotExistException):
             CalculatorPrx.checkedCast(other.stringToProxy("Calculator"))
+        until(lambda: other.identities("nao"))
         assert CalculatorPrx.checkedCast(other.stringToProxy("Calculator@nao")).add(1.0, 2.0) == 3.0
 
     @pytest.mark.parametrize("text", ["Ball", "Left.Arm_1-b@field"])
@@ -684,7 +693,10 @@ class TestLife:
         striker.join(EVENT_LIMIT)
         assert not overslept.is_set()
 
-    def test_shutdown_withdraws_servants_and_keeps_proxies(self, pair: Pair, servant: CalculatorI) -> None:
+    def test_shutdown_withdraws_servants_and_keeps_proxies(
+        self, pair: Pair, hasty: Communicator, servant: CalculatorI
+    ) -> None:
+        until(hasty.identities)
         other = pair.client.createObjectAdapter("Other")
         other.add(CalculatorI(), "Other")
         other.activate()
@@ -692,6 +704,6 @@ class TestLife:
         pair.server.shutdown()
         assert pair.server.waitForShutdown(0)
         assert proxy.add(1.0, 2.0) == 3.0
-        until(lambda: "Calculator" not in pair.client.identities())
+        until(lambda: "Calculator" not in hasty.identities())
         with pytest.raises(ObjectNotExistException):
-            CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator").ice_invocationTimeout(SOON))
+            CalculatorPrx.checkedCast(hasty.stringToProxy("Calculator"))

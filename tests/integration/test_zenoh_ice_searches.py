@@ -13,6 +13,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import is_used, over_both
+from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.processes import free_endpoint
@@ -25,6 +26,7 @@ from zenoh_ice import (
     ObjectNotExistException,
     initialize,
 )
+from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 
 
@@ -117,7 +119,7 @@ def test_first_call_and_its_search_end_within_one_limit(
     """The servant appears late, and is slow."""
     endpoint = free_endpoint()
     client = make_communicator(connect=[endpoint])
-    limit = CALL_LIMIT / 2
+    limit = CALL_LIMIT / 4
     proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Late")).ice_invocationTimeout(1000 * limit)
     limits: list[float] = []
 
@@ -149,8 +151,11 @@ def test_short_limit_does_not_wait_for_a_long_one(make_communicator: Callable[..
     assert not patient.done()
 
 
-def test_calls_of_nobody_are_reported_together(pair: Pair) -> None:
-    """Each waits for half a second from when it was made, not after the one before it."""
+def test_calls_of_nobody_are_reported_together(
+    endpoint: str, make_communicator: Callable[..., Communicator]
+) -> None:
+    """Each waits for a second from when it was made, not after the one before it."""
+    pair = limited_pair(endpoint, make_communicator, Limits(token_delay=0.25, longest_grace=0.0))
     absent = NotebookPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
     futures = [absent.note.begin("lost") for _ in range(40)]
     assert not wait(futures, CALL_LIMIT / 2).not_done

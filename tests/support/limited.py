@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import pytest
 
@@ -11,7 +11,10 @@ from tests.conftest import Pair
 from zenoh_ice import Communicator
 from zenoh_ice.limits import Limits
 
-__all__ = ["limited", "limited_pair"]
+__all__ = ["HASTY", "limited", "limited_pair"]
+
+HASTY: Final = Limits(token_delay=0.05, longest_grace=0.0)
+"""Limits of who does not wait for servants that are not there."""
 
 
 def limited(**limits: Any) -> pytest.MarkDecorator:

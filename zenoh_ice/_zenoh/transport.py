@@ -92,8 +92,6 @@ class ZenohTransport:
     hand them to their receivers, in that order.
     """
 
-    # Over a link they come within milliseconds, and gossip makes the links to others within tens of them.
-    token_delay = 0.5
     clock: Clock = WALL
     relay: Relay | None = None
 
@@ -102,6 +100,7 @@ class ZenohTransport:
         self.settings: Final = settings
         self.pool: Final = pool
         self.limits: Final = limits
+        self.token_delay = limits.token_delay
         self.local: Final = InProcessTransport(pool)
         self._lock: Final = threading.Lock()
         self._receivers: Final = self.local.receivers
