@@ -12,18 +12,23 @@ import pytest
 from interfaces.jderobot import Pose3DEncodersPrx
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, announced, module
+from tests.support.soak import cases
 from tests.support.waiting import until
 from zenoh_ice import initialize
 
-DEBUG = ("--log-level", "debug")
+DEBUG = ("--log-level", "debug", "--speed", "0.9")
+
+
+SOON = {"VISUALHFSM_LEASE": "1.0"}
+"""The environment of processes that notice soon that others stand still."""
 
 
 def serve(endpoint: str) -> ComponentProcess:
-    return ComponentProcess(module("naoserver.fake", "--listen", endpoint))
+    return ComponentProcess(module("naoserver.fake", "--listen", endpoint), SOON)
 
 
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint: str) -> None:
-    command = module("ballmover", "green", "--connect", endpoint, "--timeout", "1")
+    command = module("ballmover", "green", "--connect", endpoint, "--timeout", "0.2")
     with ComponentProcess(command) as mover:
         assert mover.wait(RUN_LIMIT) == 1
         assert mover.output.count("\n") == 1
@@ -61,7 +66,7 @@ def test_a_server_that_hangs_is_waited_for_and_the_end_does_not_wait_for_one_tha
 ) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
-        with ComponentProcess(module("ballmover", "green", "--connect", endpoint, *DEBUG)) as mover:
+        with ComponentProcess(module("ballmover", "green", "--connect", endpoint, *DEBUG), SOON) as mover:
             mover.wait_for("waypoint 1 of")
             server.process.send_signal(signal.SIGSTOP)
             try:
@@ -78,13 +83,13 @@ def test_a_server_that_hangs_is_waited_for_and_the_end_does_not_wait_for_one_tha
             assert "Traceback" not in mover.output
 
 
-def test_a_signal_in_the_middle_of_the_start_is_a_clean_end(endpoint: str) -> None:
+@pytest.mark.parametrize("delay", cases([0.1], [0.0, 0.05, 0.15, 0.2, 0.25, 0.3]))
+def test_a_signal_in_the_middle_of_the_start_is_a_clean_end(endpoint: str, delay: float) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
-        for delay in (0.0, 0.1, 0.2, 0.3):  # s; any moment will do
-            with ComponentProcess(announced("ballmover.__main__", "green", "--connect", endpoint)) as mover:
-                mover.wait_for("starting")
-                time.sleep(delay)
-                mover.process.send_signal(signal.SIGINT)
-                assert mover.wait(END_LIMIT) == 130
-                assert "Traceback" not in mover.output
+        with ComponentProcess(announced("ballmover.__main__", "green", "--connect", endpoint)) as mover:
+            mover.wait_for("starting")
+            time.sleep(delay)  # s; any moment will do
+            mover.process.send_signal(signal.SIGINT)
+            assert mover.wait(END_LIMIT) == 130
+            assert "Traceback" not in mover.output

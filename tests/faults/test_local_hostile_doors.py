@@ -22,6 +22,7 @@ from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.local_doors import SERVER, answer, fake_door, greet, next_request
 from tests.support.open_files import open_files
+from tests.support.soak import repeated
 from tests.support.stranger import stranger
 from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
@@ -76,7 +77,8 @@ def no_file_stays_open(pool: Pool) -> Iterator[None]:
     pool.kind()  # begins to look after its threads
     before = open_files()
     yield
-    gc.collect()  # exceptions and their frames hold each other
+    if not open_files() <= before:
+        gc.collect()  # exceptions and their frames hold each other
     until(lambda: open_files() <= before)
 
 
@@ -333,7 +335,8 @@ class TestAnswers:
         hostile = HostileBytes(0)
         refused = 0
         with closing(Arena()) as arena:
-            for _ in range(100):
+            calls = repeated(30, soak=300)
+            for _ in range(calls):
                 data = hostile.next_input([*SOUND, *bombs()])[: 2 * LARGEST_MESSAGE]
 
                 def behave(connection: socket.socket, data: bytes = data) -> None:
@@ -346,7 +349,7 @@ class TestAnswers:
                         assert call(address)[0]
                 except SystemException:
                     refused += 1
-        assert refused > 50
+        assert refused > calls / 2
 
 
 def test_a_door_that_lies_is_passed_by(pair: Pair) -> None:

@@ -15,6 +15,7 @@ import zenoh
 
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
+from tests.support.soak import repeated
 from tests.support.waiting import until
 from zenoh_ros2 import MessageError, Node, QoS, Sender, Types
 from zenoh_ros2._graph import MOST_OF_A_NAME
@@ -227,7 +228,7 @@ def test_a_sender_counts_as_gone_while_there_are_too_many(
 
 
 def test_subscriptions_that_end_while_they_are_asked_for_count_no_more(watched: tuple[Node, Node]) -> None:
-    for number in range(10):  # it takes the moment
+    for number in range(repeated(3, soak=30)):  # it takes the moment
         end_while_asked_for(*watched, f"map{number}")
 
 

@@ -46,7 +46,7 @@ CALLER = """
 import sys, time
 from tests.support.calculator import CalculatorPrx
 from zenoh_ice import SystemException, initialize
-with initialize(clock="wall", lease=1.0, connect=[sys.argv[1]]) as client:
+with initialize(clock="wall", lease=0.5, connect=[sys.argv[1]]) as client:
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     while True:
         try:
@@ -85,7 +85,7 @@ def server(endpoint: str) -> Iterator[ComponentProcess]:
 def lasting() -> Iterator[tuple[ComponentProcess, str]]:
     """A server that outlives tests which freeze it or lose their other peers, and its endpoint."""
     endpoint = free_endpoint()
-    with ComponentProcess(module(SERVER, "--listen", endpoint)) as process:
+    with ComponentProcess(module(SERVER, "--listen", endpoint), {"VISUALHFSM_LEASE": "1.0"}) as process:
         process.wait_for("^ready")
         yield process, endpoint
 
@@ -283,8 +283,8 @@ class TestServerFrozen:
     def test_sending_to_a_frozen_server_ends_within_the_timeout(
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
-        """More data than all buffers hold: the sender must not wait for room, after 2 s the link is lost."""
-        client = make_communicator(connect=[endpoint], timeout=2.0)
+        """More data than all buffers hold: the sender must not wait for room, after 1 s the link is lost."""
+        client = make_communicator(connect=[endpoint], timeout=1.0)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         data = bytes(8 << 20)
         assert calculator.ice_invocationTimeout(CALL_LIMIT * 1000).echo(data) == data
@@ -292,7 +292,7 @@ class TestServerFrozen:
             with pytest.raises(TimeoutException):
                 calculator.ice_invocationTimeout(300).echo(data)
             with pytest.raises((TimeoutException, ConnectionLostException)):
-                calculator.ice_invocationTimeout(2000).echo(data)
+                calculator.ice_invocationTimeout(1000).echo(data)
 
     @over_both
     def test_what_was_given_up_meanwhile_is_not_executed_when_it_goes_on(
@@ -303,7 +303,7 @@ class TestServerFrozen:
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         before = calculator.count()
         with frozen(server):
-            for _ in range(4):
+            for _ in range(4):  # so long that the server notices that it stood still
                 with pytest.raises((TimeoutException, ConnectionLostException)):
                     calculator.ice_invocationTimeout(200).count()
         call_until_it_works(calculator)
@@ -357,7 +357,7 @@ class TestLinkThatStandsStill:
         with Relay(pair.endpoint) as relay:
             client = make_communicator(connect=[relay.endpoint], local_sockets=False, timeout=LONGEST_CALL)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-            hurried = calculator.ice_invocationTimeout(500)
+            hurried = calculator.ice_invocationTimeout(200)
             relay.hold()
             large = hurried.echo.begin(bytes(8 << 20))
             with pytest.raises(TimeoutException):
@@ -792,21 +792,17 @@ def test_servants_that_never_return_hold_up_the_end_for_one_limit_together(
 
 @pytest.mark.parametrize("timeout", [0.1, 0.5])
 def test_a_wait_for_a_stream_ends_in_time_although_its_server_hangs(
-    timeout: float, endpoint: str, make_communicator: MakeCommunicator
+    timeout: float, lasting: tuple[ComponentProcess, str], make_communicator: MakeCommunicator
 ) -> None:
     limits = Limits(status=FOREVER)  # of the question why it is silent
-    with ComponentProcess(module(SERVER, "--listen", endpoint)) as server:
-        server.wait_for("^ready")
-        client = make_communicator(connect=[endpoint], lease=LONGEST_CALL, limits=limits)
-        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-        server.process.send_signal(signal.SIGSTOP)
-        try:
-            waiting = threading.Thread(target=silent, args=(calculator, timeout), daemon=True)
-            waiting.start()
-            waiting.join(CALL_LIMIT)
-            assert not waiting.is_alive()
-        finally:
-            server.process.send_signal(signal.SIGCONT)
+    server, endpoint = lasting
+    client = make_communicator(connect=[endpoint], lease=LONGEST_CALL, limits=limits)
+    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+    with frozen(server):
+        waiting = threading.Thread(target=silent, args=(calculator, timeout), daemon=True)
+        waiting.start()
+        waiting.join(CALL_LIMIT)
+        assert not waiting.is_alive()
 
 
 def silent(calculator: CalculatorPrx, timeout: float) -> None:

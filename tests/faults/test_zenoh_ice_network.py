@@ -16,6 +16,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import ComponentProcess, module
 from tests.support.relay import Relay
+from tests.support.soak import cases
 from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
     Communicator,
@@ -136,8 +137,8 @@ def test_a_sample_that_came_over_a_slow_line_is_as_old_as_it_is(line: Line) -> N
     assert line.calculator.getReading.wait(timeout=EVENT_LIMIT).age >= 0.1
 
 
-@pytest.mark.parametrize("line", [2.0], indirect=True)
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("line", [LEASE], indirect=True)
+@pytest.mark.parametrize("seed", cases([1], range(2, 12)))
 def test_garbled_traffic_ends_calls_and_no_process(line: Line, seed: int) -> None:
     """Whatever the noise makes of it, a call ends, with an exception of ours or an answer."""
     noise = random.Random(seed)
@@ -148,7 +149,7 @@ def test_garbled_traffic_ends_calls_and_no_process(line: Line, seed: int) -> Non
 
     line.calculator.getReading.subscribe(lambda _: None)
     line.relay.garble(garble)
-    calculator = line.calculator.ice_invocationTimeout(2000)
+    calculator = line.calculator.ice_invocationTimeout(1000 * LEASE)
     lost = 0
     while not lost:
         line.servant.getReadingPublisher.publish(Reading(1, [1.0]))

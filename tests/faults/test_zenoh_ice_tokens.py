@@ -12,12 +12,13 @@ import pytest
 from tests.conftest import Pair
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.security import routing
+from tests.support.soak import repeated
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Settings
 
 TOKENS = 200
-ROUNDS = 15
-"""It takes the moment: without care, one round of three fails."""
+ROUNDS = repeated(3, soak=30)
+"""It takes the moment: without care, one round of three fails. Each order has a test in unit/zenoh_ice/test_tokens.py."""
 
 
 class Watch:

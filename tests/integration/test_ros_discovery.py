@@ -11,11 +11,13 @@ import pytest
 from naoserver.fake import FakeRobot
 from naoserver.ros2._command import serve
 from naoserver.ros2._telemetry import Telemetry
+from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
-from tests.support.robot_server import eventually, served_to_client
+from tests.support.robot_server import eventually, served
 from tests.support.security import routing
-from zenoh_ice import Settings
+from zenoh_ice import Settings, initialize
+from zenoh_ice.limits import Limits
 from zenoh_ros2 import Node, Sender, Types
 
 Mode = Literal["client", "peer"]
@@ -23,6 +25,8 @@ Mode = Literal["client", "peer"]
 JOINTS = "sensor_msgs/msg/JointState"
 TEXT = "std_msgs/msg/String"
 HASHES = {name: Types().hash(name) for name in (JOINTS, TEXT)}
+BRIEF = Limits(longest_grace=0.0)
+"""Limits of who looks half a second for parts that the robot does not have, and no longer for long calls."""
 SMALL = "0100"
 """The lowest bytes of an id that is smaller than all but one of 256 random ones."""
 
@@ -30,9 +34,15 @@ SMALL = "0100"
 @contextmanager
 def gateway(router: str = "") -> Iterator[tuple[Telemetry, str]]:
     """Show a robot to ROS by a router, or by its own server; yield the endpoint for nodes of ROS."""
-    with served_to_client(FakeRobot()) as nao, nao.client() as other:
+    with (
+        served(FakeRobot()) as nao,
+        initialize(
+            realm=nao.realm, connect=[nao.endpoint], clock="wall", lease=CALL_LIMIT, limits=BRIEF
+        ) as client,
+    ):
         where = router or nao.endpoint
-        with serve(other.communicator, "nao", settings=Settings(connect=(where,))) as telemetry:
+        eventually(lambda: client.identities() == nao.served_by.identities())
+        with serve(client, "nao", settings=Settings(connect=(where,))) as telemetry:
             yield telemetry, where
 
 

@@ -21,6 +21,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
 from tests.support.security import Keys, routing
 from zenoh_ice import Communicator, initialize
+from zenoh_ice.limits import Limits
 from zenoh_ros2 import LATCHED, CallError, Node, QoS, settings_of_node
 
 TRIGGER = "std_srvs/srv/Trigger"
@@ -66,7 +67,9 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
         robot.start()
         enter(serve_robot(robot, adapter, patient))
         adapter.activate()
-        operator = enter(initialize(keys.settings("operator")))
+        # It looks half a second for parts that the robot does not have, and no longer for long calls.
+        brief = Limits(longest_grace=0.0)
+        operator = enter(initialize(keys.settings("operator"), limits=brief))
         eventually(lambda: "Safety" in operator.identities())
         telemetry = enter(serve(operator, "nao", settings=keys.settings("operator")))
         yield Lab(keys, operator, telemetry)

@@ -36,7 +36,7 @@ run(app)
 
 WAITING = """
     with stop_on_signals() as stop, initialize(connect=[], clock="wall"):
-        threading.Timer(0.3, strike, [signal.{name}]).start()
+        threading.Timer(0.1, strike, [signal.{name}]).start()
         assert stop.wait(60)
         say(stop.signal)
     say("not said")
@@ -70,7 +70,7 @@ AGAIN = """
         strike()
         stop.wait()
         strike(signal.SIGTERM)
-        time.sleep(0.2)
+        time.sleep(0.05)
         say("cleaned up")
 """
 
@@ -85,18 +85,18 @@ WHEREVER_IT_STRIKES = """
     waited_for = threading.Event()
     with stop_on_signals() as stop:
         sys.settrace(trace)
-        waited_for.wait(0.5)
+        waited_for.wait(0.2)
         sys.settrace(None)
         stop.wait()
         waited_for.set()  # hangs if the signal left it locked
 """
 
 HANGING = """
-    with stop_on_signals(cleanup_limit=0.2) as stop:
+    with stop_on_signals(cleanup_limit=0.1) as stop:
         strike()
         stop.wait()
-        time.sleep(0.4)
-        threading.Timer(0.2, strike, [signal.SIGTERM]).start()
+        time.sleep(0.2)
+        threading.Timer(0.05, strike, [signal.SIGTERM]).start()
         time.sleep(60)
 """
 
@@ -110,7 +110,7 @@ FAILING = """
 OUTSIDE = """
     with stop_on_signals():
         pass
-    threading.Timer(0.3, strike, [signal.{name}]).start()
+    threading.Timer(0.1, strike, [signal.{name}]).start()
     try:
         time.sleep(60)
     finally:
@@ -120,7 +120,7 @@ OUTSIDE = """
 HANGUP_FIRST = """
     with stop_on_signals() as stop:
         strike(signal.SIGHUP)
-        threading.Timer(0.3, strike, [signal.SIGTERM]).start()
+        threading.Timer(0.1, strike, [signal.SIGTERM]).start()
         stop.wait()
         say(stop.signal)
 """

@@ -23,6 +23,7 @@ from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, open_memory_files, shared_maps
 from tests.support.processes import ComponentProcess, module
+from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
 from zenoh_ice._codec import LARGEST_BULK
@@ -155,7 +156,7 @@ class TestMemory:
         servant = ImageI()
         adapter.add(servant, "Camera")
         lent = []
-        for _ in range(3):
+        for _ in range(repeated(2, soak=5)):
             with ComponentProcess(module("tests.support.bulk_client", endpoint, "0")) as client:
                 client.wait_for("^ready")
                 pixels = bytes(4 * MEGABYTE)
@@ -192,7 +193,7 @@ class TestMemory:
         adapter.add(Slow(), "Camera")
         lost = threading.Semaphore(0)
         server.onClientLost(lambda _: lost.release())
-        for _ in range(3):
+        for _ in range(repeated(2, soak=5)):
             with ComponentProcess([sys.executable, "-c", CALLER, endpoint]) as client:
                 assert entered.acquire(timeout=START_LIMIT)
                 client.process.kill()
@@ -211,7 +212,7 @@ class TestMemory:
         proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))
         others = shared_maps()
         files = []
-        for _ in range(3):
+        for _ in range(repeated(2, soak=5)):
             with ComponentProcess(module("tests.support.calculator_server", "--listen", endpoint)) as server:
                 server.wait_for("^ready")
                 until(lambda: bool(client.identities()))
@@ -330,11 +331,11 @@ class TestWithoutMemory:
 
 
 @pytest.mark.parametrize("waits", [True, False], ids=["call", "begin"])
-@pytest.mark.parametrize("size", [8 * MEGABYTE, LARGEST_BULK - 100])
+@pytest.mark.parametrize("size", cases([LARGEST_BULK - 100], [8 * MEGABYTE]))
 def test_the_largest_arguments_and_results_arrive(size: int, waits: bool, calculator: CalculatorPrx) -> None:
     wait_for_door(lambda: calculator.echo(PIXELS))
     content = os.urandom(size)
-    for _ in range(3):
+    for _ in range(repeated(2, soak=5)):
         answer = calculator.echo(content) if waits else calculator.echo.begin(content).result(CALL_LIMIT)
         assert answer == content
 

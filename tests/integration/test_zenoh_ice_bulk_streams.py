@@ -24,6 +24,7 @@ from tests.support.limited import limited_pair
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, shared_maps
 from tests.support.processes import ComponentProcess, module
+from tests.support.soak import repeated
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Sample
@@ -443,7 +444,7 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
         with camera(client).getImageData.subscribe(look, queue=8) as reader:
             until(lambda: shared_maps() == others + 1, RUN_LIMIT)
             until(lambda: reader.lost > 0, RUN_LIMIT)
-            until(lambda: len(whole) >= 300, RUN_LIMIT)
+            until(lambda: len(whole) >= repeated(60, soak=300), RUN_LIMIT)
         assert all(whole)
         publisher.process.kill()
 

@@ -276,7 +276,7 @@ def test_servant_stops_publishing_after_the_last_subscription(
     wait_until_unheard(servant)
 
 
-@limited(linger=0.2)
+@limited(linger=0.1)
 def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
     calculator: CalculatorPrx, servant: CalculatorI
 ) -> None:
@@ -302,11 +302,9 @@ def test_streams_that_nobody_asks_for_are_forgotten(pair: Pair) -> None:
         assert proxy.getReading.latest() is None
     del proxy
 
-    def forgotten() -> bool:
-        gc.collect()
-        return not pair.client.streams._readers
-
-    until(forgotten)
+    until(lambda: not pair.client.streams.listening)
+    gc.collect()
+    assert not pair.client.streams._readers
 
 
 def test_stream_is_shared_by_proxies_that_are_made_again(pair: Pair, servant: CalculatorI) -> None:

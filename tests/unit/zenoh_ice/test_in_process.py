@@ -21,6 +21,7 @@ from zenoh_ice import (
 from zenoh_ice._codec import LARGE, Parted
 from zenoh_ice._pool import Job, Kind, Pool
 from zenoh_ice.in_process import InProcessTransport
+from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Buffer, Reply, Target
 
 TARGET = Target("nao", "Calculator")
@@ -124,7 +125,10 @@ def test_large_byte_sequences_are_not_copied(transport: InProcessTransport) -> N
 @pytest.fixture
 def communicator() -> Communicator:
     return Communicator(
-        Settings(clock="wall", timeout=LONGEST_CALL), pool=Pool(2, "test"), transport=InProcessTransport
+        Settings(clock="wall", timeout=LONGEST_CALL),
+        pool=Pool(2, "test"),
+        transport=InProcessTransport,
+        limits=Limits(drain=0.1),
     )
 
 
