@@ -119,7 +119,7 @@ def test_first_call_and_its_search_end_within_one_limit(
     """The servant appears late, and is slow."""
     endpoint = free_endpoint()
     client = make_communicator(connect=[endpoint])
-    limit = CALL_LIMIT / 4
+    limit = CALL_LIMIT / 8
     proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Late")).ice_invocationTimeout(1000 * limit)
     limits: list[float] = []
 

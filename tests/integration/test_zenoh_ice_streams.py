@@ -322,13 +322,13 @@ def test_stream_that_somebody_waits_for_is_not_let_go(
     calculator: CalculatorPrx, servant: CalculatorI
 ) -> None:
     with pytest.raises(TimeoutException):
-        calculator.getReading.wait(timeout=0.3)
+        calculator.getReading.wait(timeout=0.15)
     seen = threading.Event()
     with calculator.getReading.subscribe(lambda _: seen.set()):
         assert listened(servant.getReadingPublisher, EVENT_LIMIT)
         assert calculator.getReading.latest() is None
         with pytest.raises(TimeoutException):
-            calculator.getReading.wait(timeout=0.3)
+            calculator.getReading.wait(timeout=0.15)
         assert servant.getReadingPublisher.listening
         servant.getReadingPublisher.publish(Reading(1, []))
         assert seen.wait(EVENT_LIMIT)
@@ -342,7 +342,7 @@ def test_who_waits_long_gets_the_sample_that_comes_at_last(
     waiter = threading.Thread(target=lambda: got.append(calculator.getReading.wait(timeout=FOREVER)))
     waiter.start()
     assert listened(servant.getReadingPublisher, EVENT_LIMIT)
-    waiter.join(0.3)
+    waiter.join(0.15)
     servant.getReadingPublisher.publish(Reading(1, []))
     waiter.join(EVENT_LIMIT)
     assert [sample.value.count for sample in got] == [1]
