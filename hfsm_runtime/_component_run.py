@@ -13,6 +13,7 @@ from zenoh_ice.clock import Clock
 
 from ._automaton import Automaton
 from ._automaton_run import make_event
+from ._limits import LIMITS, RuntimeLimits
 from ._marks import Mark, Marks
 from ._supervision import Refusal, Supervision
 from ._timeline import Timeline
@@ -34,10 +35,8 @@ _GAP: Final = 0.5
 """Wall seconds to wait for a moment without any cycle, in which the automata are replaced."""
 _CYCLES_LIMIT: Final = 0.5
 """Wall seconds for running cycles to end if there is no such moment; meanwhile no other begins."""
-_CYCLE_LIMIT: Final = 2.0
-"""Wall seconds after which a cycle hangs, if its automaton has a short period."""
 _HANGS_PERIODS: Final = 10
-"""Periods after which the cycle of any other hangs."""
+"""Periods after which the cycle of an automaton with a long period hangs."""
 
 
 class _RootWatch(Observer):
@@ -72,7 +71,9 @@ class ComponentRun:
         servers_present: Callable[[], bool] = lambda: True,
         timeline: Timeline | None = None,
         tree: Callable[[Automaton], Tree] = Tree,
+        limits: RuntimeLimits = LIMITS,
     ) -> None:
+        self._limits = limits
         self.component = component
         self.clock = clock
         """The clock of the component."""
@@ -91,7 +92,7 @@ class ComponentRun:
         """The component's marks on the pictures of its cameras."""
         equip(component, clock, self._sleep, self.send, self.mark)
         self.tree = tree(make_automata(component))
-        self.component_time = timeline or Timeline(clock)
+        self.component_time = timeline or Timeline(clock, limits.paused)
         """The time of the component in ns."""
         self._supervision = Supervision(
             self.tree,
@@ -102,6 +103,7 @@ class ComponentRun:
             halt=self._halt,
             refused=self._refused,
             servers_present=servers_present,
+            hand_over=limits.hand_over,
         )
         self.tree.observers.append(_RootWatch(self))
 
@@ -145,7 +147,7 @@ class ComponentRun:
         ten periods, or whose code sleeps by `self.sleep`, which ends when it must.
         """
         seconds = time.perf_counter() - run.began_wall
-        if not run.in_cycle or seconds < max(_CYCLE_LIMIT, _HANGS_PERIODS * run.automaton.period):
+        if not run.in_cycle or seconds < max(self._limits.hangs, _HANGS_PERIODS * run.automaton.period):
             return 0.0, ""
         frame = self._frame(run)
         if frame is None or not run.in_cycle:

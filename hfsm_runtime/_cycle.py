@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Final, Protocol
+from typing import Protocol
 
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from ._variables import convert, functions_of
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
 from .source_map import PLACE, place_of_assignment
 from .tree import Run, Tree
-
-HAND_OVER: Final = 1.0
-"""The longest wait in s of wall time for the cycles below a state that is left."""
 
 
 class CycleEnded(Exception):
@@ -22,6 +19,9 @@ class CycleEnded(Exception):
 
 class Supervisor(Protocol):
     """What a cycle needs from its environment."""
+
+    hand_over: float
+    """The longest wait in s of wall time for the cycles below a state that is left."""
 
     def now(self) -> int:
         """Return the component time in ns."""
@@ -164,7 +164,7 @@ def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Su
     for observer in tree.observers:
         observer.fired(run, transition, now)
     try:
-        late = tree.wait_for_cycles(run, HAND_OVER)
+        late = tree.wait_for_cycles(run, supervisor.hand_over)
         if late:
             supervisor.not_handed_over(run, late)
         for left, state in _left_for_good(run):

@@ -5,23 +5,18 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from types import FrameType
-from typing import Final
 
 from zenoh_ice.clock import Clock
 
 from ._automaton import Automaton
 from ._component_run import ComponentRun
+from ._limits import LIMITS, RuntimeLimits
 from ._supervision import Refusal
 from ._threads import Threads
 from ._timeline import Timeline
 from .component import Component
 from .errors import ComponentStoppedError, OnError, OnRefused
 from .tree import Replaced, Run, Tree
-
-_STOP_LIMIT: Final = 2.0
-"""The longest wait in wall seconds for the running cycles when the component ends."""
-RETRY_DELAY: Final = 1.0
-"""Wall seconds from a refused command until the automata may try again, and between two questions for it."""
 
 
 class Runtime(ComponentRun):
@@ -37,6 +32,7 @@ class Runtime(ComponentRun):
         on_refused: OnRefused | None = None,
         timeline: Timeline | None = None,
         tree: Callable[[Automaton], Tree] = Tree,
+        limits: RuntimeLimits = LIMITS,
     ) -> None:
         self._asked: Refusal | None = None
         self._ask_at = 0.0
@@ -48,8 +44,9 @@ class Runtime(ComponentRun):
             servers_present=servers_present,
             timeline=timeline,
             tree=tree,
+            limits=limits,
         )
-        self._threads = Threads(self.tree, self.component_time, self._supervision, self._crashed)
+        self._threads = Threads(self.tree, self.component_time, self._supervision, self._crashed, limits.idle)
 
     def start(self) -> None:
         """Start the automata."""
@@ -58,8 +55,8 @@ class Runtime(ComponentRun):
     def stop(self) -> None:
         """End the automata: running cycles end, or are logged as errors after 2 s."""
         self.request_stop()
-        for run in self._threads.stop(_STOP_LIMIT):
-            self._abandon(run, _STOP_LIMIT)
+        for run in self._threads.stop(self._limits.stop):
+            self._abandon(run, self._limits.stop)
 
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Resume after a refused command if commands are accepted again; call it often.
@@ -73,7 +70,7 @@ class Runtime(ComponentRun):
         first = self._asked is not refusal
         if not first and time.monotonic() < self._ask_at:
             return
-        self._asked, self._ask_at = refusal, time.monotonic() + RETRY_DELAY
+        self._asked, self._ask_at = refusal, time.monotonic() + self._limits.retry
         if commands_accepted(refusal.holder) and not first:
             self.resume(refusal)
 

@@ -24,6 +24,7 @@ from zenoh_ice.exceptions import (
 from ._advice import explain
 from ._automaton import Automaton, Event
 from ._cycle import CycleEnded
+from ._limits import RuntimeLimits
 from ._timeline import Timeline
 from .component import Component, source_of
 from .errors import OnError, OnRefused, describe, exit_code_of, part_of_component
@@ -105,7 +106,9 @@ class Supervision(Observer):
         halt: Callable[[], None],
         refused: Callable[[Refusal], None],
         servers_present: Callable[[], bool] = lambda: True,
+        hand_over: float = RuntimeLimits.hand_over,
     ) -> None:
+        self.hand_over = hand_over
         self._tree = tree
         self._timeline = timeline
         self._policies = on_error, on_refused
@@ -204,7 +207,8 @@ class Supervision(Observer):
         """Report automata still in a cycle below a state that was left."""
         for child in late:
             message = (
-                f"still in a cycle 1 s after {run.automaton.name} left the state {run.current.name}: "
+                f"still in a cycle {self.hand_over:g} s after {run.automaton.name} left the state "
+                f"{run.current.name}: "
                 "its code must not block, and others drive the robot with it until it ends"
             )
             self._record(child, "", message)

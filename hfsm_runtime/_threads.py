@@ -16,6 +16,7 @@ from zenoh_ice.clock import Clock
 
 from ._automaton_run import wake_next
 from ._cycle import Supervisor, run_cycle
+from ._limits import RuntimeLimits
 from ._order import patience, turn_of
 from ._timeline import Timeline, delay_in_slot
 from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
@@ -24,8 +25,6 @@ from .tree import ChangeKind, Run, Tree
 
 _logger = logging.getLogger(__name__)
 
-_IDLE: Final = 2.0
-"""The longest wait in wall seconds of an idle thread; any change that concerns it wakes it."""
 _RESOLUTION: Final = 1e-9
 """Seconds; sums of floats are not exact."""
 _STEP: Final = 2.0
@@ -39,7 +38,7 @@ class Threads(Observer):
     """A thread for each automaton of a tree. Start and stop it once.
 
     `crashed` is called on the thread of an automaton that ends by anything but an ordinary exception, such as
-    `sys.exit()` in its code.
+    `sys.exit()` in its code. An idle thread rests for at most `idle` s; any change wakes it.
     """
 
     def __init__(
@@ -48,18 +47,20 @@ class Threads(Observer):
         timeline: Timeline,
         supervisor: Supervisor,
         crashed: Callable[[Run, BaseException], None],
+        idle: float = RuntimeLimits.idle,
     ) -> None:
         self._tree = tree
         self._timeline = timeline
         self._supervisor = supervisor
         self._crashed = crashed
+        self._idle = idle
         self._stopping = False
         self._one_step = threading.Lock()
         self._own = threading.local()
         # The upper ones wake earlier in their slots: most have decided when those wake that come after them.
         by_depth = sorted(tree.runs, key=lambda run: run.depth)
         self._workers = {run: _Worker(self, run, index) for index, run in enumerate(by_depth)}
-        self._alarm = Alarm(timeline)
+        self._alarm = Alarm(timeline, idle)
         tree.observers.append(self)
 
     def start(self) -> None:
@@ -196,7 +197,7 @@ class Threads(Observer):
                 run_cycle(self._tree, run, self._timeline.now(), self._supervisor)
                 worker.stepped.set()
             elif self._tree.held or not run.active or run.finished:
-                worker.wake.wait(_IDLE)
+                worker.wake.wait(self._idle)
             else:
                 if run.automaton.interval != interval:  # at first, and when the automaton was replaced
                     interval, usual = run.automaton.interval, worker.delay
@@ -262,8 +263,9 @@ class Alarm:
     to find out that their first cycles are spread over the period.
     """
 
-    def __init__(self, timeline: Timeline) -> None:
+    def __init__(self, timeline: Timeline, idle: float = RuntimeLimits.idle) -> None:
         self._timeline = timeline
+        self._idle = idle
         self._lock = threading.Lock()
         self._due: list[tuple[int, int, threading.Event]] = []
         self._numbers = count()
@@ -301,7 +303,7 @@ class Alarm:
                 return
             due = self._set_due()
             if due is None:
-                self._news.wait(_IDLE)
+                self._news.wait(self._idle)
             else:
                 self._timeline.wait_until(due, self._news)
 

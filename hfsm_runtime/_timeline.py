@@ -7,10 +7,11 @@ from typing import Final
 
 from zenoh_ice.clock import Clock
 
+from ._limits import RuntimeLimits
+
 _SECOND: Final = 1_000_000_000
 _LONGEST_WAIT: Final = 0.5
 """The longest wait on the clock in s: a simulation that restarts must not hold a component up."""
-_PAUSED_WAIT: Final = 1.0
 _APART: Final = 50_000
 """ns between the wake-ups of two automata whose slots fall together: about what a cycle takes on a thread."""
 
@@ -18,11 +19,13 @@ _APART: Final = 50_000
 class Timeline:
     """Component time in integer ns: it stands still while the component is paused, and never runs backwards.
 
-    When the clock does, because a simulation was restarted, component time continues from where it was.
+    When the clock does, because a simulation was restarted, component time continues from where it was. While
+    it stands still, `wait_until` lasts at most `paused_wait` s of wall time.
     """
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, paused_wait: float = RuntimeLimits.paused) -> None:
         self._clock = clock
+        self._paused_wait = paused_wait
         self._lock = threading.Lock()
         self._latest = _nanoseconds(clock)
         self._zero = self._latest
@@ -67,7 +70,7 @@ class Timeline:
         """Wait until a component time in ns, or until the event is set; it may end early."""
         left = when - self.now()
         if self.paused:
-            wake.wait(_PAUSED_WAIT)
+            wake.wait(self._paused_wait)
         elif left > 0:
             self._clock.wait(wake, min(left / _SECOND, _LONGEST_WAIT))
 

@@ -16,6 +16,7 @@ from zenoh_ice.clock import Clock, VirtualClock
 from .._automaton import Automaton
 from .._component_run import ComponentRun
 from .._cycle import run_cycle
+from .._limits import LIMITS, RuntimeLimits
 from .._supervision import Refusal
 from .._timeline import Timeline, slot_after, slot_at
 from ..component import Component
@@ -83,6 +84,7 @@ class VirtualRun(ComponentRun):
         observers: Iterable[Observer] = (),
         kept: int | None = None,
         starts: bool = True,
+        limits: RuntimeLimits = LIMITS,
     ) -> None:
         self._on_end = on_end
         self._commands_accepted = commands_accepted
@@ -97,6 +99,7 @@ class VirtualRun(ComponentRun):
             None if on_refused is None else OnRefused(on_refused),
             timeline=timeline,
             tree=tree,
+            limits=limits,
         )
         tracer = _Tracer(kept)
         self.tree.observers += [tracer, *observers]

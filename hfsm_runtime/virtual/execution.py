@@ -11,6 +11,7 @@ from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
+from .._limits import LIMITS, RuntimeLimits
 from .._robot import Permission, stop_robot
 from .._supervision import UNAVAILABLE
 from .._variables import values_of
@@ -69,6 +70,7 @@ class Execution(VirtualRun):
         on_error: str | None = None,
         on_refused: str | None = None,
         starts: bool = True,
+        limits: RuntimeLimits = LIMITS,
     ) -> None:
         self.world: Final = world or VirtualWorld()
         """The clock, the servants and the ROS that surround the component."""
@@ -92,6 +94,7 @@ class Execution(VirtualRun):
                     observers=[self._journal],
                     kept=self.world.kept,
                     starts=starts,
+                    limits=limits,
                 )
             self._reloading = Reloading(self, self.world.connect)
         except BaseException:

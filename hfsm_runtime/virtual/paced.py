@@ -23,8 +23,6 @@ _SECOND: Final = 1_000_000_000
 _HIGHEST_SPEED: Final = 100.0
 _STEP_LIMIT: Final = 2.0
 """The longest wait in wall seconds for a step."""
-_STOP_LIMIT: Final = 2.0
-"""The longest wait in wall seconds for the running cycle when the component ends."""
 _RESOLUTION: Final = 1e-9
 
 _logger = logging.getLogger(__name__)
@@ -94,9 +92,9 @@ class PacedExecution(Execution):
         """End the thread: a running cycle ends, or is logged as an error after 2 s."""
         self.request_stop()
         if self._thread.is_alive() and self._thread is not threading.current_thread():
-            self._thread.join(_STOP_LIMIT)
+            self._thread.join(self._limits.stop)
             if self._thread.is_alive() and (run := self._running) is not None:
-                self._abandon(run, _STOP_LIMIT)
+                self._abandon(run, self._limits.stop)
 
     def close(self) -> None:
         """End the thread and the world."""

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from hfsm_runtime import Automaton, Component, Parameter, State, Transition
+from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime._recording.recorder import CodeLock
 from hfsm_runtime._recording.run import MONITOR, RecordedRuntime, recording
 from hfsm_runtime._runtime import Runtime
@@ -54,9 +55,9 @@ def until(proxy: HfsmMonitorPrx, condition: Callable[[ComponentSnapshot], bool])
 
 @contextmanager
 def monitored(
-    pair: Pair, root: Automaton, made: Component | None = None
+    pair: Pair, root: Automaton, made: Component | None = None, limits: RuntimeLimits = LIMITS
 ) -> Iterator[tuple[Runtime, HfsmMonitorPrx]]:
-    runtime = Runtime(made or component(root), WallClock())
+    runtime = Runtime(made or component(root), WallClock(), limits=limits)
     with Monitor(runtime, pair.server):
         runtime.start()
         try:
@@ -174,9 +175,8 @@ def test_snapshots_report_states_timers_guards_variables_and_cycles(pair: Pair) 
 
 
 def test_a_cycle_that_does_not_end_is_reported_with_its_line_and_one_that_sleeps_is_not(
-    pair: Pair, monkeypatch: pytest.MonkeyPatch
+    pair: Pair,
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime._component_run._CYCLE_LIMIT", 0.2)
     release, asleep = threading.Event(), threading.Event()
 
     class Walker(Component, document="walker.xml"):
@@ -200,7 +200,7 @@ def test_a_cycle_that_does_not_end_is_reported_with_its_line_and_one_that_sleeps
             return Automaton(id=1, name="walker", period=0.02, states=(top,))
 
     made = Walker()
-    with monitored(pair, made.automaton(), made) as (_, proxy):
+    with monitored(pair, made.automaton(), made, RuntimeLimits(hangs=0.2)) as (_, proxy):
         assert asleep.wait(EVENT_LIMIT)
         seen = until(proxy, lambda snapshot: snapshot.automata[2].hangsFor > 0.5)
         root, sleeping, hanging = seen.automata

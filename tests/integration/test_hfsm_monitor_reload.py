@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime._robot import connect
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.debugger._monitor import Monitor
@@ -76,11 +77,13 @@ class Version:
 
 
 @contextmanager
-def running(pair: Pair, version: Version, **attributes: object) -> Iterator[tuple[Runtime, HfsmMonitorPrx]]:
+def running(
+    pair: Pair, version: Version, limits: RuntimeLimits = LIMITS, **attributes: object
+) -> Iterator[tuple[Runtime, HfsmMonitorPrx]]:
     component = load(version.file)
     connect(component, pair.server)
     vars(component).update(attributes)
-    runtime = Runtime(component, WallClock())
+    runtime = Runtime(component, WallClock(), limits=limits)
     with Monitor(runtime, pair.server):
         runtime.start()
         try:
@@ -453,10 +456,7 @@ def crowd(automata: int, step: int) -> str:
     )
 
 
-def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(
-    pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", FOREVER)
+def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(pair: Pair, tmp_path: Path) -> None:
     version = Version(tmp_path)
     version.write(crowd(6, 1))
     texts = []
@@ -464,7 +464,7 @@ def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(
         version.write(crowd(number, number))
         texts.append(version.file.read_text(encoding="utf-8"))
     chance = random.Random(7)
-    with running(pair, version) as (runtime, proxy):
+    with running(pair, version, RuntimeLimits(hand_over=FOREVER)) as (runtime, proxy):
 
         def threads() -> list[str]:
             return [thread.name for thread in threading.enumerate() if thread.name.startswith("automaton ")]

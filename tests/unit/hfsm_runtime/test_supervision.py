@@ -8,10 +8,11 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_runtime import Automaton, State, VirtualRun
-from hfsm_runtime._runtime import RETRY_DELAY
+from hfsm_runtime._limits import RuntimeLimits
 from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from tests.support.automata import after, automaton, component, when
+from tests.support.limits import FOREVER
 from tests.support.running import eventually, running
 
 
@@ -168,8 +169,24 @@ def test_hardware_that_fails_for_a_moment_skips_cycles_and_the_tenth_in_a_row_is
 # On threads.
 
 
-@pytest.mark.slow
-def test_on_threads_it_is_paused_until_commands_are_taken_and_asked_at_most_once_a_second() -> None:
+def test_on_threads_it_is_asked_at_once_and_then_only_after_a_delay() -> None:
+    gate = Gate()
+    gate.stopped = True
+    asked: list[str] = []
+
+    def taken(holder: str) -> bool:
+        asked.append(holder)
+        return True
+
+    with running(commanding(gate, 0.01), limits=RuntimeLimits(retry=FOREVER)) as runtime:
+        eventually(lambda: runtime.refusal is not None)
+        for _ in range(3):
+            runtime.retry(taken)
+        assert runtime.refusal is not None
+    assert asked == [""]
+
+
+def test_on_threads_it_is_paused_until_commands_are_taken() -> None:
     gate = Gate()
     asked: list[str] = []
 
@@ -184,15 +201,12 @@ def test_on_threads_it_is_paused_until_commands_are_taken_and_asked_at_most_once
 
         eventually(tried)
 
-    with running(commanding(gate, 0.01)) as runtime:
+    with running(commanding(gate, 0.01), limits=RuntimeLimits(retry=0.01)) as runtime:
         eventually(lambda: len(gate.taken) > 2)
         gate.stopped = True
         eventually(lambda: runtime.refusal is not None)
         assert runtime.status is ComponentStatus.Paused
         at = runtime.component_time.now()
-        runtime.retry(taken)
-        runtime.retry(taken)
-        assert asked == [""], f"once at the refusal, and not again within {RETRY_DELAY} s"
         tried_until(lambda: len(asked) == 2)
         assert (runtime.component_time.now(), runtime.status, gate.refused) == (at, ComponentStatus.Paused, 1)
         gate.stopped = False

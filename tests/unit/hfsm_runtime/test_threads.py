@@ -10,6 +10,7 @@ from contextlib import suppress
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
+from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime._timeline import Timeline
 from hfsm_runtime.errors import ComponentStoppedError, UnknownElementError
@@ -161,9 +162,7 @@ def test_stopping_ends_a_sleep_of_user_code_even_one_that_catches_exceptions() -
 
     with running(root) as runtime:
         assert sleeping.wait(EVENT_LIMIT)
-        began = time.monotonic()
         runtime.stop()
-        assert time.monotonic() - began < EVENT_LIMIT
     assert after_sleep == []
     assert runtime.status is ComponentStatus.Halted
     assert not runtime.failed
@@ -348,14 +347,12 @@ def test_an_automaton_that_wakes_after_a_pause_is_not_kept_waiting(monkeypatch: 
         wait_until(timeline, when, wake)
 
     monkeypatch.setattr(Timeline, "wait_until", rest)
-    monkeypatch.setattr("hfsm_runtime._timeline._PAUSED_WAIT", 60.0)
-    monkeypatch.setattr("hfsm_runtime._threads._IDLE", 60.0)
     left = automaton(2, "left", [State(id=1, name="x")], period=0.02)
     right = automaton(3, "right", [State(id=1, name="x")], period=0.02)
     states = [State(id=1, name="a", children=(left,)), State(id=2, name="b", children=(right,))]
     root = automaton(1, "root", states, [when(lambda: False, 1, 2), when(lambda: False, 2, 1)], period=0.02)
     forth, back = root.transitions
-    with running(root) as runtime:
+    with running(root, limits=RuntimeLimits(idle=FOREVER, paused=FOREVER)) as runtime:
         eventually(lambda: runtime.run(2).cycles > 0)
         runtime.pause()
         eventually(lambda: not runtime.in_cycle)
@@ -393,8 +390,8 @@ def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
             return getattr(threading, name)
 
     monkeypatch.setattr("hfsm_runtime._threads.threading", Threading())
-    monkeypatch.setattr("hfsm_runtime._threads._IDLE", 60.0)
-    with running(automaton(1, "root", [State(id=1, name="a")], period=60)) as runtime:
+    root = automaton(1, "root", [State(id=1, name="a")], period=60)
+    with running(root, limits=RuntimeLimits(idle=FOREVER, stop=EVENT_LIMIT)) as runtime:
         eventually(lambda: runtime.tree.root.cycles == 1)
         armed.set()
         runtime.resume()

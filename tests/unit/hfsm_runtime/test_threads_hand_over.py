@@ -11,15 +11,15 @@ from contextlib import suppress
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
+from hfsm_runtime._limits import RuntimeLimits
 from tests.support.automata import Code, after, automaton, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import eventually, running
 
-
-@pytest.fixture(autouse=True)
-def patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let a cycle end, even on a busy machine, before it is reported as an error."""
-    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", FOREVER)
+PATIENT = RuntimeLimits(hand_over=FOREVER)
+"""A cycle ends, even on a busy machine, before it is reported as an error."""
+HASTY = RuntimeLimits(hand_over=0.02)
+"""Nobody waits long for a cycle that a test lets last."""
 
 
 def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old() -> None:
@@ -68,7 +68,7 @@ def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old
         [after(0.03, 1, 2), after(0.03, 2, 1)],
         period=0.01,
     )
-    with running(root) as runtime:
+    with running(root, limits=PATIENT) as runtime:
         eventually(lambda: min(turns.values()) > 30)
     assert faults == []
     assert runtime.errors == ()
@@ -96,7 +96,7 @@ def slow_hand_over(order: list[str], release: threading.Event) -> Automaton:
 def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_has_ended() -> None:
     order: list[str] = []
     release = threading.Event()
-    with running(slow_hand_over(order, release)) as runtime:
+    with running(slow_hand_over(order, release), limits=PATIENT) as runtime:
         eventually(lambda: not runtime.tree.runs[1].active)
         assert (order, runtime.tree.root.current.name) == (["child begins"], "a")
         release.set()
@@ -105,27 +105,20 @@ def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_h
     assert runtime.errors == ()
 
 
-@pytest.mark.slow
-def test_a_childs_cycle_that_does_not_end_is_reported_as_an_error_after_a_second(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", 1.0)
+def test_a_childs_cycle_that_does_not_end_is_reported_as_an_error() -> None:
     order: list[str] = []
     release = threading.Event()
-    with running(slow_hand_over(order, release)) as runtime:
+    with running(slow_hand_over(order, release), limits=HASTY) as runtime:
         eventually(lambda: "new state" in order)
         release.set()
     assert order[:3] == ["child begins", "transition", "new state"]
     (error,) = runtime.errors
     assert (error.automaton, error.state) == (2, 1)
-    assert "still in a cycle 1 s after root left the state a" in error.message
+    assert "still in a cycle 0.02 s after root left the state a" in error.message
     assert not runtime.failed
 
 
-def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_code(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", 0.02)
+def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_code() -> None:
     asked, left = threading.Event(), threading.Event()
     ran: list[str] = []
 
@@ -150,7 +143,7 @@ def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_co
         [when(asked.is_set, 1, 2)],
         period=0.02,
     )
-    with running(root) as runtime:
+    with running(root, limits=HASTY) as runtime:
         eventually(lambda: runtime.tree.root.current.name == "b")
         left.set()
         eventually(lambda: not runtime.tree.runs[1].in_cycle)
@@ -173,7 +166,7 @@ def cuts_short(build: Callable[[Component, Code], Automaton]) -> list[str]:
         states = [State(id=1, name="a", children=(build(c, sleep),)), State(id=2, name="b")]
         return automaton(1, "root", states, [when(sleeping.is_set, 1, 2)], period=0.02)
 
-    with running(root) as runtime:
+    with running(root, limits=PATIENT) as runtime:
         eventually(lambda: next(runtime.tree.root.paths()) == "b")
         assert not any(run.in_cycle for run in runtime.tree.runs[1:])
         assert runtime.errors == ()
@@ -229,7 +222,7 @@ def test_the_exit_code_of_children_that_restart_waits_for_their_running_cycles()
         State(id=2, name="b", entry=lambda: order.append("entry b"), code=lambda: order.append("b")),
     ]
     change = when(lambda: "first begins" in order, 1, 2, code=lambda: order.append("fired"))
-    with running(automaton(1, "root", states, [change], period=0.02)) as runtime:
+    with running(automaton(1, "root", states, [change], period=0.02), limits=PATIENT) as runtime:
         eventually(lambda: not any(run.active for run in runtime.tree.runs[1:]))
         assert order == ["first begins"]
         release.set()
@@ -239,10 +232,7 @@ def test_the_exit_code_of_children_that_restart_waits_for_their_running_cycles()
     ]  # fmt: skip
 
 
-def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_that_restarted(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", 0.02)
+def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_that_restarted() -> None:
     leaving, release = threading.Event(), threading.Event()
     ran: list[str] = []
 
@@ -260,7 +250,7 @@ def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_tha
     )
     states = [State(id=1, name="a", children=(child,), restart=True), State(id=2, name="b")]
     changes = [when(leaving.is_set, 1, 2), after(0.02, 2, 1)]
-    with running(automaton(1, "root", states, changes, period=60)) as runtime:
+    with running(automaton(1, "root", states, changes, period=60), limits=HASTY) as runtime:
         late = runtime.tree.runs[1]
         assert leaving.wait(EVENT_LIMIT)
         runtime.pause()
@@ -277,9 +267,8 @@ def test_an_automaton_that_blocks_delays_no_other() -> None:
     release = threading.Event()
     free = automaton(2, "free", [State(id=1, name="x")], period=0.01)
     stuck = automaton(3, "stuck", [State(id=1, name="x", code=lambda: release.wait(FOREVER))], period=0.01)
-    with running(
-        automaton(1, "root", [State(id=1, name="a", children=(stuck, free))], period=0.01)
-    ) as runtime:
+    root = automaton(1, "root", [State(id=1, name="a", children=(stuck, free))], period=0.01)
+    with running(root, limits=PATIENT) as runtime:
         run = runtime.tree.run(2)
         assert run is not None
         eventually(lambda: run.cycles > 20)
@@ -310,6 +299,6 @@ def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since(
         [when(crossing.is_set, 1, 2)],
         period=0.02,
     )
-    with running(root) as runtime:
+    with running(root, limits=PATIENT) as runtime:
         eventually(lambda: next(runtime.tree.root.paths()) == "b")
     assert order == ["lowest leaves"]

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
+from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime.errors import ReloadRefusedError, ValueTypeError, VariablesError
 from hfsm_runtime.tree import Run
 from hfsm_runtime.virtual import BehaviorFailed, PacedClock, PacedExecution, VirtualWorld
@@ -143,21 +144,17 @@ def test_code_that_sleeps_sleeps_by_its_time_and_is_cut_by_a_pause() -> None:
 def test_code_that_waits_ends_with_the_component() -> None:
     with paced(lambda c: two_states(1000.0, lambda: c.sleep(1e6))) as run:
         eventually(lambda: run.in_cycle)
-        began = time.monotonic()
         run.stop()
-        assert time.monotonic() - began < EVENT_LIMIT
         assert not run.in_cycle
         with pytest.raises(CommunicatorDestroyedException):
             run.clock.sleep(1.0)
 
 
 def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
-    hanging: Hanging, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    hanging: Hanging, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime._component_run._CYCLE_LIMIT", 0.2)
-    with paced(two_states(1000.0, hanging)) as run:
+    with paced(two_states(1000.0, hanging), limits=RuntimeLimits(hangs=0.2, stop=0.2)) as run:
         assert hanging.began.wait(EVENT_LIMIT)
-        began = time.monotonic()
         run.pause()
         run.resume()
         run.set_speed(2.0)
@@ -165,8 +162,7 @@ def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
             run.exchange(component(two_states(1.0)))
         eventually(lambda: run.hanging(run.tree.root)[0] > 0.2)
         run.stop()
-        assert time.monotonic() - began < 2 * EVENT_LIMIT
-    assert "did not end within 2 s and is abandoned" in caplog.text
+    assert "did not end within 0.2 s and is abandoned" in caplog.text
 
 
 def test_a_refused_command_pauses_it_and_is_tried_again_after_a_second_of_its_clock() -> None:
@@ -284,18 +280,14 @@ def test_who_waits_for_a_state_waits_while_a_refused_command_pauses_it() -> None
 
 def test_calls_are_read_while_it_makes_more() -> None:
     with made(two_states(1000.0)) as run:
-        journal, over = run.world.journal, threading.Event()
+        journal = run.world.journal
 
-        def call() -> None:
-            while not over.is_set():
-                journal.called("Hand.close", {}, None, None)
+        class Target(str):
+            def partition(self, separator: str, /) -> tuple[str, str, str]:  # while the calls are read
+                journal.called("Hand.open", {}, None, None)
+                return super().partition(separator)
 
-        caller = threading.Thread(target=call)
-        caller.start()
-        eventually(lambda: len(run.calls()) > 1000)
-        try:
-            for _ in range(50):
-                run.calls("Hand")
-        finally:
-            over.set()
-            caller.join(EVENT_LIMIT)
+        for _ in range(2):
+            journal.called(Target("Hand.close"), {}, None, None)
+        assert [call.target for call in run.calls("Hand")] == ["Hand.close", "Hand.close"]
+        assert len(run.calls()) == 4
