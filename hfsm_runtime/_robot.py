@@ -32,16 +32,16 @@ _LEASE_LIMIT: Final = 1.0
 _logger = logging.getLogger(__name__)
 
 
-def connect(component: Component, communicator: Communicator) -> None:
+def connect(component: Component, communicator: Communicator, start_limit: float = _START_LIMIT) -> None:
     """Connect every proxy that a component declares and that is not connected yet.
 
     Raises ConnectFailedException when there is no server at all, and otherwise ComponentError, which names
-    every proxy that has no servant, or one of another interface. A robot that is starting is waited for; when
-    it is there, it has announced all that it serves.
+    every proxy that has no servant, or one of another interface. A robot that is starting is waited for, for
+    at most `start_limit` s; when it is there, it has announced all that it serves.
     """
     problems: list[str] = []
     lacking: dict[str, dict[str, str]] = {}  # by realm: who needs what, and the identity that its robot lacks
-    given_up = time.monotonic() + _START_LIMIT
+    given_up = time.monotonic() + start_limit
     for name, declared in proxies_of(component).items():
         if name in vars(component):
             continue

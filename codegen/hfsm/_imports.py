@@ -41,7 +41,7 @@ __all__ = ["resolve"]
 
 _MAX_DEPTH: Final = 16
 """The longest chain of files that import one another."""
-_MAX_AUTOMATA: Final = 10_000
+_MOST_AUTOMATA: Final = 10_000
 """The most automata in a document, with those that are imported."""
 _MAX_ID: Final = 2**31 - 1
 _IDS_EACH: Final = 1000
@@ -51,7 +51,11 @@ _NodeT = TypeVar("_NodeT", bound=Node)
 
 
 def resolve(
-    document: Document, path: Path, diagnostics: Diagnostics, include: Sequence[Path] = ()
+    document: Document,
+    path: Path,
+    diagnostics: Diagnostics,
+    include: Sequence[Path] = (),
+    most_automata: int = _MOST_AUTOMATA,
 ) -> Document:
     """Return a document with everything that it imports; after errors, with as much as possible.
 
@@ -60,7 +64,7 @@ def resolve(
     """
     if not any(automaton.imported for automaton in document.automata):
         return document
-    resolver = _Resolver(path, tuple(include), diagnostics)
+    resolver = _Resolver(path, tuple(include), diagnostics, most_automata)
     resolved = _share_functions(resolver.resolve(document, path, (_Stacked(path.resolve(), None),)))
     # Text is copied if it is imported twice, since an analysis identifies code by its text object.
     return change_code(resolved, replace)
@@ -82,8 +86,11 @@ class _Part:
 
 
 class _Resolver:
-    def __init__(self, path: Path, include: tuple[Path, ...], diagnostics: Diagnostics) -> None:
+    def __init__(
+        self, path: Path, include: tuple[Path, ...], diagnostics: Diagnostics, most_automata: int
+    ) -> None:
         self._directories = (path.parent, *include)
+        self._most_automata = most_automata
         self._diagnostics = diagnostics
         self._documents: dict[Path, Document | None] = {}
 
@@ -95,8 +102,8 @@ class _Resolver:
             part = None if stub.imported is None else self._part(stub, stub.imported, path, stack)
             if part is None:
                 automata.append(stub)
-            elif len(automata) + len(part.automata) > _MAX_AUTOMATA:
-                message = Message("more than {limit} automata in total", limit=_MAX_AUTOMATA)
+            elif len(automata) + len(part.automata) > self._most_automata:
+                message = Message("more than {limit} automata in total", limit=self._most_automata)
                 self._error(Code.RECURSIVE_IMPORT, message, _place(stub, path))
                 break
             else:

@@ -43,7 +43,7 @@ _PROGRESS_PERIOD: Final = 1.0
 """Wall seconds between reports of progress."""
 _MOST_OVERLAPS: Final = 20
 _LONGEST_ID: Final = 20  # digits
-_MOST_CONTEXTS: Final = 10_000
+_MOST_AUTOMATA: Final = 10_000
 """Most contexts whose code has begun and not ended."""
 
 
@@ -69,6 +69,7 @@ class Replay(Observer):
         edited: Callable[[], Component] | None = None,
         since: int = 0,
         progress: Callable[[float], None] = lambda _seconds: None,
+        most_automata: int = _MOST_AUTOMATA,
     ) -> None:
         self.recording = recording
         self.notes: list[str] = []
@@ -78,6 +79,7 @@ class Replay(Observer):
         self._edited = edited
         self._since = since
         self._progress = progress
+        self._most_automata = most_automata
         self._reported_at = time.monotonic()
         self._started = False
         self._script = Script(recording, until, self._passed)
@@ -332,8 +334,8 @@ class Replay(Observer):
             self._answer(self._waiting[context], record)
 
     def _begin_cycle(self, context: str) -> None:
-        if len(self._begun) >= _MOST_CONTEXTS:
-            raise ReplayError(f"the recording runs more than {_MOST_CONTEXTS} automata at a time")
+        if len(self._begun) >= self._most_automata:
+            raise ReplayError(f"the recording runs more than {self._most_automata} automata at a time")
         self._begun.add(context)
         cycle = self._script.cycle_ahead(context)
         run = self.virtual.tree.run(cycle.automaton) if cycle is not None else None

@@ -20,7 +20,14 @@ from hfsm_runtime.recording_file.messages import (
     Reading,
     Result,
 )
-from hfsm_runtime.recording_file.reader import ImageHash, RecordingError, RecordingFile, decode
+from hfsm_runtime.recording_file.reader import (
+    READ_LIMITS,
+    ImageHash,
+    ReadLimits,
+    RecordingError,
+    RecordingFile,
+    decode,
+)
 
 from .._recording.recorder import automaton_context
 from ..errors import ComponentError
@@ -63,8 +70,8 @@ class Recording(RecordingFile):
     it ran with, and the periods of its automata. Raises RecordingError.
     """
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
+    def __init__(self, path: Path, limits: ReadLimits = READ_LIMITS) -> None:
+        super().__init__(path, limits)
         self._images: dict[str, int] = {}
         self.duration = 0
         self.settings: dict[str, Any] = {}

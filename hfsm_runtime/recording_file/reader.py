@@ -13,6 +13,7 @@ import struct
 import zlib
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final, NamedTuple, TypeVar
 
@@ -27,17 +28,6 @@ LARGEST_RECORD: Final = 64 << 20
 """Most bytes of a record, of an unpacked chunk, and of all sources together."""
 LARGEST_MESSAGE: Final = 4 << 20
 """Most bytes of a message other than an image: the largest that the runtime writes has about 1 MiB."""
-MOST_MESSAGES: Final = 5_000_000
-"""Six hours of a behavior with four automata, which makes about 230 messages a second."""
-FEW_MESSAGES: Final = 100_000
-"""Messages that any recording may have; a large one may have one for each of its bytes.
-
-A genuine message takes several bytes, even compressed, since its time differs from the one before.
-"""
-MOST_UNPACKED: Final = 1 << 30
-"""Bytes that any recording may unpack to; a large one may unpack to `HIGHEST_RATIO` times its size."""
-HIGHEST_RATIO: Final = 1000
-"""The images of the fake robot, which are flat, unpack to about 130 times their size in the file."""
 
 _FILE: Final = re.compile(r"(document|component|extension)/([\w.\- ]{1,200}\.(?:xml|py))")
 _MAGIC: Final = b"\x89MCAP0\r\n"
@@ -56,6 +46,26 @@ _BROKEN: Final = (
     ValueError, EOFError, struct.error, KeyError, IndexError, OverflowError, MemoryError, zstandard.ZstdError
 )  # fmt: skip
 """Exceptions for a truncated file: the library's parsers do not expect the end within a record."""
+
+
+@dataclass(frozen=True)
+class ReadLimits:
+    """How much is read of a recording."""
+
+    most_messages: int = 5_000_000
+    """Six hours of a behavior with four automata, which makes about 230 messages a second."""
+    few_messages: int = 100_000
+    """Messages that any recording may have; a large one may have one for each of its bytes.
+
+    A genuine message takes several bytes, even compressed, since its time differs from the one before.
+    """
+    most_unpacked: int = 1 << 30
+    """Bytes that any recording may unpack to; a large one may unpack to `highest_ratio` times its size."""
+    highest_ratio: int = 1000
+    """The images of the fake robot, which are flat, unpack to about 130 times their size in the file."""
+
+
+READ_LIMITS: Final = ReadLimits()
 
 T = TypeVar("T")
 P = TypeVar("P", Image, Picture)
@@ -92,8 +102,9 @@ class RecordingFile:
     epoch; `sources` are the files that made it, by names such as `document/follow_ball.xml`.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, limits: ReadLimits = READ_LIMITS) -> None:
         self._path = path
+        self._limits = limits
         self.metadata: dict[str, str] = {}
         self.sources: dict[str, bytes] = {}
         self.truncated = False
@@ -128,9 +139,10 @@ class RecordingFile:
         self.truncated = True  # until the end is found
         try:
             with suppress(*_BROKEN), self._path.open("rb") as file:
-                size = self._path.stat().st_size
-                most = max(MOST_UNPACKED, HIGHEST_RATIO * size)
-                yield from self._messages(file, most, min(MOST_MESSAGES, max(FEW_MESSAGES, size)))
+                size, limits = self._path.stat().st_size, self._limits
+                most = max(limits.most_unpacked, limits.highest_ratio * size)
+                most_messages = min(limits.most_messages, max(limits.few_messages, size))
+                yield from self._messages(file, most, most_messages)
                 self.truncated = False
         except OSError as error:
             raise RecordingError(f"the recording {self._path} cannot be read: {error.strerror}") from error

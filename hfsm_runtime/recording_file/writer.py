@@ -8,6 +8,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final, NamedTuple
 
@@ -19,14 +20,24 @@ from .reader import LARGEST_MESSAGE
 
 _logger = logging.getLogger(__name__)
 
-_CHECK_PERIOD: Final = 0.1
-"""Seconds between checks of the queue: waking the thread for each message would cost more than writing it."""
 _CHUNK: Final = 10
 """Checks after which a chunk ends, so that a killed process loses at most a second."""
 _CHUNK_SIZE: Final = 1 << 20
-_MOST_WAITING: Final = 50_000
 _MOST_BYTES: Final = 128 << 20
 _CLOSE_LIMIT: Final = 10.0  # s
+
+
+@dataclass(frozen=True)
+class WriteLimits:
+    """When messages are written, and how many may wait for it."""
+
+    check_period: float = 0.1
+    """s between checks of the queue: waking the thread for each message would cost more than writing it."""
+    most_waiting: int = 50_000
+    """Messages in the queue; more are dropped."""
+
+
+WRITE_LIMITS: Final = WriteLimits()
 
 
 class RecordingFailedError(Exception):
@@ -51,9 +62,15 @@ class RecordingWriter:
     """
 
     def __init__(
-        self, path: Path, metadata: Mapping[str, str], attachments: Mapping[str, str], start: int
+        self,
+        path: Path,
+        metadata: Mapping[str, str],
+        attachments: Mapping[str, str],
+        start: int,
+        limits: WriteLimits = WRITE_LIMITS,
     ) -> None:
         self._path = path
+        self._limits = limits
         self._queue: deque[Entry] = deque()
         self._bytes = 0
         self._lost = 0
@@ -101,7 +118,7 @@ class RecordingWriter:
         """Queue a message, without waiting."""
         with self._lock:
             self._latest = entry.time
-            if len(self._queue) >= _MOST_WAITING or self._bytes + entry.size > _MOST_BYTES:
+            if len(self._queue) >= self._limits.most_waiting or self._bytes + entry.size > _MOST_BYTES:
                 self._lost += 1
                 return
             if self._lost:
@@ -140,7 +157,7 @@ class RecordingWriter:
         try:
             last, looks = False, 0
             while not last:
-                last = self._stopping.wait(_CHECK_PERIOD)
+                last = self._stopping.wait(self._limits.check_period)
                 if last and self._lost:
                     self._record_gap(self._latest)
                 self._drain()

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 import signal
 import sys
-import threading
 from contextlib import AbstractContextManager, ExitStack, closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from hfsm_runtime import Component, Proxy
+from hfsm_runtime._robot import connect
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver import server
@@ -23,7 +25,7 @@ from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, eventually, served
-from zenoh_ice import initialize
+from zenoh_ice import ObjectNotExistException, ObjectPrx, initialize
 
 HEAD = (
     "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
@@ -97,27 +99,36 @@ def test_what_a_robot_lacks_is_named_with_what_it_serves(tmp_path: Path, endpoin
     assert "Body" in served_there
 
 
-def test_a_robot_that_starts_beside_another_program_is_waited_for(
-    tmp_path: Path, endpoint: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("hfsm_runtime._robot._START_LIMIT", START_LIMIT)
+def test_a_robot_that_starts_beside_another_program_is_waited_for() -> None:
     with ExitStack() as stack:
         robot = stack.enter_context(closing(FakeRobot()))
-        there = stack.enter_context(initialize(realm="nao", listen=[endpoint], connect=[], clock="wall"))
-        other, adapter = there.createObjectAdapter("Other"), there.createObjectAdapter("Robot")
+        communicator = stack.enter_context(initialize(realm="nao", connect=[], clock="wall", timeout=0.1))
+        other, adapter = communicator.createObjectAdapter("Other"), communicator.createObjectAdapter("Robot")
         other.add(MonitorStub(), "Other")
         other.activate()
+        refused: list[str] = []
 
-        def start_robot() -> None:
-            stack.enter_context(server.serve(robot, adapter))
-            adapter.activate()
+        class LatePrx(PoseHeadPrx):
+            """The robot starts when it was looked for in vain."""
 
-        starting = threading.Timer(0.8, start_robot)
-        starting.start()
-        stack.callback(starting.join)
-        code, output = run(turning(tmp_path), endpoint, "--seconds", "0.2", "--timeout", "0.6")
-        starting.join()
-    assert (code, "turning" in output) == (0, True), output
+            @classmethod
+            def checkedCast(cls, proxy: ObjectPrx) -> Any:
+                try:
+                    return PoseHeadPrx.checkedCast(proxy)
+                except ObjectNotExistException as error:
+                    refused.append(str(error))
+                    if len(refused) == 1:
+                        stack.enter_context(server.serve(robot, adapter))
+                        adapter.activate()
+                    raise
+
+        class Turner(Component):
+            head = Proxy("Head", LatePrx)
+
+        turner = Turner()
+        connect(turner, communicator, START_LIMIT)
+        turner.head.setSpeed(0.2, 0.0)
+    assert len(refused) == 1
 
 
 def test_a_library_that_is_not_installed_is_reported_in_one_line(tmp_path: Path, endpoint: str) -> None:

@@ -28,7 +28,7 @@ from hfsm_runtime._replay.script import Recording, ReplayError
 from hfsm_runtime._robot import connect
 from hfsm_runtime.debugger._breakpoints import Breakpoints
 from hfsm_runtime.recording_file import writer
-from hfsm_runtime.recording_file.messages import Action, Cycle, Reading, Result
+from hfsm_runtime.recording_file.messages import Action, Cycle, Mark, Reading, Result
 from hfsm_runtime.tree import Run
 from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
@@ -675,13 +675,12 @@ def test_an_edited_document_does_not_take_over_from_a_component_that_has_ended(
     assert comparison.identical
 
 
-def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(
-    tmp_path: Path, world: World, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(tmp_path: Path, world: World) -> None:
     path = tmp_path / "run.mcap"
     with running(Watcher, world, path) as (runtime, _):
-        for most_waiting in (10_000, 0, 10_000):
-            monkeypatch.setattr(writer, "_MOST_WAITING", most_waiting)
+        for size in (0, writer._MOST_BYTES - 1000, 0):
+            if size:  # nothing else fits into the queue until it is written
+                runtime._recorder.put("/marks", Mark("top", 0.0, 0.0, ""), size)
             cycles = runtime.tree.root.cycles
             eventually(lambda cycles=cycles: runtime.tree.root.cycles > cycles + 10)  # type: ignore[misc]
     run, comparison = replayed(path, Watcher)
@@ -692,10 +691,7 @@ def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(
     assert max(step.time for step in comparison.replayed_steps) <= float(gap[1]) + 0.001
 
 
-def test_a_recording_of_more_automata_than_any_component_has_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("hfsm_runtime._replay.run._MOST_CONTEXTS", 100)
+def test_a_recording_of_more_automata_than_any_component_has_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     recorded = writer.RecordingWriter(path, {"name": "many", "start": "0"}, {}, 0)
     recorded.put(writer.Entry("/actions", 0, Action("start")))
@@ -703,7 +699,7 @@ def test_a_recording_of_more_automata_than_any_component_has_is_refused(
         recorded.put(writer.Entry("/cycles/x", number, Cycle(number, "x", True, number)))
     recorded.close()
     with pytest.raises(ReplayError, match="runs more than 100 automata at a time"):
-        replayed(path, Watcher)
+        replayed(path, Watcher, most_automata=100)
 
 
 # What passes the transport.
@@ -893,8 +889,7 @@ def test_a_loop_with_a_rate_lets_others_run_and_waits_for_nothing_in_the_replay(
     assert "clock.wait" in kinds
 
 
-def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(tmp_path: Path, world: World) -> None:
-
+def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(tmp_path: Path) -> None:
     class Seldom(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             if count % 20 > 3:
@@ -906,7 +901,7 @@ def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(tmp_path:
             return False
 
     path = tmp_path / "run.mcap"
-    with initialize(connect=[], clock="wall", limits=Limits(linger=0.04)) as communicator:
+    with initialize(connect=[], clock="wall") as communicator:
         head = HeadI()
         adapter = communicator.createObjectAdapter("Test")
         adapter.add(head, "Head")
@@ -914,7 +909,8 @@ def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(tmp_path:
         with running(Seldom, (communicator, head), path) as (runtime, clock):
             while runtime.tree.root.cycles < 70:
                 head.getPosePublisher.publish(head.pose())
-                clock.sleep(0.05)
+                communicator.streams.close_unwanted()  # as otherwise each 2.5 s
+                clock.sleep(0.1)
     identical(path, Seldom)
     seen = [record.message for record in Recording(path) if isinstance(record.message, Result)]
     nothing = [bool(each.packed is None and not each.same) for each in seen]

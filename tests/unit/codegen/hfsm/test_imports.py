@@ -36,13 +36,15 @@ LIBRARY = document(
 )
 
 
-def resolved(directory: Path, text: str, *include: Path) -> tuple[Document, list[str]]:
+def resolved(
+    directory: Path, text: str, *include: Path, most_automata: int = 10_000
+) -> tuple[Document, list[str]]:
     path = directory / "main.xml"
     path.write_text(text)
     diagnostics = Diagnostics()
     parsed = parse_document(text, path, diagnostics)
     assert parsed is not None
-    found = resolve(parsed, path, diagnostics, include)
+    found = resolve(parsed, path, diagnostics, include, most_automata)
     return found, [f"{error.location.path.name}:{error.location.line}: {error.code}" for error in diagnostics]
 
 
@@ -248,14 +250,13 @@ def test_a_file_elsewhere_is_found_where_its_directory_is_allowed(tmp_path: Path
         assert len(found.automata) == 4
 
 
-def test_imports_do_not_multiply_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("codegen.hfsm._imports._MAX_AUTOMATA", 100)
+def test_imports_do_not_multiply_without_end(tmp_path: Path) -> None:
     for number in range(7):
         (tmp_path / f"lib{number}.xml").write_text(
             document(root(2, 3), *(imported(f"lib{number + 1}.xml", id=child) for child in (2, 3)))
         )
     (tmp_path / "lib7.xml").write_text(LIBRARY)
-    _, errors = resolved(tmp_path, document(root(2), imported("lib0.xml")))
+    _, errors = resolved(tmp_path, document(root(2), imported("lib0.xml")), most_automata=100)
     assert "E552" in {error.split()[-1] for error in errors}
 
 

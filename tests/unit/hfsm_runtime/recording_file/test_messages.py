@@ -22,11 +22,15 @@ from hfsm_runtime._recording.run import RecordedRuntime, recording
 from hfsm_runtime._recording.values import readable
 from hfsm_runtime._replay.script import Recording
 from hfsm_runtime.component import Component
-from hfsm_runtime.recording_file import reader
-from hfsm_runtime.recording_file import writer as writing
 from hfsm_runtime.recording_file.messages import MESSAGES, Action, Gap, Message, Reading, schema_of
-from hfsm_runtime.recording_file.reader import RecordingError
-from hfsm_runtime.recording_file.writer import Entry, RecordingFailedError, RecordingWriter
+from hfsm_runtime.recording_file.reader import LARGEST_MESSAGE, ReadLimits, RecordingError, RecordingFile
+from hfsm_runtime.recording_file.writer import (
+    WRITE_LIMITS,
+    Entry,
+    RecordingFailedError,
+    RecordingWriter,
+    WriteLimits,
+)
 from interfaces.jderobot import ImageDescription
 from tests.support.any_text import any_text
 from tests.support.automata import after, automaton, component, when
@@ -35,6 +39,7 @@ from tests.support.examples import examples
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import eventually
 from tests.support.stepped_clock import SteppedClock
+from tests.support.waiting import until
 from zenoh_ice.clock import WallClock
 
 STATE = {"name": "test", "start": "1000"}
@@ -140,10 +145,10 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
 def test_what_is_too_large_to_be_read_is_left_out_of_what_is_looked_at(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     writer = RecordingWriter.watching(path, "walker", "<a/>")
-    writer.look("/actions", Action("structure", {"name": "x" * reader.LARGEST_MESSAGE}), 2.5)
+    writer.look("/actions", Action("structure", {"name": "x" * LARGEST_MESSAGE}), 2.5)
     writer.look("/actions", Action("structure", {"name": "walker"}), 2.5)
     writer.close()
-    recorded = reader.RecordingFile(path)
+    recorded = RecordingFile(path)
     assert [(each.topic, each.time) for each in recorded.messages()] == [("/actions", 2_500_000_000)]
     assert (recorded.name, recorded.files["document"]) == ("walker", ("walker.xml", b"<a/>"))
 
@@ -187,11 +192,10 @@ def test_a_disk_that_fills_up_is_reported_in_one_line(
 
 
 def test_messages_that_come_too_fast_leave_a_gap_that_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(writing, "_MOST_WAITING", 10)
     path = tmp_path / "run.mcap"
-    writer = RecordingWriter(path, STATE, {}, 1000)
+    writer = RecordingWriter(path, STATE, {}, 1000, WriteLimits(most_waiting=10))
     for number in range(25):
         writer.put(Entry("/readings", 1000 + number, Reading("", "now", number)))
     writer.close()
@@ -216,22 +220,18 @@ def test_a_message_that_cannot_be_made_costs_only_itself(tmp_path: Path) -> None
     assert [topic for topic, _, _ in messages(path)] == ["/gaps", "/readings"]
 
 
-@pytest.mark.slow
-def test_a_chunk_ends_at_least_each_second(tmp_path: Path) -> None:
+def test_a_chunk_ends_after_ten_looks(tmp_path: Path) -> None:
     """What was recorded can be read while the file is still being written, as after a kill."""
     path = tmp_path / "run.mcap"
-    writer = RecordingWriter(path, STATE, {}, 1000)
+    assert WRITE_LIMITS.check_period <= 0.1, "a second at most"
+    writer = RecordingWriter(path, STATE, {}, 1000, WriteLimits(check_period=0.01))
     try:
         writer.put(Entry("/readings", 1001, Reading("", "now", 1)))
-        deadline = time.monotonic() + EVENT_LIMIT
-        while True:
-            recorded = Recording(path)
-            if records := list(recorded):
-                assert recorded.truncated
-                assert isinstance(records[0].message, Reading)
-                break
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+        until(lambda: bool(list(Recording(path))), EVENT_LIMIT)
+        recorded = Recording(path)
+        (record,) = recorded
+        assert recorded.truncated
+        assert isinstance(record.message, Reading)
     finally:
         writer.close()
 
@@ -251,19 +251,15 @@ def test_a_file_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path: Path, kept:
     assert times == list(range(len(times)))
 
 
-def test_messages_that_unpack_to_more_than_memory_has_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_messages_that_unpack_to_more_than_memory_has_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     writer = RecordingWriter(path, STATE, {}, 1000)
     for number in range(5000):  # which are few in the file
         writer.put(Entry("/readings", 1000 + number, Reading("x" * 500, "now", number)))
     writer.close()
-    monkeypatch.setattr(reader, "MOST_UNPACKED", 1_000_000)
-    monkeypatch.setattr(reader, "HIGHEST_RATIO", 3)
     assert 3 * path.stat().st_size < 1_000_000
     with pytest.raises(RecordingError, match="unpacks to more than 1000000 bytes"):
-        Recording(path)
+        Recording(path, ReadLimits(most_unpacked=1_000_000, highest_ratio=3))
 
 
 # The lock.

@@ -15,9 +15,8 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Metadata, Schema
 
 from hfsm_runtime._replay.script import Recording
-from hfsm_runtime.recording_file import reader
 from hfsm_runtime.recording_file.messages import Image, Reading, Stamp
-from hfsm_runtime.recording_file.reader import RecordingError, RecordingFile
+from hfsm_runtime.recording_file.reader import READ_LIMITS, ReadLimits, RecordingError, RecordingFile
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import open_recording
@@ -71,15 +70,13 @@ def nothing_is_spooled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
     assert not list(spool.iterdir())
 
 
-def test_images_that_unpack_to_gigabytes_are_refused_and_not_spooled(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert reader.MOST_UNPACKED == 1 << 30
-    monkeypatch.setattr(reader, "MOST_UNPACKED", 1 << 27)  # an eighth, of images of an eighth
+def test_images_that_unpack_to_gigabytes_are_refused_and_not_spooled(tmp_path: Path) -> None:
+    assert READ_LIMITS.most_unpacked == 1 << 30
+    limits = ReadLimits(most_unpacked=1 << 27)  # an eighth, of images of an eighth
     path = bomb(tmp_path / "run.mcap", "foxglove.RawImage", image(15 << 19), 20)
     assert path.stat().st_size < 100_000
     with within(38), pytest.raises(RecordingError, match=f"unpacks to more than {1 << 27} bytes"):
-        Recording(path)
+        Recording(path, limits)
 
 
 def test_images_stay_in_the_file_until_they_are_asked_for(tmp_path: Path) -> None:
@@ -94,26 +91,21 @@ def test_a_message_of_megabytes_is_refused(tmp_path: Path) -> None:
         Recording(path)
 
 
-def test_more_messages_than_any_run_makes_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(reader, "MOST_MESSAGES", 10_000)
+def test_more_messages_than_any_run_makes_are_refused(tmp_path: Path) -> None:
+    limits = ReadLimits(most_messages=10_000)
     data = message(b'{"context":"","kind":"now"}') * 6_000
-    Recording(bomb(tmp_path / "fine.mcap", "visualhfsm.Reading", data, 1))
+    Recording(bomb(tmp_path / "fine.mcap", "visualhfsm.Reading", data, 1), limits)
     path = bomb(tmp_path / "run.mcap", "visualhfsm.Reading", data, 2)
     with within(10), pytest.raises(RecordingError, match="has more than 10000 messages"):
-        Recording(path)
+        Recording(path, limits)
 
 
-def test_more_messages_than_a_small_file_can_have_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(reader, "FEW_MESSAGES", 10_000)
+def test_more_messages_than_a_small_file_can_have_are_refused(tmp_path: Path) -> None:
     data = message(b'{"context":"","kind":"now"}') * 6_000
     path = bomb(tmp_path / "run.mcap", "visualhfsm.Reading", data, 2)
     assert path.stat().st_size < 10_000
     with pytest.raises(RecordingError, match="has more than 10000 messages"):
-        Recording(path)
+        Recording(path, ReadLimits(few_messages=10_000))
 
 
 def test_a_chunk_that_says_that_it_unpacks_to_too_much_is_not_unpacked(tmp_path: Path) -> None:
@@ -151,5 +143,5 @@ def test_an_hour_of_images_is_read(tmp_path: Path) -> None:
     unpacked = sum(len(raw.data) for raw in found.messages())
     hours = 36_000 / 30
     assert unpacked * hours > 10e9
-    assert unpacked < reader.HIGHEST_RATIO * path.stat().st_size
+    assert unpacked < READ_LIMITS.highest_ratio * path.stat().st_size
     assert Recording(path).image(f"{7:024}") == bytes([7, 128, 128]) * 76_800
