@@ -13,6 +13,7 @@ import pytest
 from interfaces.nao import ActionState, ActionStatus, HeardState, TouchReading
 from naoserver.fake import FakeRobot
 from tests.support.places import ROOT
+from tests.support.soak import repeated
 from visualhfsm import Project
 from visualhfsm._editing.commands.states import AddState, SetArgument
 from visualhfsm._editing.commands.transitions import AddTransition, SetTransitionType
@@ -132,6 +133,23 @@ ANYWHERE: Final = {"look_at": {"left": "10.0", "up": "-5.0"}, "lights": {"color"
 """Arguments that suit other robots than a Nao, too."""
 
 
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Project]:
+    """The shelf, which one process checks for all tests."""
+    with Project(SHELF, journals=tmp_path_factory.mktemp("journals")) as made:
+        made.open("sit.xml").check()  # starts the process
+        yield made
+
+
+@pytest.fixture(scope="module")
+def drawings(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Project]:
+    """A folder of documents, which one process checks for all tests."""
+    folder = tmp_path_factory.mktemp("drawings")
+    with Project(folder, journals=folder / "journals") as made:
+        made.new().check()  # starts the process
+        yield made
+
+
 @pytest.fixture
 def project(tmp_path: Path) -> Iterator[Project]:
     with Project(tmp_path, journals=tmp_path / "journals") as made:
@@ -145,6 +163,7 @@ def draw(
     *,
     leave_after: int | None = None,
     takes: bool = True,
+    file: str = "drawn.xml",
 ) -> Path:
     """Return the file of a document: a state of the shelf, and what follows when it ends, or after a time in ms.
 
@@ -162,7 +181,7 @@ def draw(
         document.apply(AddState(automaton=1, x=400.0, y=160.0, name="next"))
         document.apply(AddTransition(automaton=1, origin=1, destination=2, type="time"))
         document.apply(SetTransitionType(automaton=1, transition=1, type="time", trigger=str(leave_after)))
-    return document.save("drawn.xml")
+    return document.save(file)
 
 
 def test_every_state_of_the_shelf_has_an_example() -> None:
@@ -170,11 +189,12 @@ def test_every_state_of_the_shelf_has_an_example() -> None:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_a_state_and_what_is_drawn_of_it_have_no_problems(project: Project, name: str) -> None:
-    drawn = draw(project, name, {}, takes=False)
-    for file in (SHELF / f"{name}.xml", drawn):
-        with Project(file.parent, journals=project.journals) as there:
-            findings = there.open(file.name).check()
+def test_a_state_and_what_is_drawn_of_it_have_no_problems(
+    shelf: Project, drawings: Project, name: str
+) -> None:
+    drawn = draw(drawings, name, {}, takes=False, file=f"{name}_drawn.xml")
+    for project, file in ((shelf, f"{name}.xml"), (drawings, drawn.name)):
+        findings = project.open(file).check()
         assert [each.message for each in findings.problems if each.severity != "note"] == []
 
 
@@ -182,7 +202,7 @@ def test_a_state_and_what_is_drawn_of_it_have_no_problems(project: Project, name
     "name", [path.stem for path in sorted(SHELF.glob("*.xml")) if "<property" in path.read_text()]
 )
 def test_what_a_state_promises_is_proved(name: str) -> None:
-    check_properties(SHELF / f"{name}.xml")
+    check_properties(SHELF / f"{name}.xml", examples=repeated(10, 100))
 
 
 @pytest.mark.parametrize("robot", ["fake", pytest.param("sim", marks=pytest.mark.sim)])
