@@ -60,6 +60,19 @@ def replay(
 
     The output is lines of JSON: `begin`, then `end`. What user code prints goes to stderr.
     """
+    compare(recording, component, edited, since=since, until=until)
+
+
+def compare(
+    recording: Path,
+    component: Path,
+    edited: Path | None = None,
+    *,
+    since: float = 0.0,
+    until: float | None = None,
+    hang_limit: float = _HANG_LIMIT,
+) -> None:
+    """Run the command, which ends the process when a piece of user code hangs for `hang_limit` s."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # there is nothing to clean up, and user code may not end
     output = os.dup(1)
     os.dup2(2, 1)
@@ -81,7 +94,7 @@ def replay(
             _report(output, _outcome(run, error))
             os._exit(0)  # the code that hangs cannot be ended
 
-        with _watched(run, give_up):
+        with _watched(run, give_up, hang_limit):
             error = ""
             try:
                 run.run()
@@ -92,8 +105,8 @@ def replay(
 
 
 @contextmanager
-def _watched(run: Replay, give_up: Callable[[str], None]) -> Iterator[None]:
-    """Call a function when user code hangs in a `with` block."""
+def _watched(run: Replay, give_up: Callable[[str], None], limit: float) -> Iterator[None]:
+    """Call a function when user code hangs for `limit` s in a `with` block."""
     over = threading.Event()
 
     def watch() -> None:
@@ -101,9 +114,9 @@ def _watched(run: Replay, give_up: Callable[[str], None]) -> Iterator[None]:
         while not over.wait(_LOOK_PERIOD):
             if not run.running or run.answers.turns != seen:
                 seen, since = run.answers.turns, time.monotonic()
-            elif time.monotonic() - since >= _HANG_LIMIT:
+            elif time.monotonic() - since >= limit:
                 text = f"the code of {run.running} neither ends nor reads anything recorded"
-                give_up(f"{text} within {_HANG_LIMIT:g} s")
+                give_up(f"{text} within {limit:g} s")
 
     thread = threading.Thread(target=watch, name="watch of the replay", daemon=True)
     thread.start()

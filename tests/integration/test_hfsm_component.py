@@ -18,19 +18,23 @@ from interfaces.nao import PoseHeadPrx
 from naoserver import server
 from naoserver.fake import FakeRobot
 from tests.support.bodies import ARM
-from tests.support.carriers import is_used, over_both
+from tests.support.carriers import LOCAL, NETWORK, is_used, over_both
 from tests.support.commands import run_file_here
 from tests.support.component import MonitorStub
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, eventually, served
+from tests.support.soak import cases
 from zenoh_ice import ObjectNotExistException, ObjectPrx, initialize
 
 HEAD = (
     "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
     "<interface>PoseHead</interface></iceinterface>"
 )
+
+SOON = ("--timeout", "10")
+"""A servant is missed after a tenth of this."""
 
 
 def serve(endpoint: str) -> AbstractContextManager[ServedRobot]:
@@ -77,7 +81,7 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
     config = HEAD + HEAD.replace(">Head<", ">Tail<").replace(">head<", ">tail<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
     with serve(endpoint):
-        code, output = run(file, endpoint)
+        code, output = run(file, endpoint, *SOON)
     assert code == 1
     assert (
         "the component cannot start: self.tail needs Tail (PoseHead), which this robot does not serve"
@@ -90,7 +94,7 @@ def test_what_a_robot_lacks_is_named_with_what_it_serves(tmp_path: Path, endpoin
     config = HEAD + HEAD.replace(">Head<", ">Motors<").replace(">head<", ">wheels<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
     with served(FakeRobot(body=ARM), realm="nao", endpoint=endpoint):
-        code, output = run(file, endpoint)
+        code, output = run(file, endpoint, *SOON)
     assert code == 1
     needs = "self.head needs Head (PoseHead), self.wheels needs Motors (PoseHead), which this robot does not serve"
     assert f"the component cannot start: {needs}; it serves " in output
@@ -158,14 +162,19 @@ def test_a_realm_without_servants_is_reported_once(tmp_path: Path, endpoint: str
     config = HEAD + HEAD.replace(">head<", ">other<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
     with serve(endpoint):
-        code, output = run(file, endpoint, "--realm", "elsewhere")
+        code, output = run(file, endpoint, "--realm", "elsewhere", *SOON)
     assert code == 1
     assert output.count("no servants: is --realm right?") == 1
     assert "Traceback" not in output
 
 
-@over_both
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("carrier", "number", "code"),
+    cases(
+        [(LOCAL, signal.SIGINT, 130), (NETWORK, signal.SIGTERM, 143)],
+        [pytest.param(LOCAL, signal.SIGTERM, 143), pytest.param(NETWORK, signal.SIGINT, 130)],
+    ),
+)
 def test_a_signal_stops_the_robot_and_ends_it(
     *,
     tmp_path: Path,

@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 import tracemalloc
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,6 +29,7 @@ from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.robot_server import served
+from tests.support.waiting import until
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
 
@@ -90,10 +90,7 @@ def recording(path: Path, endpoint: str) -> Iterator[ComponentProcess]:
         served(FakeRobot(), realm="nao", endpoint=endpoint),
         run(file, endpoint, "--record", str(path)) as component,
     ):
-        deadline = time.monotonic() + START_LIMIT
-        while not path.exists() or path.stat().st_size < 12_000:
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+        until(lambda: path.exists() and path.stat().st_size >= 12_000, START_LIMIT)
         yield component
 
 
@@ -204,7 +201,12 @@ def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
     assert {"/automata/turner", "/guards/turner", "/variables/turner", "/proxy/head/setSpeed"} <= topics
 
 
-HASTY = "import hfsm_runtime._replay.__main__ as replay; replay._HANG_LIMIT = 2; replay.main()"
+HASTY = """\
+import sys
+from pathlib import Path
+from hfsm_runtime._replay.__main__ import compare
+compare(*map(Path, sys.argv[1:]), hang_limit=1.0)
+"""
 """The process of a replay that soon loses its patience."""
 
 
@@ -216,7 +218,7 @@ def test_code_that_neither_ends_nor_asks_for_anything_ends_the_replay(recorded: 
         command, cwd=REPOSITORY, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
     )
     *_, end = lines(done)
-    assert end["error"] == ("the code of automaton 1 neither ends nor reads anything recorded within 2 s"), (
+    assert end["error"] == ("the code of automaton 1 neither ends nor reads anything recorded within 1 s"), (
         done.stderr
     )
     assert end["cycles"] == 3

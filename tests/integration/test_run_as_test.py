@@ -77,13 +77,13 @@ class Editor:
     async def run(self, *arguments: str, watched_into: Path | None = None) -> None:
         """Run the document, and do to it what makes it reach its last state.
 
-        The editor records it into a file unless it does so itself.
+        The editor records it into a file if one is given.
         """
         await self.services.running.run(self.source, [*AT_ITS_START, *arguments])
         await self.pushes.until(lambda: any(push.running for push in self.pushes.of(Components)) or None)
         await self.services.live.attach("waits")
         await self.until(lambda live: live.component.stoppedAt)
-        if watched_into is not None and not arguments:
+        if watched_into is not None:
             await self.services.live.record("waits", watched_into, TEXT, 0)
         await self.do("resume")
         await self.until(lambda live: live.component.time > 0.2)
@@ -95,16 +95,35 @@ class Editor:
         await self.do("setVariable", automaton=0, name="bold", value="true")
         await self.until(lambda live: live.component.automata[0].state == 3)
 
-    async def result(self, test: RunTest) -> TestView:
-        """Write a test as the page does, run it, and return how it went."""
-        name = await self.services.tests.add(self.source, test.text)
+    async def recorded(self, file: Path) -> RunTest:
+        """Stop the run, and return the test that its recording becomes."""
+        await self.do("stop")
+        await self.pushes.until(
+            lambda: next((p for p in self.pushes.of(RunPush) if p.status == "ended"), None)
+        )
+        await self.services.live.end_record("waits")
+        run = open_recording(file)
+        assert run.interventions is not None
+        assert [each.name for each in run.interventions.kept] == ["", "x", "bold"]  # what was refused is not
+        test = run_as_test(
+            self.source.document, run.log.timeline(), "fake", run.parameters, run.interventions
+        )
+        assert not test.left_out
+        assert test.options == ', robot="fake"'  # the parameter had its default at first
+        assert {"b.force(1, 4)", "b.set(0, bold=True)"} <= {*test.lines}
+        return test
+
+    async def result(self, *tests: RunTest) -> list[TestView]:
+        """Write tests as the page does, run them, and return how it went."""
+        names = [await self.services.tests.add(self.source, test.text) for test in tests]
         seen = len(self.pushes.of(TestsPush))
-        await self.services.tests.run(self.source, [name])
+        await self.services.tests.run(self.source, names)
         end = await self.pushes.until(
             lambda: next((p for p in self.pushes.of(TestsPush)[seen:] if p.status == "idle"), None)
         )
         assert not end.error
-        return next(each for each in end.tests if f"{each.file}::{each.name}" == name)
+        found = {f"{each.file}::{each.name}": each for each in end.tests}
+        return [found[name] for name in names]
 
 
 def edit(
@@ -139,11 +158,12 @@ def edit(
         )
 
 
-def test_a_run_that_was_forced_and_set_passes_as_a_test_and_fails_without_the_transition(
+def test_a_run_that_was_forced_and_set_and_what_the_editor_recorded_of_it_become_tests(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def go(editor: Editor) -> None:
-        await editor.run()
+        file = tmp_path / "run.mcap"
+        await editor.run(watched_into=file)
         live = editor.services.live
         test = run_as_test(
             editor.source.document,
@@ -155,38 +175,23 @@ def test_a_run_that_was_forced_and_set_passes_as_a_test_and_fails_without_the_tr
         assert not test.left_out
         done = [line for line in test.lines if line.startswith(("b.force", "b.set"))]
         assert done == ["b.force(1, 4)", 'b.set(1, x=["it", "it\'s"])', "b.set(0, bold=True)"]
-        passed = await editor.result(test)
-        assert passed.outcome == "passed", passed.reason
+        for passed in await editor.result(test, await editor.recorded(file)):
+            assert passed.outcome == "passed", passed.reason
         editor.path.write_text(TEXT.replace(GIVE_UP, ""))
-        failed = await editor.result(test)
+        (failed,) = await editor.result(test)
         assert failed.outcome == "failed"
         assert "no transition 4 leaves look; there are none" in failed.reason
 
     edit(tmp_path, monkeypatch, go)
 
 
-@pytest.mark.parametrize("by", ["component", "editor"])
-def test_a_recording_of_what_was_done_to_a_run_becomes_a_test(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by: str
+def test_a_recording_that_the_component_made_becomes_a_test(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def go(editor: Editor) -> None:
         file = tmp_path / "run.mcap"
-        await editor.run(*(["--record", str(file)] if by == "component" else []), watched_into=file)
-        await editor.do("stop")
-        await editor.pushes.until(
-            lambda: next((p for p in editor.pushes.of(RunPush) if p.status == "ended"), None)
-        )
-        await editor.services.live.end_record("waits")
-        run = open_recording(file)
-        assert run.interventions is not None
-        assert [each.name for each in run.interventions.kept] == ["", "x", "bold"]  # what was refused is not
-        test = run_as_test(
-            editor.source.document, run.log.timeline(), "fake", run.parameters, run.interventions
-        )
-        assert not test.left_out
-        assert test.options == ', robot="fake"'  # the parameter had its default at first
-        assert {"b.force(1, 4)", "b.set(0, bold=True)"} <= {*test.lines}
-        passed = await editor.result(test)
+        await editor.run("--record", str(file))
+        (passed,) = await editor.result(await editor.recorded(file))
         assert passed.outcome == "passed", passed.reason
 
     edit(tmp_path, monkeypatch, go)

@@ -25,7 +25,7 @@ def test_the_behaviors_are_covered_whole(pytester: pytest.Pytester) -> None:
         shutil.copy(ROOT / "behaviors" / f"{name}.xml", pytester.path / "behaviors")
         shutil.copy(Path(__file__).with_name(f"test_{name}.py"), pytester.path)
     pytester.makeini(
-        "[pytest]\nmarkers =\n    gl\n    sim\n    slow\naddopts = -p no:anyio -p no:hypothesispytest"
+        "[pytest]\nmarkers =\n    gl\n    sim\n    slow\n    soak\naddopts = -p no:anyio -p no:hypothesispytest"
     )
     documents = [f"--hfsm-cov=behaviors/{name}.xml" for name in BEHAVIORS]
     run = pytester.runpytest("-q", "-k", " or ".join(FEW), *documents, "--hfsm-cov-fail-under=100")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.soak import repeated
 from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 DOCUMENT = "behaviors/dance.xml"
@@ -86,7 +87,7 @@ def test_whatever_the_arms_do_one_position_follows_the_other() -> None:
         states = [state for _, state in b.changes("dance")]
         return states == (ORDER * len(states))[: len(states)]
 
-    check_properties(DOCUMENT, in_order, examples=30)
+    check_properties(DOCUMENT, in_order, examples=repeated(10, 30))
 
 
 @pytest.mark.sim

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hfsm_runtime.tree import ChangeKind
+from tests.support.soak import repeated
 from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 DOCUMENT = "behaviors/dance_and_follow.xml"
@@ -105,7 +106,7 @@ def test_whatever_the_guards_do_only_one_of_them_drives_the_robot() -> None:
     def one_ball_at_a_time(b: Behavior) -> bool:
         return b.is_ghost("followBall/red") or b.is_ghost("followBall/green")
 
-    check_properties(DOCUMENT, ghosts_are_still, one_ball_at_a_time, examples=25, steps=20)
+    check_properties(DOCUMENT, ghosts_are_still, one_ball_at_a_time, examples=repeated(10, 25), steps=20)
 
 
 @pytest.mark.slow
@@ -120,7 +121,7 @@ def test_whatever_the_balls_do_the_code_of_ghosts_never_runs() -> None:
         abstract=False,
         robot="fake",
         balls=["red", "green"],
-        examples=5,
+        examples=repeated(3, 5),
         steps=10,
     )
 

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from naoserver.bodies.nao import H25
+from tests.support.soak import cases, repeated
 from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 DOCUMENT = "behaviors/follow_ball.xml"
@@ -78,7 +79,7 @@ def test_the_search_goes_round_all_corners_in_their_order(b: Behavior) -> None:
 
 @pytest.mark.sim
 @pytest.mark.slow
-@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("share", cases([1.0], [0.0, 0.5]))
 def test_the_search_finds_a_ball_wherever_the_neck_can_point(behavior: MakeBehavior, share: float) -> None:
     b = behavior(DOCUMENT, robot="sim", camera="drawn")
     for pan in (-2.05, -1.5, 0.0, 0.9, 1.8):
@@ -191,7 +192,7 @@ def test_the_head_never_leaves_its_range_whatever_the_ball_does() -> None:
         abstract=False,
         robot="fake",
         balls=["green"],
-        examples=6,
+        examples=repeated(3, 6),
         steps=10,
     )
 
@@ -215,7 +216,8 @@ def test_the_simulated_robot_follows_and_searches_too(behavior: MakeBehavior) ->
 @pytest.mark.sim
 @pytest.mark.gl
 @pytest.mark.parametrize(
-    "light", ["", "[light]\nbrightness = 0.2\nambient = 0.1\n", "[light]\ncolor = [1.0, 0.65, 0.35]\n"]
+    "light",
+    cases(["[light]\nbrightness = 0.2\nambient = 0.1\n"], ["", "[light]\ncolor = [1.0, 0.65, 0.35]\n"]),
 )
 def test_it_follows_in_pictures_like_a_cameras_in_any_light(behavior: MakeBehavior, light: str) -> None:
     from naoserver_sim.world import parse_world

@@ -72,7 +72,7 @@ def test_a_repr_is_that_of_python_cut_to_120_characters(value: object, text: str
     assert short_repr(value) == text
 
 
-@settings(max_examples=examples(40))
+@settings(max_examples=examples(20))
 @given(
     st.recursive(
         st.integers() | any_text() | st.floats() | st.binary() | st.none(),

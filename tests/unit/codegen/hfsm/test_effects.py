@@ -245,7 +245,7 @@ def test_a_read_of_a_sensor_is_another_each_time() -> None:
 
 
 @settings(
-    max_examples=examples(15),
+    max_examples=examples(6),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
@@ -364,7 +364,7 @@ def siblings(first: str, second: str, *, guard: bool) -> Document:
 
 
 @settings(
-    max_examples=examples(15),
+    max_examples=examples(6),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )

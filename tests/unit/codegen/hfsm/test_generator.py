@@ -485,7 +485,7 @@ _lines = st.sampled_from(
 )
 
 
-@settings(max_examples=examples(80), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(30), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(_lines, max_size=6).map("\n".join), st.sampled_from(["", "  ", "    "]))
 def test_indentation_does_not_change_the_meaning(code: str, indentation: str) -> None:
     found = next(iter(analysis_of(code=Text(code, 1, 1)).automata[0].by_owner.values()), None)
@@ -499,7 +499,7 @@ def test_indentation_does_not_change_the_meaning(code: str, indentation: str) ->
     assert ast.dump(ast.Module(body.body[:-1], [])) == original
 
 
-@settings(max_examples=examples(80), deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(any_text(max_size=40))
 def test_any_text_is_code_or_a_fault_with_a_place(text: str) -> None:
     for analysis in (analysis_of(code=Text(text, 3, 5)), analysis_of(condition=Text(text, 3, 5))):

@@ -120,7 +120,7 @@ def documents(draw: st.DrawFn) -> Document:
     return Document(automata=tuple(automata))
 
 
-@settings(max_examples=examples(10), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(5), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(documents())
 def test_a_component_has_the_structure_of_its_document_and_runs(document: Document) -> None:
     with tempfile.TemporaryDirectory() as directory:

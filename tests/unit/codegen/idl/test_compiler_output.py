@@ -26,6 +26,7 @@ from tests.support.places import DATA, ROOT
 from tests.support.slice_cases import all_cases
 from tests.support.slice_compiler import imported, sources_of, write_sources
 from tests.support.slice_grammar import slice_files
+from tests.support.soak import repeated
 from tests.support.wire_values import TOGETHER, Desk, pack, packed, plain, struct_values, unpacked
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import Codec
@@ -142,7 +143,9 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
         generate(case.files, root / f"case_{number}")
     texts: list[str] = []
 
-    @settings(max_examples=60, deadline=None, phases=[Phase.generate], database=None, derandomize=True)
+    @settings(
+        max_examples=repeated(15, 60), deadline=None, phases=[Phase.generate], database=None, derandomize=True
+    )
     @given(slice_files())
     def collect(text: str) -> None:
         texts.append(text)

@@ -146,7 +146,7 @@ def test_modules_nested_without_end_are_refused(tmp_path: Path) -> None:
     assert diagnostics.has_errors
 
 
-@settings(max_examples=examples(100), suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(40), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(main=slice_like_texts(), other=slice_like_texts())
 def test_any_text_compiles_or_has_an_error_with_a_place(tmp_path: Path, main: str, other: str) -> None:
     compilation, diagnostics = compile_text(tmp_path, main, a=other)
@@ -161,7 +161,7 @@ def test_any_text_compiles_or_has_an_error_with_a_place(tmp_path: Path, main: st
 INTERFACES = sorted(ROOT.joinpath("interfaces").glob("*.idl"))
 
 
-@settings(max_examples=examples(60), suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(25), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_file_has_an_error_or_compiles(tmp_path: Path, data: st.DataObject) -> None:
     content = data.draw(st.sampled_from(INTERFACES)).read_bytes()

@@ -100,7 +100,7 @@ _nested = st.recursive(
 )
 
 
-@settings(max_examples=examples(40), deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(_nested)
 def test_whatever_the_value_is_the_result_is_json(value: object) -> None:
     text = json.dumps(readable(value), allow_nan=False)

@@ -160,14 +160,14 @@ _lines = st.one_of(
 )
 
 
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.lists(_lines, max_size=6))
 def test_any_mixture_is_fixed_and_the_rest_stays(lines: list[tuple[str, str]]) -> None:
     old, new = ("\n".join(side) for side in (zip(*lines, strict=True) if lines else ((), ())))
     assert fix_python2(old) == new
 
 
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     st.text(st.sampled_from("print exec raise `<>(),'\"\n\t:;#\\ulrL07x%$"), max_size=60)
     | any_text(max_size=60)

@@ -131,7 +131,7 @@ def pieces_of_code(draw: st.DrawFn) -> list[str]:
     return [re.sub(r"\b([xyz])\b", rf"\1{draw(_owner)}", block(2)) for _ in range(draw(_size))]
 
 
-@settings(max_examples=examples(100), deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(pieces_of_code())
 def test_code_does_the_same_with_local_names(codes: list[str]) -> None:
     automaton = automaton_of(*codes)

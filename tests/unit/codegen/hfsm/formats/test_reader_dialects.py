@@ -121,7 +121,7 @@ _cuts = st.tuples(
 )
 
 
-@settings(max_examples=examples(40), deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.sampled_from([SPANISH, VISUALSTATES]), st.lists(_cuts, max_size=4))
 def test_no_mutation_does_more_than_report_errors(text: str, cuts: list[tuple[float, int, str]]) -> None:
     for place, length, new in cuts:
@@ -151,7 +151,7 @@ _trees = st.recursive(
 )
 
 
-@settings(max_examples=examples(40), deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.sampled_from(["VisualHFSM", "VisualStates"]), st.lists(_trees, max_size=4))
 def test_any_tree_of_known_words_is_read_or_refused_and_kept(root: str, children: list[str]) -> None:
     _read_or_refuse(f"<{root}>{''.join(children)}</{root}>")

@@ -20,7 +20,7 @@ def test_what_xml_cannot_hold_is_refused_on_writing(text: str) -> None:
         write_document(Document(description=Text(text)))
 
 
-@settings(max_examples=examples(25), deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(documents)
 def test_what_is_written_reads_back_the_same(document: Document) -> None:
     text = write_document(document)

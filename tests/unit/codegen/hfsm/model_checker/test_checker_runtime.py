@@ -13,7 +13,7 @@ from tests.support.model_documents import PATH, Player, Script, documents, impos
 LIMIT = 30_000
 
 _settings = settings(
-    max_examples=examples(30),
+    max_examples=examples(12),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
@@ -87,7 +87,7 @@ def test_a_counterexample_violates_its_property_on_the_runtime(document: Documen
     assert_violated(result, player)
 
 
-@settings(_settings, max_examples=examples(20))
+@settings(_settings, max_examples=examples(8))
 @given(stated_documents(), st.integers(0, 2**32))
 def test_a_property_that_holds_is_violated_by_no_run(document: Document, seed: int) -> None:
     (result,) = check_model(document, PATH, limit=LIMIT).properties

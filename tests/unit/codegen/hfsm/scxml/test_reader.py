@@ -416,7 +416,7 @@ _PIECES = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.sampled_from(_SEEDS), st.data())
 def test_no_file_does_more_than_bring_errors(seed: str, data: st.DataObject) -> None:
     tokens = re.findall(r"<[^>]*>|[^<]+", seed)
@@ -442,7 +442,7 @@ def test_no_file_does_more_than_bring_errors(seed: str, data: st.DataObject) -> 
         assert import_(export(document)[0])[0] == document
 
 
-@settings(max_examples=examples(40), deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.binary(max_size=200) | any_text(max_size=200).map(str.encode))
 def test_what_is_no_xml_is_reported(content: bytes) -> None:
     diagnostics = Diagnostics()

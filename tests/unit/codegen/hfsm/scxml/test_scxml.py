@@ -16,7 +16,7 @@ from tests.support.scxml_documents import export, facts, import_
 from tests.support.scxml_rules import violations
 
 
-@settings(max_examples=examples(20), deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 @given(trees)
 def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> None:
     text, _ = export(document)
@@ -25,7 +25,7 @@ def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> Non
     assert violations(text) == []
 
 
-@settings(max_examples=examples(15), deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(documents)
 def test_whatever_is_in_a_document_comes_back_as_it_was(document: Document) -> None:
     text, _ = export(document)
@@ -99,7 +99,7 @@ def charts(draw: st.DrawFn) -> Document:
     return Document(automata=tuple(automata))
 
 
-@settings(max_examples=examples(15), deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(charts())
 def test_the_chart_alone_says_what_the_document_does(document: Document) -> None:
     text, reported = export(document)
