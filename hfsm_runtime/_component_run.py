@@ -31,10 +31,6 @@ from .observer import Observer
 from .source_map import locate_frame
 from .tree import ChangeKind, Replaced, Run, Tree
 
-_GAP: Final = 0.5
-"""Wall seconds to wait for a moment without any cycle, in which the automata are replaced."""
-_CYCLES_LIMIT: Final = 0.5
-"""Wall seconds for running cycles to end if there is no such moment; meanwhile no other begins."""
 _HANGS_PERIODS: Final = 10
 """Periods after which the cycle of an automaton with a long period hangs."""
 
@@ -291,11 +287,12 @@ class ComponentRun:
 
         If there is no such moment in time, no cycle may begin until there is.
         """
-        found, began = self.tree.wait_for_gap(_GAP), time.perf_counter()
+        gap = self._limits.gap
+        found, began = self.tree.wait_for_gap(gap), time.perf_counter()
         if not found:
             self.tree.held = True
             self._wake()  # code that sleeps
-            found = self.tree.wait_for_gap(_CYCLES_LIMIT)
+            found = self.tree.wait_for_gap(gap)
             self.tree.held = self.ended.is_set() or self.component_time.paused
         if self.ended.is_set():
             raise ReloadRefusedError("the component has ended")
@@ -303,7 +300,7 @@ class ComponentRun:
             run = next(run for run in self.tree.runs if run.in_cycle)
             raise ReloadRefusedError(
                 f"the cycle of {run.automaton.name} in the state {run.current.name} "
-                f"did not end within {_GAP + _CYCLES_LIMIT:g} s: its code must not block"
+                f"did not end within {2 * gap:g} s: its code must not block"
             )
         return began
 

@@ -12,6 +12,8 @@ __all__ = ["LIMITS", "RuntimeLimits"]
 class RuntimeLimits:
     """The longest waits of a component that runs, in s of wall time."""
 
+    gap: float = 0.5
+    """A reload waits for a moment without any cycle, and then again while no other cycle may begin."""
     hand_over: float = 1.0
     """A state that is left waits for the cycles of the automata below it."""
     hangs: float = 2.0

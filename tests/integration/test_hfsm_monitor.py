@@ -33,14 +33,8 @@ from interfaces.hfsm import (
 from tests.conftest import Pair
 from tests.support.automata import component
 from tests.support.limits import EVENT_LIMIT, FOREVER
+from tests.support.running import eventually
 from zenoh_ice import WallClock
-
-
-def eventually(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + EVENT_LIMIT
-    while not condition():
-        assert time.monotonic() < deadline, "it did not come true in time"
-        time.sleep(0.01)
 
 
 def until(proxy: HfsmMonitorPrx, condition: Callable[[ComponentSnapshot], bool]) -> ComponentSnapshot:

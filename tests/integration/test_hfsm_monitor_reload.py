@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -29,10 +30,11 @@ from interfaces.hfsm import (
 )
 from interfaces.nao import HeadLimits, HeadPose, PoseHead
 from tests.conftest import Pair
-from tests.integration.test_hfsm_monitor import eventually, until
+from tests.integration.test_hfsm_monitor import until
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
-from zenoh_ice import Current, WallClock
+from tests.support.running import eventually
+from zenoh_ice import Communicator, Current, WallClock
 
 HEAD = (
     "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
@@ -84,7 +86,8 @@ def running(
     connect(component, pair.server)
     vars(component).update(attributes)
     runtime = Runtime(component, WallClock(), limits=limits)
-    with Monitor(runtime, pair.server):
+    again = partial(connect, communicator=pair.server, start_limit=0.0)
+    with Monitor(runtime, pair.server, connect_proxies=again):
         runtime.start()
         try:
             yield runtime, HfsmMonitorPrx.checkedCast(pair.client.stringToProxy("Hfsm.walker"))
@@ -299,12 +302,12 @@ def test_a_cycle_that_does_not_end_refuses_the_reload(pair: Pair, version: Versi
         )
     )
     release = threading.Event()
-    with running(pair, version, release=release) as (runtime, proxy):
+    with running(pair, version, RuntimeLimits(gap=0.2), release=release) as (runtime, proxy):
         try:
             until(proxy, lambda snapshot: hasattr(runtime.component, "waiting"))
             version.write(walker())
             with pytest.raises(
-                ReloadRefused, match="the cycle of walker in the state a did not end within 1 s"
+                ReloadRefused, match=r"the cycle of walker in the state a did not end within 0\.4 s"
             ):
                 proxy.reload()
         finally:
@@ -340,7 +343,12 @@ class Head(PoseHead):
         raise NotImplementedError
 
 
-def test_a_proxy_that_is_new_is_connected_before_anything_changes(pair: Pair, version: Version) -> None:
+def test_a_proxy_that_is_new_is_connected_before_anything_changes(
+    endpoint: str, make_communicator: Callable[..., Communicator], version: Version
+) -> None:
+    server = make_communicator(listen=[endpoint], timeout=10.0)  # a servant is missed after a tenth of this
+    pair = Pair(endpoint, server, make_communicator(connect=[endpoint]), server.createObjectAdapter("Test"))
+    pair.adapter.activate()
     looking = walker(config=HEAD).replace("count += 1<", "count = self.head.getPose().pan<")
     with running(pair, version) as (_, proxy):
         version.write(looking)

@@ -34,6 +34,7 @@ from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.carriers import COLLOCATED, everywhere, is_used
+from tests.support.examples import examples
 from tests.support.image_servant import ImageI, image
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.robot_server import eventually
@@ -851,9 +852,10 @@ def test_loops_over_a_stream_see_the_same_samples(tmp_path: Path, world: World) 
     publisher = world[1].getPosePublisher
     with running(Loops, world, path) as (runtime, clock):
         assert listened(publisher, EVENT_LIMIT)
+        chance = random.Random(1)
         for _ in range(40):
             publisher.publish(world[1].pose())
-            clock.sleep(random.SystemRandom().choice([0.02, 0.1, 0.3]))
+            clock.sleep(chance.choice([0.02, 0.1, 0.3]))
         eventually(lambda: runtime.tree.root.cycles > 10)
     identical(path, Loops)
     kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Result)]
@@ -880,9 +882,10 @@ def test_a_loop_with_a_rate_lets_others_run_and_waits_for_nothing_in_the_replay(
     publisher = world[1].getPosePublisher
     with running(Paced, world, path) as (runtime, clock):
         assert listened(publisher, EVENT_LIMIT)
+        chance = random.Random(1)
         for _ in range(40):
             publisher.publish(world[1].pose())
-            clock.sleep(random.SystemRandom().choice([0.02, 0.1, 0.3]))
+            clock.sleep(chance.choice([0.02, 0.1, 0.3]))
         eventually(lambda: runtime.tree.root.cycles > 10)
     identical(path, Paced)
     kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Reading)]
@@ -1110,7 +1113,9 @@ class RandomComponent(Component, document="random.xml"):
         )
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=examples(4), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(spec=specs(2))
 def test_random_components_are_replayed_to_the_same_end(world: World, spec: Spec) -> None:
     kind = type("Random", (RandomComponent,), {"spec": spec}, document="random.xml")

@@ -17,10 +17,10 @@ from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.debugger._monitor import Monitor
 from interfaces.hfsm import ComponentStatus
 from tests.conftest import Pair
-from tests.integration.test_hfsm_monitor import eventually
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
+from tests.support.running import eventually
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm.nao._command import app as nao_app

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -11,7 +10,7 @@ from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.errors import OnError
 from tests.support.automata import component
-from tests.support.limits import EVENT_LIMIT
+from tests.support.waiting import until
 from zenoh_ice import WallClock
 
 __all__ = ["eventually", "running"]
@@ -34,7 +33,4 @@ def running(
 
 def eventually(condition: Callable[[], bool]) -> None:
     """Wait until a condition is true."""
-    deadline = time.monotonic() + EVENT_LIMIT
-    while not condition():
-        assert time.monotonic() < deadline, "it did not come true in time"
-        time.sleep(0.005)
+    until(condition)

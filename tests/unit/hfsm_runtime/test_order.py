@@ -11,6 +11,7 @@ import pytest
 
 from hfsm_runtime import Automaton, Component, State
 from hfsm_runtime._automaton_run import ChangeKind
+from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime._order import turn_of
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.observer import Observer
@@ -175,7 +176,7 @@ def test_a_child_that_hangs_does_not_keep_its_parent_from_leaving() -> None:
 
     states = [State(id=1, name="x"), State(id=2, name="y")]
     child = automaton(2, "child", states, [when(hang, 1, 2)], period=0.01)
-    with running(leaves_after(0.06, child)) as runtime:
+    with running(leaves_after(0.06, child), limits=RuntimeLimits(hand_over=0.05)) as runtime:
         assert hangs.wait(EVENT_LIMIT)
         eventually(lambda: runtime.tree.root.current.name == "B" or bool(runtime.errors))
         release.set()

@@ -153,7 +153,7 @@ def test_code_that_waits_ends_with_the_component() -> None:
 def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
     hanging: Hanging, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with paced(two_states(1000.0, hanging), limits=RuntimeLimits(hangs=0.2, stop=0.2)) as run:
+    with paced(two_states(1000.0, hanging), limits=RuntimeLimits(gap=0.05, hangs=0.2, stop=0.2)) as run:
         assert hanging.began.wait(EVENT_LIMIT)
         run.pause()
         run.resume()
