@@ -120,7 +120,7 @@ def test_the_new_document_goes_on_in_the_state_with_the_variables(pair: Pair, ve
         version.write(walker(seconds=7200.0, step=1_000_000))
         report = proxy.reload()
         assert (report.generation, report.notKept) == (1, [])
-        assert 0.0 < report.held < EVENT_LIMIT
+        assert report.held > 0.0
         after = until(proxy, lambda snapshot: snapshot.generation == 1 and count(snapshot) > 1_000_000)
         root, child = after.automata
         assert (root.state, child.state, child.ghost) == (2, 1, False)
@@ -312,6 +312,7 @@ def test_a_cycle_that_does_not_end_refuses_the_reload(pair: Pair, version: Versi
                 proxy.reload()
         finally:
             release.set()
+        assert 2 * LIMITS.gap == 1.0, "as the refusal says outside of tests"
         until(proxy, lambda snapshot: count(snapshot) > 3)
         assert proxy.reload().generation == 1
 

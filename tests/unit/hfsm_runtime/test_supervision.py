@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_runtime import Automaton, State, VirtualRun
-from hfsm_runtime._limits import RuntimeLimits
+from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from tests.support.automata import after, automaton, component, when
@@ -184,6 +184,7 @@ def test_on_threads_it_is_asked_at_once_and_then_only_after_a_delay() -> None:
             runtime.retry(taken)
         assert runtime.refusal is not None
     assert asked == [""]
+    assert LIMITS.retry == 1.0, "as the manual says"
 
 
 def test_on_threads_it_is_paused_until_commands_are_taken() -> None:

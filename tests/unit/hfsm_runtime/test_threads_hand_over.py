@@ -11,7 +11,7 @@ from contextlib import suppress
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
-from hfsm_runtime._limits import RuntimeLimits
+from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from tests.support.automata import Code, after, automaton, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import eventually, running
@@ -115,6 +115,7 @@ def test_a_childs_cycle_that_does_not_end_is_reported_as_an_error() -> None:
     (error,) = runtime.errors
     assert (error.automaton, error.state) == (2, 1)
     assert "still in a cycle 0.02 s after root left the state a" in error.message
+    assert LIMITS.hand_over == 1.0, "outside of tests"
     assert not runtime.failed
 
 
