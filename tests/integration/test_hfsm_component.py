@@ -113,7 +113,7 @@ def test_a_robot_that_starts_beside_another_program_is_waited_for() -> None:
         refused: list[str] = []
 
         class LatePrx(PoseHeadPrx):
-            """The robot starts when it was looked for in vain."""
+            """The robot starts when it was looked for without success."""
 
             @classmethod
             def checkedCast(cls, proxy: ObjectPrx) -> Any:
