@@ -50,7 +50,6 @@ from zenoh_ice import (
 )
 from zenoh_ice import generated as ice
 from zenoh_ice.generated import Object, ObjectPrx
-from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target, encode_sample_attachment
 
 FOREVER = 10**18
