@@ -1,6 +1,7 @@
 """docs/tutorial and docs/how-to: every command runs, in the environment that the page asks people to make.
 
-What a page shows of its output is compared.
+What a page shows of its output is compared. `make test` types the commands of one page so; those of the others run in
+this process if they end soon, and otherwise only their words and files are checked.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import subprocess
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import pytest
 
@@ -22,7 +23,9 @@ from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, Block, blocks_of
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, free_endpoint
+from tests.support.quick_reader import QuickReader
 from tests.support.reader import Command, Reader, commands_of
+from tests.support.soak import cases
 
 pytestmark = [pytest.mark.slow, pytest.mark.sim]
 
@@ -69,6 +72,8 @@ CHECKOUT: Final = (
     "how-to/several-robots.md",
 )
 """Pages whose reader is in the checkout, in which `make demo` has made `.venv`."""
+TYPED: Final = "tutorial/from-the-paper.md"
+"""The page whose commands `make test` types as people do: a robot, and two components."""
 PICTURES: Final = (
     "tutorial/es/football.md",
     "tutorial/football.md",
@@ -217,18 +222,32 @@ def look_around(page: str) -> str:
     )
 
 
+def parameter(page: str) -> Any:
+    """Return a page as a parameter of the test that types its commands."""
+    return pytest.param(
+        page,
+        id=f"{page}@checkout" if page.startswith(CHECKOUT) else page,
+        marks=[pytest.mark.gl] if page in PICTURES else [],
+    )
+
+
+def type_all(page: str, reader: Reader) -> None:
+    """Type the commands of a page in order."""
+    for text in BEFORE.get(page, ()):
+        reader.type(Command(text))
+    for block in blocks(page):
+        for command in commands_of(block.text, block.language) if block.name is None else ():
+            if command.text.startswith("pytest "):
+                reader.leave()  # a test needs nothing that runs, which would keep the processor busy
+                save_test(page, reader)
+            if reason(page, command) is None:
+                reader.type(command, code=CODES.get(command.text, 0))
+
+
 @pytest.mark.timeout(900)  # a page has many commands
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(
-            page,
-            id=f"{page}@checkout" if page.startswith(CHECKOUT) else page,
-            marks=[pytest.mark.gl] if page in PICTURES else [],
-        )
-        for page in PAGES
-        if commands(page)
-    ],
+    cases([parameter(TYPED)], [parameter(page) for page in PAGES if commands(page) and page != TYPED]),
 )
 def test_the_commands_run(
     page: str,
@@ -244,15 +263,18 @@ def test_the_commands_run(
         if programs is None:
             arrive(reader, request.getfixturevalue("checkout"), page)
         prepare(page, reader)
-        for text in BEFORE.get(page, ()):
-            reader.type(Command(text))
-        for block in blocks(page):
-            for command in commands_of(block.text, block.language) if block.name is None else ():
-                if command.text.startswith("pytest "):
-                    reader.leave()  # a test needs nothing that runs, which would keep the processor busy
-                    save_test(page, reader)
-                if reason(page, command) is None:
-                    reader.type(command, code=CODES.get(command.text, 0))
+        type_all(page, reader)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page) and page != TYPED])
+def test_the_commands_are_understood(page: str, tmp_path: Path) -> None:
+    if page.startswith(CHECKOUT):
+        (tmp_path / "behaviors").symlink_to(ROOT / "behaviors")
+    with QuickReader(tmp_path) as reader:
+        if page.startswith(CHECKOUT):
+            arrive(reader, tmp_path, page)
+        prepare(page, reader)
+        type_all(page, reader)
 
 
 def test_nothing_of_the_checkout_is_in_the_environment(

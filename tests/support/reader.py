@@ -161,27 +161,32 @@ class Reader:
         text = self._exchange(command.text)
         deadline = time.monotonic() + EVENT_LIMIT
         while True:
-            done = subprocess.run(
-                text,
-                shell=True,
-                cwd=self.folder,
-                env=self._settings(text),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                timeout=FOREVER,
-                check=False,
-            )
+            ended, printed = self._end(text)
             if not command.output:
-                assert done.returncode == code, f"{text}\n{done.stdout}"
+                assert ended == code, f"{text}\n{printed}"
                 return
-            written = re.sub(r"^\[[WI]\] .*\n", "", done.stdout, flags=re.M)  # of libqi
+            written = re.sub(r"^\[[WI]\] .*\n", "", printed, flags=re.M)  # of libqi
             if matches(command.output, written.rstrip()):
                 return
             # A reader types more slowly: what was started in the background goes on in between.
-            assert " why " in text, f"{text}\n{done.stdout}"
-            assert time.monotonic() < deadline, f"{text}\n{done.stdout}"
+            assert " why " in text, f"{text}\n{printed}"
+            assert time.monotonic() < deadline, f"{text}\n{printed}"
+
+    def _end(self, text: str) -> tuple[int, str]:
+        """Run a command to its end; return its exit code, and what it has written."""
+        done = subprocess.run(
+            text,
+            shell=True,
+            cwd=self.folder,
+            env=self._settings(text),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=FOREVER,
+            check=False,
+        )
+        return done.returncode, done.stdout
 
     def _exchange(self, text: str) -> str:
         for known, own in self._exchanged.items():

@@ -1,0 +1,82 @@
+"""The programs of the project as typer applications, and a check of the words of a command that runs nothing."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import Any, Final
+from unittest.mock import patch
+
+import click
+import typer
+
+from hfsm_runtime.command import make_app
+from hfsm_runtime.component import Component
+
+__all__ = ["PROGRAMS", "app_of", "component_app", "expand", "take"]
+
+PROGRAMS: Final = {
+    "ballmover": ("ballmover._cli", "app"),
+    "codegen": ("codegen.command", "app"),
+    "codegen diff": ("codegen._diff", "app"),
+    "nao": ("visualhfsm.nao._command", "app"),
+    "naoserver-naoqi": ("naoserver.naoqi._command", "app"),
+    "naoserver-ros2": ("naoserver.ros2._command", "app"),
+    "naoserver-sim": ("naoserver_sim._command", "app"),
+    "python -m naoserver.fake": ("naoserver.fake.__main__", "app"),
+    "visualhfsm": ("visualhfsm._command", "app"),
+}
+"""Module and name of the application of each program."""
+
+
+def app_of(program: str) -> typer.Typer:
+    """Return the application of a program."""
+    module, name = PROGRAMS[program]
+    app = getattr(import_module(module), name)
+    assert isinstance(app, typer.Typer)
+    return app
+
+
+def component_app(file: Path) -> typer.Typer:
+    """Return the application of a generated component, whose file has one class."""
+    spec = spec_from_file_location(f"component_{file.stem}", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    with patch.object(sys, "path", [str(file.parent), *sys.path]), patch.dict(sys.modules):
+        sys.modules[spec.name] = module
+        spec.loader.exec_module(module)
+        (component,) = (
+            each
+            for each in vars(module).values()
+            if isinstance(each, type) and issubclass(each, Component) and each.__module__ == spec.name
+        )
+        return make_app(component)
+
+
+def expand(words: list[str], folder: Path) -> list[str]:
+    """Return words as a shell in a folder passes them on: file names for patterns."""
+    return [
+        found
+        for word in words
+        for found in (
+            sorted(str(path.relative_to(folder)) for path in folder.glob(word)) if "*" in word else []
+        )
+        or [word]
+    ]
+
+
+def take(app: typer.Typer, program: str, words: list[str]) -> None:
+    """Check the words of a command as it does itself, without doing anything.
+
+    Raises click.ClickException if it refuses them. Paths are relative to the working directory.
+    """
+    command: Any = typer.main.get_command(app)
+    while words and hasattr(command, "commands"):
+        program, *words = words
+        if program not in command.commands:
+            raise click.UsageError(f"no such command: {program}")
+        command = command.commands[program]
+    command.make_context(program, words)
