@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
 
-import click
 import typer
 
 from hfsm_runtime.command import make_app
@@ -71,12 +70,17 @@ def expand(words: list[str], folder: Path) -> list[str]:
 def take(app: typer.Typer, program: str, words: list[str]) -> None:
     """Check the words of a command as it does itself, without doing anything.
 
-    Raises click.ClickException if it refuses them. Paths are relative to the working directory.
+    Raises AssertionError if it refuses them. Paths are relative to the working directory.
     """
     command: Any = typer.main.get_command(app)
+    text = " ".join([program, *words])
     while words and hasattr(command, "commands"):
         program, *words = words
-        if program not in command.commands:
-            raise click.UsageError(f"no such command: {program}")
+        assert program in command.commands, f"{text}: no such command"
         command = command.commands[program]
-    command.make_context(program, words)
+    try:
+        command.make_context(program, words)
+    except Exception as refused:
+        if hasattr(refused, "format_message"):
+            raise AssertionError(f"{text}: {refused.format_message()}") from refused
+        raise
