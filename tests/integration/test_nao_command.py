@@ -227,7 +227,8 @@ def test_what_is_wrong_with_a_call_is_reported(robot: ServedRobot, words: list[s
 def test_a_servant_is_found_by_all_of_its_name(calculator: Any, robot: ServedRobot) -> None:
     name = f"tools.Calculator@{robot.realm}"
     assert nao("call", f"{name}.add", "1", "2", "--realm", "other").out == "3.0\n"
-    assert "  int count()" in nao("describe", "tools.Second").out
+    # A tenth of the timeout is waited for a servant `tools`, whose operation it could be.
+    assert "  int count()" in nao("describe", "tools.Second", "--timeout", "5").out
 
 
 @pytest.mark.parametrize(

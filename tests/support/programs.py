@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import lru_cache
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -72,7 +73,7 @@ def take(app: typer.Typer, program: str, words: list[str]) -> None:
 
     Raises AssertionError if it refuses them. Paths are relative to the working directory.
     """
-    command: Any = typer.main.get_command(app)
+    command: Any = _command(app)
     text = " ".join([program, *words])
     while words and hasattr(command, "commands"):
         program, *words = words
@@ -84,3 +85,8 @@ def take(app: typer.Typer, program: str, words: list[str]) -> None:
         if hasattr(refused, "format_message"):
             raise AssertionError(f"{text}: {refused.format_message()}") from refused
         raise
+
+
+@lru_cache
+def _command(app: typer.Typer) -> Any:
+    return typer.main.get_command(app)

@@ -31,7 +31,7 @@ RUN_APART: Final = (
     r"python (\w+_(server|client)|test_\w+)\.py",
     r"python patrol\.py --listen",
 )
-"""Commands that run in processes of their own, and cost little."""
+"""Commands that run in separate processes, and cost little."""
 WRITTEN: Final = ("--record", "--report", "--out", ">")
 """What stands before the name of a file that a command writes."""
 FILE: Final = r"[\w./-]+\.(xml|mcap|toml|idl|py|html|scxml|json5)"
@@ -45,6 +45,8 @@ class QuickReader(Reader):
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
+        # A tenth of the timeout is waited for servants of which pages say that they are not there.
+        self._environment["VISUALHFSM_TIMEOUT"] = "10"
         self._environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 
     def activate(self, programs: Path) -> None:
