@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -52,10 +51,7 @@ def test_a_killed_ball_is_back_while_the_robot_runs_on(tmp_path: Path) -> None:
         assert ball is not None
         ball.kill()
         stack.wait_for(r"^ball-red was terminated by SIGKILL .*; starting it again in 1 s")
-        deadline = time.monotonic() + START_LIMIT
-        while (again := child(stack, "ballmover red")) is None or again.pid == ball.pid:
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+        until(lambda: (again := child(stack, "ballmover red")) and again.pid != ball.pid, START_LIMIT)
         assert robot.is_running()
         assert {each.name for each in (tmp_path / "sim/logs").iterdir()} >= {"naoserver.log"}
         running = psutil.Process(stack.process.pid).children(recursive=True)

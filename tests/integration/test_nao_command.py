@@ -29,7 +29,7 @@ from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
 from visualhfsm.nao._command import app
 from visualhfsm.nao._completion import complete_call, complete_camera, complete_servant, complete_stream
-from visualhfsm.nao._doctor import Finding, Level, check_network, installed_version
+from visualhfsm.nao._doctor import Level, check_network, installed_version
 from zenoh_ice import Current, Object, initialize, load_settings
 
 
@@ -337,13 +337,10 @@ def test_status_reports_robot_and_processes(
     assert "Speech" in text
 
 
-def test_doctor_finds_the_robot_in_order(robot: ServedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
-    rendering = Finding(Level.OK, "GL renders")  # without the process that it takes
-    monkeypatch.setattr("visualhfsm.nao._doctor._check_rendering", lambda: rendering)
-    found = json.loads(nao("doctor", "--json").out)
-    network = [each for each in found if each["check"] == "network"]
-    assert {each["level"] for each in network} == {"ok"}, network
-    assert any("held by" in each["text"] and str(os.getpid()) in each["text"] for each in network)
+def test_doctor_finds_the_robot_in_order(robot: ServedRobot) -> None:
+    network = list(check_network(load_settings()))
+    assert {each.level for each in network} == {Level.OK}, network
+    assert any("held by" in each.text and str(os.getpid()) in each.text for each in network)
 
 
 @pytest.mark.parametrize(
@@ -358,15 +355,14 @@ def test_a_server_that_describes_itself_otherwise_has_another_version(
 ) -> None:
     monkeypatch.setattr("zenoh_ice.servant.Object.ice_describe", lambda *_: "[]")
     monkeypatch.setattr("zenoh_ice.status.own_version", lambda: version)
-    monkeypatch.setattr("visualhfsm.nao._doctor._check_rendering", lambda: Finding(Level.OK, "GL renders"))
     expected = message.format(own=installed_version("visualhfsm"))
     with served(FakeRobot()) as old, at(old.endpoint, old.realm):
         assert expected in " ".join(nao("call", "Clock.getTime").err.split())
         assert expected in json.loads(nao("status", "--json").out)["robot"]["Clock"]["error"]
-        found = json.loads(nao("doctor", "--json").out)
-    (clock,) = (each for each in found if "clock" in each["text"] and each["check"] == "network")
-    assert expected in clock["text"]
-    assert clock["fix"] == "install the same version on both sides"
+        found = list(check_network(load_settings()))
+    (clock,) = (each for each in found if "clock" in each.text)
+    assert expected in clock.text
+    assert clock.fix == "install the same version on both sides"
 
 
 def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import socket
 import ssl
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 
 import pytest
 
-from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys, routing
 from tests.support.waiting import until
-from visualhfsm._deployment.admission import Admission
+from visualhfsm._deployment.admission import Admission, AdmissionLimits
 from zenoh_ice import EndpointInUseException, initialize
 from zenoh_ice.settings import host_and_port
+
+LINK_LIMIT = 10.0
+"""A link is made within this many s, a third of what it takes behind handshakes that keep it out."""
 
 
 def hello() -> bytes:
@@ -47,11 +49,10 @@ def holding(endpoint: str, number: int, first: bytes) -> Iterator[list[socket.so
         yield connections
 
 
-def connects(keys: Keys) -> float:
-    """Make a link as a student; return how long it took in s."""
-    began = time.monotonic()
-    with initialize(keys.settings("student", timeout=CALL_LIMIT)):
-        return time.monotonic() - began
+def connect(keys: Keys) -> None:
+    """Make a link as a student, and end it."""
+    with initialize(keys.settings("student", timeout=LINK_LIMIT)):
+        pass
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +74,8 @@ class TestUnfinishedHandshakes:
     def test_a_client_gets_in_beside_them_and_at_once_after_them(self, keys: Keys, first: bytes) -> None:
         # Each costs Zenoh 0.1 s when it ends: without the admission, the last link takes 30 s.
         with holding(keys.endpoint, 300, first):
-            connects(keys)
-        assert connects(keys) < CALL_LIMIT
+            connect(keys)
+        connect(keys)
 
     def test_what_is_not_tls_is_ended_at_once(self, keys: Keys) -> None:
         with holding(keys.endpoint, 1, b"GET / HTTP/1.1\r\n\r\n") as (connection,):
@@ -161,11 +162,10 @@ class TestPassingOn:
             server.close()
 
     def test_a_handshake_that_takes_the_place_of_the_only_other_one_has_its_own(
-        self, endpoint: str, inner: socket.socket, monkeypatch: pytest.MonkeyPatch
+        self, endpoint: str, inner: socket.socket
     ) -> None:
-        monkeypatch.setattr("visualhfsm._deployment.admission._MOST_HANDSHAKES", 1)
-        monkeypatch.setattr("visualhfsm._deployment.admission._FAIR_SHARE", 0.0)
-        with closing(Admission([endpoint], [inner.getsockname()[1]])) as admission:
+        limits = AdmissionLimits(most_handshakes=1, fair_share=0.0)
+        with closing(Admission([endpoint], [inner.getsockname()[1]], limits)) as admission:
             for _ in range(2):
                 with holding(endpoint, 2, RECORD):
                     until(lambda: len(admission.clients) == 1)

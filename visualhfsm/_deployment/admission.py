@@ -18,12 +18,13 @@ import threading
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import Final, cast
 
 from zenoh_ice.exceptions import EndpointInUseException
 from zenoh_ice.settings import host_and_port
 
-__all__ = ["LISTENERS", "Admission", "raise_file_limit"]
+__all__ = ["LISTENERS", "Admission", "AdmissionLimits", "raise_file_limit"]
 
 LISTENERS: Final = 32
 """Listeners of Zenoh that share the connections: each gets over ten failed handshakes a second."""
@@ -31,9 +32,7 @@ LISTENERS: Final = 32
 _SILENT_LIMIT: Final = 3.0  # s for the first bytes; TCP repeats lost ones after one
 _HANDSHAKE_LIMIT: Final = 6.0  # s for the handshake: three round trips, some of them repeated
 _MOST_SILENT: Final = 256  # connections without a byte
-_MOST_HANDSHAKES: Final = 512
 _MOST_OF_ADDRESS: Final = 32  # handshakes of one address
-_FAIR_SHARE: Final = 0.25  # s after which a handshake may lose its place to another one
 _RECOVERY: Final = 0.1  # s for which a listener of Zenoh takes nothing after a failed handshake
 _LINGER: Final = 5.0  # s for the last bytes to a receiver that is slow
 _HANDSHAKE: Final = 0x16  # type of the first record of TLS
@@ -57,17 +56,30 @@ def raise_file_limit() -> int:
     return soft if soft != resource.RLIM_INFINITY else _MOST_FILES
 
 
+@dataclass(frozen=True)
+class AdmissionLimits:
+    """How many handshakes there may be at a time."""
+
+    most_handshakes: int = 512
+    """All of them; fewer where the system permits few open files."""
+    fair_share: float = 0.25
+    """How long a handshake may take, in s, before it loses its place to another one."""
+
+
 class Admission:
     """Listens at the endpoints of a router and passes connections on, until `close`."""
 
-    def __init__(self, endpoints: Sequence[str], ports: Sequence[int]) -> None:
+    def __init__(
+        self, endpoints: Sequence[str], ports: Sequence[int], limits: AdmissionLimits = AdmissionLimits()
+    ) -> None:
         """Listen at endpoints of TLS; `ports` are those of Zenoh's listeners on loopback.
 
         Raises EndpointInUseException.
         """
         files = raise_file_limit()  # a handshake takes three, and so does a link
         self.most_silent: Final = min(_MOST_SILENT, files // 8)
-        self.most_handshakes: Final = min(_MOST_HANDSHAKES, files // 8)
+        self.most_handshakes: Final = min(limits.most_handshakes, files // 8)
+        self.fair_share: Final = limits.fair_share
         self.listeners: Final = [_Listener(port) for port in ports]
         self.clients: Final[set[_Client]] = set()
         self.silent: Final[dict[_Client, None]] = {}  # the oldest first
@@ -139,7 +151,7 @@ class Admission:
         for others, most in ((of_address, _MOST_OF_ADDRESS), (self.handshakes, self.most_handshakes)):
             if len(others) >= most:
                 oldest = next(iter(others))
-                if self.loop.time() - oldest.began < _FAIR_SHARE:
+                if self.loop.time() - oldest.began < self.fair_share:
                     return None
                 oldest.end()
         # Looked up again: with its last handshake, an address is forgotten.

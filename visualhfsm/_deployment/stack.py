@@ -235,14 +235,14 @@ def load_stack(path: Path) -> Stack:
     return msgspec.structs.replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")
 
 
-def shipped(folder: str) -> Path:
-    """Return a folder of files that come with us: `behaviors` or `deploy`.
+def shipped(folder: str, package: Path = _PACKAGE) -> Path:
+    """Return a folder of files that come with us, beside or in the `package`: `behaviors` or `deploy`.
 
     It stands at the top of a checkout, where people see it, and in the wheel below this package, where no
     folder of the same name can hide it.
     """
-    installed = _PACKAGE / "_shipped" / folder
-    return installed if installed.is_dir() else _PACKAGE.parent / folder
+    installed = package / "_shipped" / folder
+    return installed if installed.is_dir() else package.parent / folder
 
 
 def stack_path(name: str) -> Path:

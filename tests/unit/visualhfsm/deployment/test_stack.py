@@ -236,9 +236,8 @@ def test_in_a_checkout_they_are_at_its_top() -> None:
     assert (shipped("deploy") / "demo.toml").is_file()
 
 
-def test_in_the_wheel_they_are_below_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("visualhfsm._deployment.stack._PACKAGE", tmp_path / "visualhfsm")
+def test_in_the_wheel_they_are_below_the_package(tmp_path: Path) -> None:
     inside = tmp_path / "visualhfsm" / "_shipped" / "behaviors"
     inside.mkdir(parents=True)
     (tmp_path / "behaviors").mkdir()
-    assert shipped("behaviors") == inside
+    assert shipped("behaviors", tmp_path / "visualhfsm") == inside

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import socket
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from naoserver.latch import Latch, latch_of
+from tests.support.nao_command import nao
 from visualhfsm.nao import _doctor as doctor
 from visualhfsm.nao._connection import listens
 from visualhfsm.nao._doctor import (
@@ -63,7 +65,9 @@ def test_a_process_that_cannot_render_is_reported_with_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", "off")
-    (text,) = reported(check_machine(), Level.FAILURE)
+    done = nao("doctor", "--json")
+    assert done.code == 1
+    (text,) = (each["text"] for each in json.loads(done.out) if "rendering" in each["text"])
     assert "rendering is switched off by MUJOCO_GL=off" in text
 
 
