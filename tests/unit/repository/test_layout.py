@@ -1,7 +1,7 @@
-"""Unit tests are found by name: tests/unit/codegen/idl/test_parser.py tests codegen/_idl/parser.py.
+"""The tests of a module are found by its name: tests/unit/codegen/idl/test_parser.py tests codegen/_idl/parser.py.
 
 Where one file would be too long, each topic of a module has its own: test_parser_comments.py also tests parser.py.
-What a package does as a whole is tested in its folder or the one above, under the name of the package.
+What a package does as a whole is tested under the name of the package.
 """
 
 from __future__ import annotations
@@ -16,45 +16,29 @@ from typing import Final
 
 from tests.support.places import ROOT
 
-UNIT: Final = ROOT / "tests" / "unit"
+TESTS: Final = ROOT / "tests"
 GENERATED: Final = {"interfaces", "behaviors"}
-FREE: Final = {Path("repository"), Path("docs")}
-"""Folders of tests of the repository itself and of its pages, which are named after no module."""
-ELSEWHERE: Final = {Path("support"): Path("tests", "support")}
-"""Folders of tests of what is no package."""
-THROUGH_OTHERS: Final = Path(__file__).with_name("tested_through_others.txt")
-"""Modules that no test file is named after and no test imports, each with the test files that check it."""
+TESTED_BY: Final = {
+    "ballmover/_ball.py": "integration/test_ballmover.py",
+    "codegen/options.py": "integration/test_codegen_command.py",
+    "hfsm_runtime/_recording/clocks.py": "integration/test_hfsm_record_replay.py",
+    "hfsm_runtime/_recording/results.py": "integration/test_hfsm_record_replay.py",
+    "naoserver/_body_checks.py": "unit/naoserver/test_bodies_facts.py",
+    "naoserver/_libqi.py": "integration/test_qi_service.py",
+    "naoserver/_servants/health.py": "integration/test_robot_conformance_reports.py",
+    "naoserver/_servants/hinge.py": "integration/test_bodies.py",
+    "naoserver/_servants/motions.py": "integration/test_naoserver_motions.py",
+    "naoserver/_servants/simulation.py": "integration/test_naoserver_scene.py",
+    "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
+    "visualhfsm/_editing/nodes.py": "unit/visualhfsm/editing/commands/test_states.py",
+    "zenoh_ice/messenger.py": "integration/test_nao_stop.py",
+    "zenoh_ice/status.py": "integration/test_zenoh_ice_incoming.py",
+    "zenoh_ros2/_endpoint.py": "unit/zenoh_ros2/test_topics.py",
+}
+"""Modules whose tests have other names, each with the file in tests/ that checks it most."""
 
 IMPORT: Final = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|.*))", re.MULTILINE)
 """A statement that imports; parsing these alone takes a tenth of the time."""
-
-
-def subjects(folder: Path) -> set[str]:
-    """Return what the tests of a folder may be named after: its modules, the packages in it, and the folder."""
-    modules = {path.stem.lstrip("_") for path in folder.glob("*.py")} - {"init__", "main__"}
-    return (
-        {folder.name.lstrip("_")}
-        | modules
-        | {path.name.lstrip("_") for path in folder.iterdir() if path.is_dir()}
-    )
-
-
-def public(path: Path) -> Path:
-    """Return a path as tests write it: without the underscores before what belongs to one package alone."""
-    return Path(*(part.lstrip("_") for part in path.parts))
-
-
-def folder_of_subjects(folder: Path) -> Path:
-    """Return the folder whose modules the tests of a folder test, whether or not underscores begin its parts."""
-    found = ROOT
-    for part in ELSEWHERE.get(folder, folder).parts:
-        found = next((path for path in (found / f"_{part}", found / part) if path.is_dir()), found / part)
-    return found
-
-
-def is_named_after(test: str, subject: str) -> bool:
-    """Return whether a test file, without its suffix, is named after a module, or after a topic of it."""
-    return f"{test}_".startswith(f"test_{subject}_")
 
 
 def modules() -> Iterator[Path]:
@@ -66,14 +50,6 @@ def modules() -> Iterator[Path]:
                 is_part = (path.parent / "__init__.py").exists()  # and no file that `visualhfsm new` copies
                 if is_part and path.stem not in {"__init__", "__main__"}:
                     yield path.relative_to(ROOT)
-
-
-def has_own_test(module: Path) -> bool:
-    subject = module.stem.lstrip("_")
-    return any(
-        is_named_after(path.stem, subject)
-        for path in (UNIT / public(module.parent)).glob(f"test_{subject}*.py")
-    )
 
 
 def has_logic(module: Path) -> bool:
@@ -89,11 +65,23 @@ def has_logic(module: Path) -> bool:
     )
 
 
+def is_found(module: Path) -> bool:
+    """Return whether a test file is named after a module, or after a package in which it is."""
+    return any(name.lstrip("_") in names_of_tests() for name in (*module.parts[1:-1], module.stem))
+
+
+@cache
+def names_of_tests() -> frozenset[str]:
+    """Return what test files are named after: `parser` and `parser_comments` for test_parser_comments.py."""
+    words = [path.stem.split("_")[1:] for path in TESTS.rglob("test_*.py")]
+    return frozenset("_".join(each[:end]) for each in words for end in range(1, len(each) + 1))
+
+
 @cache
 def imported_by_tests() -> frozenset[str]:
     """Return the names of all modules that tests import directly."""
     found: set[str] = set()
-    for path in (ROOT / "tests").rglob("test_*.py"):
+    for path in TESTS.rglob("test_*.py"):
         statements = IMPORT.findall(path.read_text("utf-8"))
         for node in ast.parse("\n".join(statements)).body:
             if isinstance(node, ast.Import):
@@ -103,45 +91,15 @@ def imported_by_tests() -> frozenset[str]:
     return frozenset(found)
 
 
-def listed_modules() -> dict[Path, list[Path]]:
-    """Return the modules in the list with the test files that check them."""
-    lines = THROUGH_OTHERS.read_text("utf-8").splitlines()
-    entries = [line.split(":") for line in lines if line and not line.startswith("#")]
-    return {Path(module): [ROOT / "tests" / each for each in tests.split()] for module, tests in entries}
-
-
-def test_every_unit_test_file_is_named_after_what_it_tests() -> None:
-    lost = []
-    for path in UNIT.rglob("test_*.py"):
-        folder = path.parent.relative_to(UNIT)
-        tested = folder_of_subjects(folder)
-        if folder not in FREE and not (
-            tested.is_dir() and any(is_named_after(path.stem, subject) for subject in subjects(tested))
-        ):
-            lost.append(str(path.relative_to(ROOT)))
-    assert not lost, (
-        f"named after no module: {sorted(lost)}; name them test_MODULE.py or test_MODULE_TOPIC.py"
-    )
-
-
-def test_modules_without_a_test_of_their_own_are_known() -> None:
-    known = set(listed_modules())
-    found = {
-        module
+def test_the_tests_of_a_module_are_found() -> None:
+    lost = {
+        str(module)
         for module in modules()
-        if not has_own_test(module)
+        if not is_found(module)
         and ".".join(module.with_suffix("").parts) not in imported_by_tests()
         and has_logic(module)
     }
-    new, tested = sorted(map(str, found - known)), sorted(map(str, known - found))
+    new, gone = sorted(lost - set(TESTED_BY)), sorted(set(TESTED_BY) - lost)
     assert not new, f"without a test: {new}; write tests/unit/PACKAGE/test_MODULE.py"
-    assert not tested, f"{tested} have tests, or are gone: remove them from {THROUGH_OTHERS.name}"
-
-
-def test_a_module_that_is_tested_through_others_names_their_tests() -> None:
-    lost = {
-        str(module): [str(path) for path in tests if not path.is_file()]
-        for module, tests in listed_modules().items()
-    }
-    assert all(listed_modules().values()), f"say in {THROUGH_OTHERS.name} which tests check each module"
-    assert not any(lost.values()), f"no such tests: {lost}"
+    assert not gone, f"{gone} have tests, or are gone: remove them from TESTED_BY"
+    assert [path for path in TESTED_BY.values() if not (TESTS / path).is_file()] == []
