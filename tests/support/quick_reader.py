@@ -14,6 +14,7 @@ from unittest.mock import patch
 from tests.support.commands import run_here
 from tests.support.programs import PROGRAMS, app_of, component_app, expand, take
 from tests.support.reader import Command, Reader
+from tests.support.waiting import until
 from visualhfsm._errors import VisualHfsmError
 
 __all__ = ["QuickReader"]
@@ -34,6 +35,12 @@ RUN_APART: Final = (
 """Commands that run in separate processes, and cost little."""
 WRITTEN: Final = ("--record", "--report", "--out", ">")
 """What stands before the name of a file that a command writes."""
+SNAPSHOT: Final = "nao watch Hfsm.patrol.getSnapshot --count 1 --json"
+AWAITED: Final = {
+    "visualhfsm break patrol rest --if": (SNAPSHOT, r'"steps": "(\d{2,}|[6-9])"'),
+    "nao call Hfsm.patrol.sendEvent tired": (SNAPSHOT, r'"id": 1, "state": 1,'),
+}
+"""What has happened before a reader who types more slowly types a command: a question, and its answer."""
 FILE: Final = r"[\w./-]+\.(xml|mcap|toml|idl|py|html|scxml|json5)"
 
 
@@ -59,6 +66,9 @@ class QuickReader(Reader):
             self._take(self._exchange(command.text.removesuffix(" &")))
 
     def _run(self, command: Command, code: int) -> None:
+        for start, (question, answer) in AWAITED.items():
+            if command.text.startswith(start):
+                until(lambda: re.search(answer, self._end(self._exchange(question))[1]))  # noqa: B023 - at once
         if _is_one_of(RUN_HERE + RUN_APART, command.text):
             super()._run(command, code)
         else:

@@ -31,7 +31,7 @@ class SteppedClock(VirtualClock):
 
     def __init__(self, start: float = 0.0, *, limit: float = 10.0) -> None:
         super().__init__(start)
-        self._limit = limit
+        self.limit = limit
         self._changed = threading.Condition()
         self._waiters: dict[threading.Thread, tuple[int, threading.Event]] = {}
         """The times at which waiting threads are due, and the events that wake them earlier, in order."""
@@ -97,11 +97,11 @@ class SteppedClock(VirtualClock):
         return self._now if event.is_set() else due
 
     def _wait_until(self, condition: Callable[[], bool], problem: Callable[[], str]) -> None:
-        deadline = time.monotonic() + self._limit
+        deadline = time.monotonic() + self.limit
         while not condition():
             if time.monotonic() > deadline:
                 raise ClockStalledException(
-                    f"stepped clock at {self.now():g} s: {problem()} within {self._limit:g} s"
+                    f"stepped clock at {self.now():g} s: {problem()} within {self.limit:g} s"
                 )
             self._changed.wait(_POLL)
 
