@@ -342,7 +342,7 @@ def test_a_launcher_that_is_killed_takes_its_stack_along(bench):
 
 def test_seconds_end_a_stack_without_foreground_process(bench):
     bench.add("first", SERVICE)
-    code, _ = bench.run("--seconds", "1")
+    code, _ = bench.run("--seconds", "0.2")
     assert code == 0
     assert bench.alive() == []
 

@@ -129,7 +129,7 @@ def test_a_port_that_speaks_something_else_is_reported() -> None:
         try:
             assert process.stdout is not None
             endpoint = f"tcp/127.0.0.1:{process.stdout.readline().strip()}"
-            settings = load_settings(flags={"connect": [endpoint], "clock": "wall"})
+            settings = load_settings(flags={"connect": [endpoint], "clock": "wall", "timeout": 0.5})
             (text,) = reported(check_network(settings), Level.FAILURE)
         finally:
             process.kill()
