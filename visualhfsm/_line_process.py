@@ -27,8 +27,6 @@ _MEMORY: Final = 4 << 30
 _LONGEST_ANSWER: Final = 64 << 20  # bytes
 _NEW_OBJECTS: Final = 100_000
 """New objects between two garbage collections: Python's default of 700 cost a quarter of the time."""
-_START_LIMIT: Final = 60.0
-"""Limit in seconds for the process to be ready."""
 _END_PERIOD: Final = 0.01  # s
 _KILL_LIMIT: Final = 2.0
 """Limit in seconds for the process to end after SIGKILL."""
@@ -49,12 +47,16 @@ class KilledError(NoAnswerError):
 class LineProcess:
     """A module that runs in a process and answers one question at a time; started on first use.
 
-    `environment` is added to that of this process. Thread-safe: callers wait for their turn.
+    `environment` is added to that of this process, which must be ready within `start_limit` s. Thread-safe:
+    callers wait for their turn.
     """
 
-    def __init__(self, module: str, environment: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self, module: str, environment: Mapping[str, str] | None = None, *, start_limit: float = 60.0
+    ) -> None:
         self._module = module
         self._environment = environment or {}
+        self._start_limit = start_limit
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = False
@@ -110,12 +112,12 @@ class LineProcess:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         os.set_blocking(self._process.stdin.fileno(), False)  # a pipe that is full is waited for with a limit
-        until = time.monotonic() + _START_LIMIT
+        until = time.monotonic() + self._start_limit
         try:
             while _read_line(self._process.stdout.fileno(), until):
                 pass  # what is printed before
         except TooSlowError as error:
-            raise KilledError(f"it was not ready within {_START_LIMIT:g} s") from error
+            raise KilledError(f"it was not ready within {self._start_limit:g} s") from error
         except EOFError as error:
             raise KilledError("it ended before it was ready") from error
         return self._process

@@ -26,7 +26,16 @@ from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.heard import heard
 from visualhfsm._monitoring.robot import RobotPresence
-from visualhfsm._services import Publish, Robot, Simulation, complete, free_endpoint, own_listener
+from visualhfsm._services import (
+    USUAL_LIMITS,
+    Publish,
+    Robot,
+    ServiceLimits,
+    Simulation,
+    complete,
+    free_endpoint,
+    own_listener,
+)
 from visualhfsm._watched_process import Lines, WatchedProcess, describe_exit
 from zenoh_ice import Settings
 
@@ -38,8 +47,6 @@ _ROBOT_PATIENCE: Final = (15.0, 3.0)
 _SPEED: Final = re.compile(r"max|\d{1,3}(\.\d{1,3})?")
 _ADDRESS: Final = re.compile(r"(?P<scheme>tcps?://)?[A-Za-z0-9][A-Za-z0-9.\-]{0,252}(:\d{1,5})?")
 _REPORTED: Final = re.compile(r"^[\w-]+: error: ")
-_UNSEEN: Final = 5.0
-"""Seconds after which a server that is ready must be seen."""
 _LEAVING: Final = 3.0
 """Seconds in which a robot that was ended here may still be seen."""
 
@@ -90,8 +97,11 @@ class Robots:
         endpoints: Sequence[str] = (),
         root: Path | None = None,
         sockets: Path | None = None,
+        *,
+        limits: ServiceLimits = USUAL_LIMITS,
     ) -> None:
         self._publish = publish
+        self._limits = limits
         self._settings = settings
         self._endpoints = endpoints
         self._root = root or Path.cwd()
@@ -290,7 +300,7 @@ class Robots:
                 self._last_error = text
             if text.startswith("ready"):
                 self._ready.set()
-                asyncio.get_running_loop().call_later(_UNSEEN, self._expect_seen, self._ready)
+                asyncio.get_running_loop().call_later(self._limits.appearance, self._expect_seen, self._ready)
 
     def _expect_seen(self, start: asyncio.Event) -> None:
         if start is self._ready and self._server.is_running and self._status() == "starting":

@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 import msgspec
 
@@ -27,9 +27,37 @@ from visualhfsm._editing.places import Place
 from visualhfsm._monitoring.follower import LiveStructure
 from visualhfsm._monitoring.run_log import LiveSnapshot
 from visualhfsm._origins import Origin
+from zenoh_ice.application.emergency_stop import STILL_LIMIT
 from zenoh_ice.settings import ENVIRONMENT_PREFIX, host_and_port, is_loopback
 
 R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServiceLimits:
+    """How long the services wait for a robot and for components, in s of wall time."""
+
+    silence: float = 1.0
+    """A component sends its next snapshot, of ten per second; after that it is shown as silent."""
+
+    appearance: float = 5.0
+    """A robot's server that is ready is seen in the realm."""
+
+    component_end: float = 2.0
+    """A component ends at STOP; then the robot is stopped again."""
+
+    stop_answer: float = 1.0
+    """The robot answers to being stopped; then it is stopped again."""
+
+    stop_repetition: float = 8.0
+    """The robot confirms one of the stops that are repeated: less than a request of the page may take."""
+
+    standstill: float = STILL_LIMIT
+    """The joints are still after a confirmed stop."""
+
+
+USUAL_LIMITS: Final = ServiceLimits()
+"""The limits of a machine that does little else."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,6 @@ from tests.support.monitor import expect_current, patient_services, status
 from tests.support.ports import free_port
 from tests.support.processes import free_endpoint
 from tests.support.reverse_proxy import Mount, reverse_proxy
-from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 ANA = "/user/ana/visualhfsm/"
@@ -28,9 +27,12 @@ def behind(browser: Browser, root: Path, path: str, *, keeps_path: bool) -> Iter
     """Show the document of a folder in an editor behind a proxy, in a new window."""
     settings = Settings(realm="test-proxy", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        patient_services(),
         editor(
-            root, root / "walk.xml", base_path=path, port=free_port(), make_services=make_services(settings)
+            root,
+            root / "walk.xml",
+            base_path=path,
+            port=free_port(),
+            make_services=patient_services(settings),
         ) as running,
         reverse_proxy({path: Mount(running.port, keeps_path=keeps_path)}) as host,
     ):

@@ -15,7 +15,6 @@ from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import comes_true, patient_services, status
 from tests.support.processes import children, free_endpoint
-from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 STARTED = RUN_LIMIT * 1000
@@ -38,8 +37,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     (robots / "faulty.toml").write_text('model = "arm.urdf"\nmounted = 7\n')
     settings = Settings(realm="test-bodies", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        patient_services(),
-        editor(tmp_path, make_services=make_services(settings, folder=tmp_path)) as running,
+        editor(tmp_path, make_services=patient_services(settings, folder=tmp_path)) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -11,13 +12,13 @@ from playwright.sync_api import Browser, expect
 from interfaces.nao import SafetyPrx
 from tests.support.monitor import (
     DOCUMENT,
+    PATIENT,
     expect_current,
     monitor_page,
     robot_and_editor,
     run,
     status,
 )
-from visualhfsm._live import service
 
 FLOOD = DOCUMENT.replace(
     "count += 1\n", "while True:\n    count += 1\n    print('flood', count, 'x' * 200)\n"
@@ -93,14 +94,12 @@ def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
         expect(status(shown)).to_have_text("Ended: stopped while hanging in wait")
 
 
-def test_what_ended_late_is_no_longer_called_not_stopped(
-    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_ended_late_is_no_longer_called_not_stopped(browser: Browser, tmp_path: Path) -> None:
+    limits = dataclasses.replace(PATIENT, component_end=0.01)
     with (
-        robot_and_editor(tmp_path / "hanging.xml", HANGING) as (_, editor),
+        robot_and_editor(tmp_path / "hanging.xml", HANGING, limits=limits) as (_, editor),
         monitor_page(browser, editor) as shown,
     ):
-        monkeypatch.setattr(service, "_STOP_LIMIT", 0.01)
         shown.press("F5")
         expect(status(shown)).to_contain_text(re.compile(r"Hanging for \d+ s"))
         shown.page.evaluate(KEEP_ALERTS)

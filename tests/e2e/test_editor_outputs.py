@@ -16,7 +16,6 @@ from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import expect_current, patient_services, status
 from tests.support.panels import add, edit
 from tests.support.processes import free_endpoint
-from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 STARTED = RUN_LIMIT * 1000
@@ -60,8 +59,7 @@ def path(tmp_path: Path) -> Path:
 def shown(browser: Browser, tmp_path: Path, path: Path) -> Iterator[EditorPage]:
     settings = Settings(realm="test-outputs", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        patient_services(),
-        editor(tmp_path, path, make_services=make_services(settings)) as running,
+        editor(tmp_path, path, make_services=patient_services(settings)) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown

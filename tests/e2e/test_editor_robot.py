@@ -15,7 +15,6 @@ from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import patient_services
 from tests.support.processes import children, free_endpoint
 from tests.support.robot_server import eventually
-from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 STARTED = RUN_LIMIT * 1000
@@ -25,8 +24,7 @@ STARTED = RUN_LIMIT * 1000
 def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     settings = Settings(realm="test-robot", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        patient_services(),
-        editor(tmp_path, make_services=make_services(settings)) as running,
+        editor(tmp_path, make_services=patient_services(settings)) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown

@@ -15,17 +15,16 @@ from tests.support.limits import CALL_LIMIT
 from tests.support.monitor import patient_services
 from tests.support.robot_server import served
 from tests.support.screen_reader import Reader
-from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 
 @pytest.fixture
 def shown(browser: Browser, root: Path) -> Iterator[EditorPage]:
     """The start page of an editor, beside a robot."""
-    with patient_services(), served(FakeRobot()) as robot:
+    with served(FakeRobot()) as robot:
         settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
         with (
-            editor(root, make_services=make_services(settings)) as running,
+            editor(root, make_services=patient_services(settings)) as running,
             editor_page(browser, running) as shown,
         ):
             shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()

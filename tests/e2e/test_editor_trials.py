@@ -16,7 +16,6 @@ from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import expect_current, patient_services, status
 from tests.support.processes import free_endpoint
 from tests.support.waiting_trials import PLAN, WAITS
-from visualhfsm._web.services import make_services
 from visualhfsm.trials import plan_of, run_trial
 from zenoh_ice import Settings
 
@@ -41,9 +40,8 @@ def path(tmp_path: Path) -> Path:
 def editor_in(browser: Browser, path: Path, *, realm: str) -> Iterator[EditorPage]:
     """Show a document in a separate editor, without a robot."""
     settings = Settings(realm=realm, connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    services = make_services(settings, folder=path.parent)
+    services = patient_services(settings, folder=path.parent)
     with (
-        patient_services(),
         editor(path.parent, path, make_services=services) as running,
         editor_page(browser, running) as shown,
     ):
@@ -53,7 +51,7 @@ def editor_in(browser: Browser, path: Path, *, realm: str) -> Iterator[EditorPag
 @pytest.fixture
 def edited(path: Path) -> Iterator[Editor]:
     settings = Settings(realm="test-trials", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    with patient_services(), editor(path.parent, path, make_services=make_services(settings)) as running:
+    with editor(path.parent, path, make_services=patient_services(settings)) as running:
         yield running
 
 

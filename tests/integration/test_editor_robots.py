@@ -19,10 +19,9 @@ from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
 from tests.support.security import Keys, routing
-from visualhfsm import _robots as robots
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._robots import Robots, find_worlds
-from visualhfsm._services import Robot, Simulation
+from visualhfsm._services import USUAL_LIMITS, Robot, ServiceLimits, Simulation
 from visualhfsm._web.services import Services, make_services
 from zenoh_ice import Settings
 
@@ -58,6 +57,8 @@ def opened(
     endpoint: str = "",
     settings: Settings | None = None,
     folder: Path | None = None,
+    *,
+    limits: ServiceLimits = USUAL_LIMITS,
 ) -> None:
     """Do something as a page in a realm without a robot, or in that of one at an `endpoint`."""
     connect = (endpoint or free_endpoint(),)
@@ -65,7 +66,7 @@ def opened(
 
     async def run() -> None:
         pushes = Pushes()
-        services = make_services(chosen, folder=folder)(pushes)
+        services = make_services(chosen, folder=folder, limits=limits)(pushes)
         try:
             async with asyncio.timeout(RUN_LIMIT):
                 await go(Page(services, pushes))
@@ -136,11 +137,7 @@ def test_a_client_of_a_router_starts_a_simulation_with_moving_balls_and_ends_it(
         opened(go, settings=client)
 
 
-def test_a_robot_that_a_user_of_the_router_may_not_serve_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(robots, "_UNSEEN", 0.2)
-
+def test_a_robot_that_a_user_of_the_router_may_not_serve_is_reported(tmp_path: Path) -> None:
     async def go(page: Page) -> None:
         await page.robots.simulate(Simulation(world="empty"))
         robot = await page.until(lambda robot: robot.trouble)
@@ -151,7 +148,9 @@ def test_a_robot_that_a_user_of_the_router_may_not_serve_is_reported(
 
     keys = Keys(tmp_path / "keys")
     with routing(keys.settings("router")):
-        opened(go, settings=keys.settings("operator", timeout=CALL_LIMIT))
+        opened(
+            go, settings=keys.settings("operator", timeout=CALL_LIMIT), limits=ServiceLimits(appearance=0.2)
+        )
 
 
 def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -> None:

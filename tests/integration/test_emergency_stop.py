@@ -31,6 +31,7 @@ from tests.support.stranger import stranger
 from tests.support.waiting import until
 from visualhfsm._live import stopping as editor_stop
 from visualhfsm._live.stopping import StopReport
+from visualhfsm._services import ServiceLimits
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice._wire import ERROR_ENCODING, encode_call_attachment
 from zenoh_ice.application.emergency_stop import SAFETY, begin_stop
@@ -394,11 +395,8 @@ class Coasting(FakeRobot):
 
 
 class TestEditor:
-    @pytest.fixture(autouse=True)
-    def patience(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """Let a busy machine answer late."""
-        monkeypatch.setattr(editor_stop, "_ANSWER_LIMIT", CALL_LIMIT)
-        monkeypatch.setattr(editor_stop, "STILL_LIMIT", EVENT_LIMIT)
+    PATIENT = ServiceLimits(stop_answer=CALL_LIMIT, standstill=EVENT_LIMIT)
+    """A busy machine may answer late."""
 
     @pytest.fixture
     def announced(self, endpoint: str) -> Iterator[ScriptedRobot]:
@@ -408,12 +406,17 @@ class TestEditor:
 
     @contextmanager
     def pressed(
-        self, endpoint: str, realm: str, *present: str, before: Callable[[], object] = lambda: None
+        self,
+        endpoint: str,
+        realm: str,
+        *present: str,
+        before: Callable[[], object] = lambda: None,
+        limits: ServiceLimits = PATIENT,
     ) -> Iterator[Future[StopReport]]:
         """Stop a robot in the background, once some servants are known and something has happened `before`."""
 
         async def press(communicator: Communicator) -> StopReport:
-            return await editor_stop.stop_robot(communicator, asyncio.get_running_loop().time())
+            return await editor_stop.stop_robot(communicator, asyncio.get_running_loop().time(), limits)
 
         with (
             initialize(
@@ -434,12 +437,10 @@ class TestEditor:
             assert report.result(RUN_LIMIT) == StopReport([SAFETY], {})
         assert len(announced.sent) == 3
 
-    def test_a_stop_that_goes_on_failing_is_reported(
-        self, endpoint: str, announced: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(editor_stop, "_REPEATED", 0.3)
+    def test_a_stop_that_goes_on_failing_is_reported(self, endpoint: str, announced: ScriptedRobot) -> None:
+        limits = replace(self.PATIENT, stop_repetition=0.3)
         announced.stops = [error("the left arm does not answer")]
-        with self.pressed(endpoint, "nao", SAFETY) as report:
+        with self.pressed(endpoint, "nao", SAFETY, limits=limits) as report:
             failed = Message("the left arm does not answer (STOP was repeated for 0.3 s)")
             assert report.result(RUN_LIMIT) == StopReport([], {SAFETY: failed})
         assert len(announced.sent) > 1
@@ -467,11 +468,11 @@ class TestEditor:
                 robot.coasts = False
                 assert report.result(RUN_LIMIT).failed == {}
 
-    def test_joints_that_go_on_moving_are_reported(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(editor_stop, "STILL_LIMIT", 0.2)
+    def test_joints_that_go_on_moving_are_reported(self) -> None:
+        limits = replace(self.PATIENT, standstill=0.2)
         with (
             served(Coasting()) as server,
-            self.pressed(server.endpoint, server.realm, SAFETY, "Body") as report,
+            self.pressed(server.endpoint, server.realm, SAFETY, "Body", limits=limits) as report,
         ):
             found = report.result(RUN_LIMIT)
         assert found.failed == {"Body": "its joints still move, the fastest at 1.5 rad/s: look at the robot"}
@@ -487,12 +488,11 @@ class TestEditor:
             sent.append(reason)
             return begin_stop(communicator, reason, timeout)
 
-        monkeypatch.setattr(editor_stop, "_ANSWER_LIMIT", 0.2)
-        monkeypatch.setattr(editor_stop, "_REPEATED", FOREVER)
+        limits = replace(self.PATIENT, stop_answer=0.2, stop_repetition=FOREVER)
         monkeypatch.setattr(editor_stop, "begin_stop", send)
         with Relay(robot.endpoint) as relay, ExitStack() as steps:
             steps.callback(relay.resume)
-            pressed = self.pressed(relay.endpoint, robot.realm, SAFETY, before=relay.hold)
+            pressed = self.pressed(relay.endpoint, robot.realm, SAFETY, before=relay.hold, limits=limits)
             report = steps.enter_context(pressed)
             until(lambda: len(sent) > 2)
             assert not robot.proxy(SafetyPrx, SAFETY).getSafetyState().stopped

@@ -40,7 +40,6 @@ from visualhfsm._services import (
     Source,
 )
 from visualhfsm._sessions.session import Change, DocumentSession
-from visualhfsm._web import runs
 from visualhfsm._web.limits import Limits
 from visualhfsm._web.services import Services
 
@@ -519,9 +518,9 @@ def test_requests_that_wait_do_not_fill_the_memory(root: Path, monkeypatch: pyte
 
 
 def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of_a_process(
-    root: Path, monkeypatch: pytest.MonkeyPatch
+    root: Path,
 ) -> None:
-    monkeypatch.setattr(runs, "_COMPONENTS_END", 0.1)
+    limits = Limits(component_end_seconds=0.1)
     let_go, still, ended = threading.Event(), threading.Event(), threading.Event()
 
     class Repeated(NoService):
@@ -535,7 +534,10 @@ def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of
             ended.set()
 
     found = make_services(live=Repeated(), running=Running())
-    with editor(root, make_services=lambda _: found) as running, contextlib.ExitStack() as steps:
+    with (
+        editor(root, limits=limits, make_services=lambda _: found) as running,
+        contextlib.ExitStack() as steps,
+    ):
         steps.callback(let_go.set)
         with running.window() as window:
             window.send("control", component="", action="emergencyStop")

@@ -26,6 +26,7 @@ from tests.support.ports import free_port
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._services import Publish, Stopper
+from visualhfsm._sessions.session import MERGE_WITHIN
 from visualhfsm._web.limits import Limits
 from visualhfsm._web.server import Options, Report, Server
 from visualhfsm._web.services import MakeServices, Services
@@ -396,8 +397,12 @@ def editor(
     base_path: str = "/",
     trust_proxy: bool = False,
     socket_path: Path | None = None,
+    merge_within: float = MERGE_WITHIN,
 ) -> Iterator[Editor]:
-    """Serve the editor in a directory; journals are kept beside that. By default it has the usual port."""
+    """Serve the editor in a directory; journals are kept beside that. By default it has the usual port.
+
+    Like changes within `merge_within` s are one step.
+    """
 
     def make(publish: Publish) -> Services:
         made = make_services(publish)
@@ -411,7 +416,8 @@ def editor(
         trust_proxy=trust_proxy,
         socket=socket_path,
         port=usual_port() if port is None else port,
-        limits=limits or Limits(file_check_seconds=0.2, operation_seconds=PAGE_LIMIT),
+        limits=limits
+        or Limits(file_check_seconds=0.2, operation_seconds=PAGE_LIMIT, merge_seconds=merge_within),
         make_services=make,
         journals=root.with_name("journals"),
         demo=demo,

@@ -7,8 +7,8 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
-import pytest
 from playwright.sync_api import Browser, Locator, expect
 
 from codegen.diagnostics import Diagnostics
@@ -19,11 +19,9 @@ from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
-from visualhfsm import _robots as robots
 from visualhfsm._generate import generate_component
-from visualhfsm._live import service, stopping
-from visualhfsm._monitoring import follower
-from visualhfsm._web.services import make_services
+from visualhfsm._services import ServiceLimits
+from visualhfsm._web.services import MakeServices, make_services
 from zenoh_ice import Settings
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
@@ -64,31 +62,32 @@ self.mark("Camera", 80, 60, "red spot")</code>
 """
 
 
-@contextlib.contextmanager
-def patient_services() -> Iterator[None]:
-    """Give robots and components the limits of tests within the block.
+PATIENT: Final = ServiceLimits(
+    silence=EVENT_LIMIT,
+    appearance=START_LIMIT,
+    component_end=END_LIMIT,
+    stop_answer=CALL_LIMIT,
+    standstill=EVENT_LIMIT,
+)
+"""The limits of a busy machine: those of the product are for one that does little else."""
 
-    The seconds after which a component is silent, and cannot be steered, or has not stopped at STOP, are those of a
-    machine that does little else.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(follower, "_SILENT", EVENT_LIMIT)
-        patch.setattr(robots, "_UNSEEN", START_LIMIT)
-        patch.setattr(service, "_STOP_LIMIT", END_LIMIT)
-        patch.setattr(stopping, "_ANSWER_LIMIT", CALL_LIMIT)
-        patch.setattr(stopping, "STILL_LIMIT", EVENT_LIMIT)
-        yield
+
+def patient_services(
+    settings: Settings, folder: Path | None = None, limits: ServiceLimits = PATIENT
+) -> MakeServices:
+    """Return a factory of the services of a realm that waits for robots and components on a busy machine, too."""
+    return make_services(settings, folder=folder, limits=limits)
 
 
 @contextlib.contextmanager
 def robot_and_editor(
-    path: Path, document: str = DOCUMENT, nao: Robot | None = None
+    path: Path, document: str = DOCUMENT, nao: Robot | None = None, limits: ServiceLimits = PATIENT
 ) -> Iterator[tuple[ServedRobot, Editor]]:
     """Serve a robot, by default a fake one, and the editor of a document in its realm."""
     path.write_text(document)
-    with patient_services(), served(nao or FakeRobot()) as robot:
+    with served(nao or FakeRobot()) as robot:
         settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
-        with editor(path.parent, path, make_services=make_services(settings)) as running:
+        with editor(path.parent, path, make_services=patient_services(settings, limits=limits)) as running:
             yield robot, running
 
 

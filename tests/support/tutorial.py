@@ -14,7 +14,6 @@ from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT
 from tests.support.monitor import patient_services
 from tests.support.processes import free_endpoint
-from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 __all__ = ["page_of_a_reader", "start_simulation"]
@@ -25,8 +24,7 @@ def page_of_a_reader(browser: Browser, folder: Path) -> Iterator[EditorPage]:
     """Open the page of an editor of a folder, which can start a robot."""
     settings = Settings(connect=(free_endpoint(),), timeout=CALL_LIMIT)
     with (
-        patient_services(),
-        editor(folder, make_services=make_services(settings)) as running,
+        editor(folder, make_services=patient_services(settings)) as running,
         editor_page(browser, running, height=720) as shown,
     ):
         yield shown

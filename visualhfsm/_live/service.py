@@ -33,7 +33,7 @@ from visualhfsm._monitoring.realm import (
 from visualhfsm._monitoring.robot import RobotMonitor, RobotPresence
 from visualhfsm._monitoring.run_log import Interventions, LiveSnapshot, RunLog, Timeline
 from visualhfsm._run_page import MOST_PICTURES, Run, run_page
-from visualhfsm._services import Components, Publish, Snapshot, Stale, Structure
+from visualhfsm._services import USUAL_LIMITS, Components, Publish, ServiceLimits, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
@@ -51,8 +51,6 @@ _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4
 _NEWS_LIMIT: Final = 5.0
 """Seconds to wait for the first news of a component."""
-_STOP_LIMIT: Final = 2.0
-"""Seconds to wait for a component to end before the robot is stopped again."""
 _BODY: Final = "Body"
 """The servant that every robot has."""
 
@@ -101,8 +99,14 @@ class Monitoring:
     """
 
     def __init__(
-        self, publish: Publish, settings: Settings, observe: Callable[[RobotPresence], None] = lambda _: None
+        self,
+        publish: Publish,
+        settings: Settings,
+        observe: Callable[[RobotPresence], None] = lambda _: None,
+        *,
+        limits: ServiceLimits = USUAL_LIMITS,
     ) -> None:
+        self._limits = limits
         self._publish = publish
         self._observe = observe
         self._communicator: Final[Communicator] = initialize(settings)
@@ -127,7 +131,11 @@ class Monitoring:
             if (missing := missing_component(self._communicator, component)) is not None:
                 raise missing
             follower = self._followers[component] = Follower(
-                self._communicator, component, self._robot, self._publisher(component)
+                self._communicator,
+                component,
+                self._robot,
+                self._publisher(component),
+                silence=self._limits.silence,
             )
             follower.update()
         return {
@@ -391,11 +399,11 @@ class Monitoring:
         begun = asyncio.get_running_loop().time()
         names = components(self._communicator)
         if not names:
-            return await stop_robot(self._communicator, begun)
+            return await stop_robot(self._communicator, begun, self._limits)
         ending = asyncio.gather(*(self._stop_component(name) for name in names))
-        await stop_once(self._communicator)
+        await stop_once(self._communicator, self._limits)
         problems = dict(zip(names, await ending, strict=True))
-        report = await stop_robot(self._communicator, begun)
+        report = await stop_robot(self._communicator, begun, self._limits)
         present = components(self._communicator)  # who has ended by now has ended
         late = {name: problem for name, problem in problems.items() if problem and name in present}
         report.stopped.extend(name for name in names if name not in late)
@@ -410,9 +418,10 @@ class Monitoring:
             await control(HfsmMonitorPrx.uncheckedCast(proxy), "stop", {})
         except (VisualHfsmError, ZenohIceError) as error:
             return reason(error)
-        deadline = asyncio.get_running_loop().time() + _STOP_LIMIT
+        limit = self._limits.component_end
+        deadline = asyncio.get_running_loop().time() + limit
         while identity in self._communicator.identities():
             if asyncio.get_running_loop().time() > deadline:
-                return Message("it has not ended within {stop_limit:g} s", stop_limit=_STOP_LIMIT)
+                return Message("it has not ended within {stop_limit:g} s", stop_limit=limit)
             await asyncio.sleep(_PERIOD / 10)
         return NO_MESSAGE

@@ -14,15 +14,12 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
+from visualhfsm._services import USUAL_LIMITS, ServiceLimits
 from zenoh_ice import Communicator, ObjectPrx, TimeoutException, ZenohIceError
-from zenoh_ice.application.emergency_stop import SAFETY, STILL, STILL_LIMIT, begin_stop
+from zenoh_ice.application.emergency_stop import SAFETY, STILL, begin_stop
 
 __all__ = ["StopReport", "stop_once", "stop_robot"]
 
-_ANSWER_LIMIT: Final = 1.0
-"""Wall seconds in which the robot has to answer to being stopped; then it is stopped again."""
-_REPEATED: Final = 8.0
-"""Wall seconds for which a stop is repeated: less than a request of the page may take."""
 _STOP_PERIOD: Final = 0.1
 """Wall seconds between two stops."""
 _REASON: Final = "STOP was pressed in the editor"
@@ -46,7 +43,9 @@ _STOPS: Final[Mapping[str, Callable[[ObjectPrx], Future[Any]]]] = {
 }
 
 
-async def stop_robot(communicator: Communicator, begun: float) -> StopReport:
+async def stop_robot(
+    communicator: Communicator, begun: float, limits: ServiceLimits = USUAL_LIMITS
+) -> StopReport:
     """Stop a robot, again and again until it confirms its emergency stop and its joints are still.
 
     A robot without an emergency stop has to confirm everything else. The report says what was not confirmed
@@ -56,23 +55,24 @@ async def stop_robot(communicator: Communicator, begun: float) -> StopReport:
     loop = asyncio.get_running_loop()
     confirmed_at = math.inf
     outcomes: Outcomes = {}
-    while outcomes := await stop_once(communicator, outcomes):
+    while outcomes := await stop_once(communicator, limits, outcomes):
         if not (outcomes[SAFETY] if SAFETY in outcomes else any(outcomes.values())):
             confirmed_at = min(confirmed_at, loop.time())
         if confirmed_at < math.inf:
-            speed = await _fastest(communicator) if _BODY in outcomes else 0.0
+            speed = await _fastest(communicator, limits) if _BODY in outcomes else 0.0
             if speed is not None and speed < STILL:
                 break
-            if loop.time() - confirmed_at >= STILL_LIMIT:
+            if loop.time() - confirmed_at >= limits.standstill:
                 if speed is not None:
                     outcomes[_BODY] = Message(
                         "its joints still move, the fastest at {speed:.1f} rad/s: look at the robot",
                         speed=speed,
                     )
                 break
-        elif loop.time() - begun >= _REPEATED:
+        elif loop.time() - begun >= limits.stop_repetition:
             outcomes = {
-                identity: why and Message("{why} (STOP was repeated for {time:g} s)", why=why, time=_REPEATED)
+                identity: why
+                and Message("{why} (STOP was repeated for {time:g} s)", why=why, time=limits.stop_repetition)
                 for identity, why in outcomes.items()
             }
             break
@@ -85,7 +85,7 @@ async def stop_robot(communicator: Communicator, begun: float) -> StopReport:
     )
 
 
-async def stop_once(communicator: Communicator, known: Iterable[str] = ()) -> Outcomes:
+async def stop_once(communicator: Communicator, limits: ServiceLimits, known: Iterable[str] = ()) -> Outcomes:
     """Stop a robot by its emergency stop, the head, the joints and the walk, all at once.
 
     Takes a second at most. Missing servants are skipped unless they are `known` from before.
@@ -100,12 +100,12 @@ async def stop_once(communicator: Communicator, known: Iterable[str] = ()) -> Ou
             answers[identity] = asyncio.wrap_future(_STOPS[identity](communicator.stringToProxy(identity)))
         except ZenohIceError as error:
             outcomes[identity] = reason(error)
-    await asyncio.wait(answers.values(), timeout=_ANSWER_LIMIT)
+    await asyncio.wait(answers.values(), timeout=limits.stop_answer)
     for identity, answer in answers.items():
         if not answer.done():
             answer.cancel()
             outcomes[identity] = Message(
-                "it did not confirm within {time:g} s that it has stopped", time=_ANSWER_LIMIT
+                "it did not confirm within {time:g} s that it has stopped", time=limits.stop_answer
             )
         else:
             failure = answer.exception()
@@ -115,11 +115,11 @@ async def stop_once(communicator: Communicator, known: Iterable[str] = ()) -> Ou
     return outcomes
 
 
-async def _fastest(communicator: Communicator) -> float | None:
+async def _fastest(communicator: Communicator, limits: ServiceLimits) -> float | None:
     """Return the speed of the fastest joint in rad/s, 0 if the robot cannot say; None if it is late."""
     body = JointsPrx.uncheckedCast(communicator.stringToProxy(_BODY))
     try:
-        async with asyncio.timeout(_ANSWER_LIMIT):
+        async with asyncio.timeout(limits.stop_answer):
             state = await asyncio.wrap_future(body.getJointState.begin())
     except (TimeoutError, TimeoutException):
         return None

@@ -21,8 +21,6 @@ _DEEPEST_AUTOMATON: Final = 64
 """Levels of automata that are shown; codegen makes no more."""
 _LONGEST_LOG: Final = 5_000
 """Changes of state and spans kept."""
-_MOST_AUTOMATA: Final = 10_000
-"""Automata that a log distinguishes; with more, removed ones are forgotten."""
 _LONGEST_NUMBER: Final = 40
 _TRUTHS: Final = {"True": 1.0, "False": 0.0}
 
@@ -181,9 +179,13 @@ class Change:
 
 
 class StateLog:
-    """Changes of state and the spans between them, the newest of each. Not thread safe."""
+    """Changes of state and the spans between them, the newest of each. Not thread safe.
 
-    def __init__(self) -> None:
+    With more automata than `most`, removed ones are forgotten.
+    """
+
+    def __init__(self, most: int = 10_000) -> None:
+        self._most = most
         self.changes: deque[Change] = deque(maxlen=_LONGEST_LOG)
         self.spans: deque[Span] = deque(maxlen=_LONGEST_LOG)
         self._open: dict[int, Span] = {}
@@ -198,7 +200,7 @@ class StateLog:
             changed = self._note_span(automaton, snapshot.time) or changed
             self._last[automaton.id] = automaton
         self._before = snapshot.time
-        if len(self._last) > max(_MOST_AUTOMATA, len(snapshot.automata)):
+        if len(self._last) > max(self._most, len(snapshot.automata)):
             here = {automaton.id for automaton in snapshot.automata}
             self._last = {number: last for number, last in self._last.items() if number in here}
             self._open = {number: span for number, span in self._open.items() if number in here}

@@ -20,8 +20,6 @@ _HIGHEST_RATE: Final = 50.0
 """Limit of the published snapshots per second; of more, only the newest is published."""
 _AUTOMATA_A_SECOND: Final = 2_000
 """Limit of the automata in them per second, for large components: the page cannot process more."""
-_SILENT: Final = 1.0
-"""Seconds without a snapshot after which a component is silent; it sends ten per second."""
 
 
 class LiveStructure(msgspec.Struct, frozen=True, rename="camel"):
@@ -51,8 +49,8 @@ class Follower:
 
     `publish` is called from any thread, with a snapshot at every change of state and at least ten times a
     second, with the structure when it is known and when it has changed, with what was done to the run, and
-    with the beginning and the end of silence. A component that is restarted begins a new log; one that is
-    reloaded continues the same log.
+    with the beginning and the end of silence: after `silence` s without a snapshot. A component that is
+    restarted begins a new log; one that is reloaded continues the same log.
     """
 
     def __init__(
@@ -61,6 +59,8 @@ class Follower:
         component: str,
         robot: RobotMonitor,
         publish: Callable[[News], object] = lambda _: None,
+        *,
+        silence: float = 1.0,
     ) -> None:
         self.component: Final = component
         self.identity: Final = f"{MONITOR_PREFIX}{component}"
@@ -78,6 +78,7 @@ class Follower:
         self._heard = time.monotonic()
         self._heard_at = time.time()
         self._silent = False
+        self._longest_silence = silence
         self._order = threading.Lock()  # of snapshots and silences: the last published one is valid
         self._rate = _HIGHEST_RATE
         self._subscription = self.monitor.getSnapshot.subscribe(self._on_snapshot, rate=self._rate)
@@ -133,8 +134,8 @@ class Follower:
         """Request missing data, and publish changes."""
         present = self.identity in self._communicator.identities()
         with self._order:
-            self._set_silent(not present or self.age > _SILENT)
-        if self._silent and (self._log.newest is None or self.age > _SILENT):
+            self._set_silent(not present or self.age > self._longest_silence)
+        if self._silent and (self._log.newest is None or self.age > self._longest_silence):
             return  # one without a presence token is received anyway
         if self._is_outdated():
             self._restarted = False
@@ -184,7 +185,9 @@ class Follower:
         The newer one is followed as long as it sends; otherwise each would end the run of the other.
         """
         before = self._log.newest
-        return before is not None and self.age <= _SILENT and snapshot.startedAt < before.component.startedAt
+        if before is None or self.age > self._longest_silence:
+            return False
+        return snapshot.startedAt < before.component.startedAt
 
     def _on_snapshot(self, sample: Sample[ComponentSnapshot]) -> None:
         snapshot = sample.value

@@ -111,9 +111,9 @@ class UndoStack:
         self._key: Hashable | None = None
         self._changed_at = 0.0
 
-    def merges(self, key: Hashable | None) -> bool:
-        """Return whether a change with this key would continue the last step."""
-        recent = self._clock() - self._changed_at <= MERGE_WITHIN
+    def merges(self, key: Hashable | None, within: float) -> bool:
+        """Return whether a change with this key continues the last step, which is at most `within` s old."""
+        recent = self._clock() - self._changed_at <= within
         return key is not None and key == self._key and recent and bool(self.past)
 
     def add(
@@ -227,6 +227,7 @@ class DocumentSession:
         self.name = header.name
         self.dialect = NATIVE if self.path is None else document.format
         self.revision = 0
+        self.merge_within = MERGE_WITHIN
         self._steps = UndoStack(document, clock)
         self._saved = None if self.path is None else document
         self._version = version
@@ -329,7 +330,7 @@ class DocumentSession:
         conflict = False
         if base is not None:
             command, conflict = _merged_with_others(command, base, before)
-        merged = self._steps.merges(command.merge_key)
+        merged = self._steps.merges(command.merge_key, self.merge_within)
         name = command.title(before)
         encoded = msgspec.json.encode(command)
         self._take(command.apply(before), command, name, merge=merged, size=len(encoded))

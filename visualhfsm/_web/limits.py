@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from visualhfsm._services import RecentLines
+from visualhfsm._sessions.session import MERGE_WITHIN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +47,12 @@ class Limits:
 
     file_check_seconds: float = 1.0
     """Seconds between two checks of the open files for changes by other programs."""
+
+    component_end_seconds: float = 4.0
+    """How long components may take to end at STOP before their processes are ended."""
+
+    merge_seconds: float = MERGE_WITHIN
+    """How long after a change another one of the same kind belongs to the same step."""
 
     def room_for_output(self) -> RecentLines:
         """Return room for the output of a component."""

@@ -23,7 +23,6 @@ from .window import Window
 from .windows import Windows
 
 _RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
-_COMPONENTS_END: Final = 4.0  # s in which components end at STOP before their processes are ended
 _LEAVING_PERIOD: Final = 0.1  # s
 _LEAVING_ROUNDS: Final = 10
 
@@ -31,7 +30,8 @@ _LEAVING_ROUNDS: Final = 10
 class Runs:
     """The components of the realm and those that were started here. Used on the event loop only.
 
-    `changed` is called when the state of a tab or of the realm is new.
+    `changed` is called when the state of a tab or of the realm is new. At STOP, components have `end_limit` s
+    to end before their processes are ended.
     """
 
     def __init__(
@@ -43,6 +43,7 @@ class Runs:
         threads: Threads,
         root: Root,
         realm: Realm,
+        end_limit: float,
         changed: Callable[[], None],
     ) -> None:
         self._realm = realm
@@ -51,6 +52,7 @@ class Runs:
         self._windows = windows
         self._threads = threads
         self._root = root
+        self._end_limit = end_limit
         self._changed = changed
         self._stops: set[asyncio.Task[object]] = set()
 
@@ -149,7 +151,7 @@ class Runs:
         services.running.announce_stop(by)
         stopping = self._stop(services.live.control("", "emergencyStop", {}))
         try:
-            await asyncio.wait({stopping}, timeout=_COMPONENTS_END)
+            await asyncio.wait({stopping}, timeout=self._end_limit)
         finally:
             self._stop(services.running.stop_all())
         return await asyncio.shield(stopping)

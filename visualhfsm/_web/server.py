@@ -200,6 +200,7 @@ class Server:
             granted=options.files,
             journals=options.journals,
             most=options.limits.tabs,
+            merge_within=options.limits.merge_seconds,
             checks=services.checks,
             code_help=services.code_help,
         )

@@ -13,7 +13,7 @@ from visualhfsm._live.service import Monitoring
 from visualhfsm._robots import Robots
 from visualhfsm._running import RunningComponents
 from visualhfsm._running_tests import RunningTests
-from visualhfsm._services import Publish, free_endpoint, socket_endpoint
+from visualhfsm._services import USUAL_LIMITS, Publish, ServiceLimits, free_endpoint, socket_endpoint
 from visualhfsm.trials._service import RunningTrials
 from zenoh_ice.settings import Settings
 
@@ -42,6 +42,8 @@ def make_services(
     include: Sequence[Path] = (),
     folder: Path | None = None,
     sockets: Path | None = None,
+    *,
+    limits: ServiceLimits = USUAL_LIMITS,
 ) -> MakeServices:
     """Return a factory of the services of a realm, which the settings name.
 
@@ -60,7 +62,7 @@ def make_services(
         else:
             listen = (free_endpoint(),) if listens_anywhere else settings.listen
         meeting = settings.connect if settings.mode == "client" else listen
-        robots = Robots(publish, settings.override(connect=meeting), others, folder, private)
+        robots = Robots(publish, settings.override(connect=meeting), others, folder, private, limits=limits)
         return Services(
             code_help=CodeHelp(include=include, folder=folder),
             running=RunningComponents(
@@ -70,7 +72,9 @@ def make_services(
                 folder,
                 private,
             ),
-            live=Monitoring(publish, settings.override(listen=listen, connect=others), robots.observe),
+            live=Monitoring(
+                publish, settings.override(listen=listen, connect=others), robots.observe, limits=limits
+            ),
             robots=robots,
             trials=RunningTrials(publish, include),
             tests=RunningTests(publish, (folder or Path.cwd()).resolve(), include),

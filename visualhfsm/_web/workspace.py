@@ -87,6 +87,7 @@ class Workspace:
             threads=self.threads,
             root=self.project.root,
             realm=self.realm,
+            end_limit=self.limits.component_end_seconds,
             changed=self.publish_state,
         )
         await self.look_for_recoverable()

@@ -21,7 +21,7 @@ from visualhfsm._errors import EditError, MissingError, TooManyError, WouldOverw
 from visualhfsm._languages import ENGLISH, known_language
 from visualhfsm._sessions.files import read_file
 from visualhfsm._sessions.journal import Abandoned, find_abandoned, journal_directory
-from visualhfsm._sessions.session import DocumentSession
+from visualhfsm._sessions.session import MERGE_WITHIN, DocumentSession
 from visualhfsm._sessions.shelf import ReadyState, Shelves
 from visualhfsm._sessions.templates import EMPTY, make_template
 
@@ -53,7 +53,8 @@ class Project:
     `root` is the folder: files outside of it are refused, apart from those `granted`. `include` are
     directories with further packages of interfaces. Unsaved changes are kept in `journals`, by default the
     user's directory of journals, and outlive a crash; only one process at a time has them. At most `most`
-    documents are open at a time.
+    documents are open at a time. A change belongs to the step of a like one that is at most `merge_within` s
+    older.
 
     All methods may be called from any thread. Leaving it as a context closes what is open, and keeps unsaved
     changes for `recover`.
@@ -67,6 +68,7 @@ class Project:
         granted: Iterable[Path] = (),
         journals: Path | None = None,
         most: int | None = None,
+        merge_within: float = MERGE_WITHIN,
         checks: CheckProcess | None = None,
         code_help: CodeHelp | None = None,
     ) -> None:
@@ -78,6 +80,7 @@ class Project:
         self.code_help: Final = code_help or CodeHelp(include=self.include, folder=folder)
         self._shelves = Shelves(folder)
         self._most = most
+        self._merge_within = merge_within
         self._listeners = Listeners()
         self._opening = threading.RLock()
         """Held while a document is opened or gets a file, so that no two documents have the same one.
@@ -315,7 +318,9 @@ class Project:
                 Message("make another Project"),
             )
         self.require_room()
-        opened = OpenDocument(make(), self, remarks)
+        session = make()
+        session.merge_within = self._merge_within
+        opened = OpenDocument(session, self, remarks)
         self._documents.append(opened)
         self.notify(Opened(opened))
         return opened

@@ -73,16 +73,17 @@ def test_what_a_process_takes_to_start_does_not_count(
 ) -> None:
     (tmp_path / "late.py").write_text(f"import time; print('hello'); time.sleep(0.5)\n{ANSWERS}")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr("visualhfsm._line_process._START_LIMIT", START_LIMIT)
-    with contextlib.closing(LineProcess("late")) as late:
+    with contextlib.closing(LineProcess("late", start_limit=START_LIMIT)) as late:
         assert late.ask(b"abc", 0.4) == b"cba"
 
 
 def test_a_process_that_does_not_start_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "absent.py").write_text("import time; time.sleep(3600)")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr("visualhfsm._line_process._START_LIMIT", 0.1)
-    with contextlib.closing(LineProcess("absent")) as absent, pytest.raises(KilledError, match="not ready"):
+    with (
+        contextlib.closing(LineProcess("absent", start_limit=0.1)) as absent,
+        pytest.raises(KilledError, match="not ready"),
+    ):
         absent.ask(b"abc", START_LIMIT)
 
 

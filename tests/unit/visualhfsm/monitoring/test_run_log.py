@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from interfaces.hfsm import ComponentStatus
 from tests.support.component import ball_mark, dance_and_follow, snapshot
-from visualhfsm._monitoring import automata
 from visualhfsm._monitoring.automata import Automata, StateLog, number_in
 from visualhfsm._monitoring.robot import RobotState
 from visualhfsm._monitoring.run_log import (
@@ -170,9 +169,8 @@ def test_a_snapshot_of_no_run_is_none(changed: dict[str, Any]) -> None:
     assert not is_sound(msgspec.structs.replace(sound, **changed))
 
 
-def test_automata_that_are_gone_are_forgotten_when_there_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(automata, "_MOST_AUTOMATA", 100)
-    log = StateLog()
+def test_automata_that_are_gone_are_forgotten_when_there_are_many() -> None:
+    log = StateLog(100)
     for number in range(1, 500):
         one = snapshot(float(number))
         one.automata = [msgspec.structs.replace(one.automata[0], id=number)]

@@ -17,6 +17,7 @@ from visualhfsm._editing.commands.component import AddEntry, ChangeEntry
 from visualhfsm._editing.commands.items import MoveItems
 from visualhfsm._editing.commands.states import AddState, RenameState, SetStateCode
 from visualhfsm._editing.places import Place
+from visualhfsm._editing.serialization import MAX_SIZE
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm._sessions.journal import find_abandoned
@@ -200,15 +201,13 @@ def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> Non
     assert step_names(session.undo_steps) == []
 
 
-def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession, monkeypatch) -> None:
-    monkeypatch.setattr("visualhfsm._sessions.session.MAX_SIZE", 10_000)
-    monkeypatch.setattr("visualhfsm._editing.serialization.MAX_SIZE", 10_000)
-    session.do(code("&" * 1000))
+def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession) -> None:
+    session.do(code("&" * (MAX_SIZE // 10)))
     before = session.document
     with pytest.raises(EditError, match="it is larger than"):
-        session.do(code("&" * 2000))
+        session.do(code("&" * (MAX_SIZE // 5)))
     assert session.document is before
-    session.do(code("x" * 2000))
+    session.do(code("x" * (MAX_SIZE // 5)))
 
 
 def test_saving_is_byte_for_byte_what_was_opened(session: DocumentSession, path: Path) -> None:
