@@ -34,11 +34,13 @@ from visualhfsm._failures import Failure
 from visualhfsm._generate import generate_component, summary
 from visualhfsm._origins import Origin, Origins, read_origins
 from visualhfsm._services import (
+    USUAL_LIMITS,
     Failed,
     Output,
     OutputLine,
     Publish,
     RunPush,
+    ServiceLimits,
     Source,
     Stopper,
     complete,
@@ -50,10 +52,8 @@ from zenoh_ice.application import last_cycle
 
 _Status = Literal["generating", "starting", "running", "stopping", "ended"]
 
-_STOP_LIMITS: Final = (5.0, 3.0)
-"""Seconds from SIGINT, at which a component stops the robot, to SIGTERM, and from there to SIGKILL."""
-
 _CLOSE_LIMITS: Final = (3.0, 2.0)
+"""Seconds from SIGINT to SIGTERM, and from there to SIGKILL, when the editor ends."""
 
 _DRY_RUN: Final = "visualhfsm.simulation._dry_run"
 """The module that runs a component without a robot."""
@@ -74,7 +74,10 @@ class RunningComponents:
         include: Sequence[Path] = (),
         folder: Path | None = None,
         sockets: Path | None = None,
+        *,
+        limits: ServiceLimits = USUAL_LIMITS,
     ) -> None:
+        self._limits = limits
         self._publish = publish
         self._include = tuple(include)
         self._folder = folder or Path.cwd()
@@ -162,6 +165,7 @@ class RunningComponents:
                 self._publish,
                 {**self._environment, **own_listener(self._sockets)},
                 _Directory(self._include, self._folder),
+                (self._limits.interruption, self._limits.termination),
             ),
         )
 
@@ -182,9 +186,15 @@ class _Run:
     """
 
     def __init__(
-        self, tab: int, publish: Publish, environment: Mapping[str, str], directory: _Directory
+        self,
+        tab: int,
+        publish: Publish,
+        environment: Mapping[str, str],
+        directory: _Directory,
+        patience: Sequence[float],
     ) -> None:
         self._tab = tab
+        self._patience = patience
         self._publish = publish
         self._environment = environment
         self._directory = directory
@@ -220,7 +230,7 @@ class _Run:
     ) -> None:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
         async with self._busy:
-            await self._stop(_STOP_LIMITS)
+            await self._stop(self._patience)
             self._directory.close()
             self.component = source.component
             self._stopping = False
@@ -247,12 +257,12 @@ class _Run:
             self._stopping = True
             self._report("stopping")
 
-    async def stop(self, patience: Sequence[float] = _STOP_LIMITS) -> None:
+    async def stop(self, patience: Sequence[float] = ()) -> None:
         """End the process, if there is one."""
         async with self._busy:
-            await self._stop(patience)
+            await self._stop(patience or self._patience)
 
-    async def close(self, patience: Sequence[float] = _STOP_LIMITS) -> None:
+    async def close(self, patience: Sequence[float] = ()) -> None:
         """End the process, and delete its temporary files."""
         try:
             await self.stop(patience)

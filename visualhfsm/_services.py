@@ -43,6 +43,12 @@ class ServiceLimits:
     appearance: float = 5.0
     """A robot's server that is ready is seen in the realm."""
 
+    interruption: float = 5.0
+    """A component's process ends after SIGINT, at which it stops the robot; then it gets SIGTERM."""
+
+    termination: float = 3.0
+    """A component's process ends after SIGTERM; then it is killed."""
+
     component_end: float = 2.0
     """A component ends at STOP; then the robot is stopped again."""
 

@@ -18,10 +18,11 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
+from tests.support.soak import SOAKS
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import open_recording
 from visualhfsm._monitoring.run_log import LiveSnapshot
-from visualhfsm._run_test import RunTest, run_as_test
+from visualhfsm._run_test import run_as_test
 from visualhfsm._services import Components, RunPush, Snapshot, Source
 from visualhfsm._test_results import TestsPush, TestView
 from visualhfsm._web.services import Services, make_services
@@ -74,17 +75,13 @@ class Editor:
 
         await self.pushes.until(lambda: find() or None)
 
-    async def run(self, *arguments: str, watched_into: Path | None = None) -> None:
-        """Run the document, and do to it what makes it reach its last state.
-
-        The editor records it into a file if one is given.
-        """
-        await self.services.running.run(self.source, [*AT_ITS_START, *arguments])
+    async def run(self, by_component: Path, by_editor: Path) -> None:
+        """Run the document, and do to it what makes it reach its last state; both record it into files."""
+        await self.services.running.run(self.source, [*AT_ITS_START, "--record", str(by_component)])
         await self.pushes.until(lambda: any(push.running for push in self.pushes.of(Components)) or None)
         await self.services.live.attach("waits")
         await self.until(lambda live: live.component.stoppedAt)
-        if watched_into is not None:
-            await self.services.live.record("waits", watched_into, TEXT, 0)
+        await self.services.live.record("waits", by_editor, TEXT, 0)
         await self.do("resume")
         await self.until(lambda live: live.component.time > 0.2)
         await self.do("forceTransition", automaton=1, transition=4)
@@ -95,27 +92,8 @@ class Editor:
         await self.do("setVariable", automaton=0, name="bold", value="true")
         await self.until(lambda live: live.component.automata[0].state == 3)
 
-    async def recorded(self, file: Path) -> RunTest:
-        """Stop the run, and return the test that its recording becomes."""
-        await self.do("stop")
-        await self.pushes.until(
-            lambda: next((p for p in self.pushes.of(RunPush) if p.status == "ended"), None)
-        )
-        await self.services.live.end_record("waits")
-        run = open_recording(file)
-        assert run.interventions is not None
-        assert [each.name for each in run.interventions.kept] == ["", "x", "bold"]  # what was refused is not
-        test = run_as_test(
-            self.source.document, run.log.timeline(), "fake", run.parameters, run.interventions
-        )
-        assert not test.left_out
-        assert test.options == ', robot="fake"'  # the parameter had its default at first
-        assert {"b.force(1, 4)", "b.set(0, bold=True)"} <= {*test.lines}
-        return test
-
-    async def result(self, *tests: RunTest) -> list[TestView]:
-        """Write tests as the page does, run them, and return how it went."""
-        names = [await self.services.tests.add(self.source, test.text) for test in tests]
+    async def results(self, *names: str) -> list[TestView]:
+        """Run tests as the page does, and return how they went."""
         seen = len(self.pushes.of(TestsPush))
         await self.services.tests.run(self.source, names)
         end = await self.pushes.until(
@@ -158,41 +136,50 @@ def edit(
         )
 
 
-def test_a_run_that_was_forced_and_set_and_what_the_editor_recorded_of_it_become_tests(
+def test_a_run_that_was_forced_and_set_passes_as_a_test_and_fails_without_the_transition(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Whether the page saw the run, the component recorded it, or the editor."""
+
     async def go(editor: Editor) -> None:
-        file = tmp_path / "run.mcap"
-        await editor.run(watched_into=file)
+        by_component, by_editor = tmp_path / "component.mcap", tmp_path / "editor.mcap"
+        await editor.run(by_component, by_editor)
         live = editor.services.live
-        test = run_as_test(
-            editor.source.document,
-            live.timeline("waits"),
-            "fake",
-            live.parameters("waits"),
-            live.interventions("waits"),
+        tests = {
+            "seen": run_as_test(
+                editor.source.document,
+                live.timeline("waits"),
+                "fake",
+                live.parameters("waits"),
+                live.interventions("waits"),
+            )
+        }
+        await editor.do("stop")
+        await editor.pushes.until(
+            lambda: next((p for p in editor.pushes.of(RunPush) if p.status == "ended"), None)
         )
-        assert not test.left_out
-        done = [line for line in test.lines if line.startswith(("b.force", "b.set"))]
-        assert done == ["b.force(1, 4)", 'b.set(1, x=["it", "it\'s"])', "b.set(0, bold=True)"]
-        for passed in await editor.result(test, await editor.recorded(file)):
-            assert passed.outcome == "passed", passed.reason
-        editor.path.write_text(TEXT.replace(GIVE_UP, ""))
-        (failed,) = await editor.result(test)
-        assert failed.outcome == "failed"
-        assert "no transition 4 leaves look; there are none" in failed.reason
-
-    edit(tmp_path, monkeypatch, go)
-
-
-def test_a_recording_that_the_component_made_becomes_a_test(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    async def go(editor: Editor) -> None:
-        file = tmp_path / "run.mcap"
-        await editor.run("--record", str(file))
-        (passed,) = await editor.result(await editor.recorded(file))
-        assert passed.outcome == "passed", passed.reason
+        await live.end_record("waits")
+        for file in by_component, by_editor:
+            run = open_recording(file)
+            assert run.interventions is not None
+            # What was refused is not among what was done.
+            assert [each.name for each in run.interventions.kept] == ["", "x", "bold"], file.name
+            tests[file.stem] = run_as_test(
+                editor.source.document, run.log.timeline(), "fake", run.parameters, run.interventions
+            )
+        for name, test in tests.items():
+            assert not test.left_out, name
+            assert test.options == ', robot="fake"', name  # the parameter had its default at first
+            done = [line for line in test.lines if line.startswith(("b.force", "b.set"))]
+            assert done == ["b.force(1, 4)", 'b.set(1, x=["it", "it\'s"])', "b.set(0, bold=True)"], name
+        names = [await editor.services.tests.add(editor.source, test.text) for test in tests.values()]
+        passed = await editor.results(*names)
+        assert [each.outcome for each in passed] == ["passed"] * 3, passed
+        if SOAKS:  # `test_a_document_without_the_forced_transition_fails_the_test` needs no further process
+            editor.path.write_text(TEXT.replace(GIVE_UP, ""))
+            (failed,) = await editor.results(names[0])
+            assert failed.outcome == "failed"
+            assert "no transition 4 leaves look; there are none" in failed.reason
 
     edit(tmp_path, monkeypatch, go)
 

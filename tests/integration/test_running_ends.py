@@ -17,9 +17,10 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
+from tests.support.soak import cases
 from visualhfsm._editing.places import Place
 from visualhfsm._running import RunningComponents
-from visualhfsm._services import Output, RunPush, Source
+from visualhfsm._services import USUAL_LIMITS, Output, RunPush, ServiceLimits, Source
 from zenoh_ice import Settings
 
 CODE = Place(kind="state", automaton=2, id=5, part="code")
@@ -50,7 +51,13 @@ def text(
 
 
 def end_of(
-    path: Path, content: str, *, dry_run: bool = False, kill: int = 0, stop: bool = False
+    path: Path,
+    content: str,
+    *,
+    dry_run: bool = False,
+    kill: int = 0,
+    stop: bool = False,
+    limits: ServiceLimits = USUAL_LIMITS,
 ) -> tuple[RunPush, str]:
     """Run a document, perhaps kill or stop it when it prints its pid; return how it ended, and its output."""
     path.write_text(content)
@@ -64,7 +71,7 @@ def end_of(
             return "\n".join(line.text for push in pushes.of(Output) for line in push.lines)
 
         settings = Settings(realm="test-ends", connect=(free_endpoint(),), timeout=CALL_LIMIT)
-        service = RunningComponents(pushes, settings)
+        service = RunningComponents(pushes, settings, limits=limits)
         try:
             await service.run(
                 Source(1, 1, found, path, False), ["--clock", "wall"], dry_run="" if dry_run else None
@@ -132,7 +139,9 @@ def test_what_ends_a_component_is_found_in_the_document(path: Path, expected: En
     assert (end.exit_code, end.place, end.line) == (expected.code, expected.place, expected.line), output
 
 
-@pytest.mark.parametrize("name", ["sys.exit", "os._exit(0)", "missing library", "library that exits"])
+@pytest.mark.parametrize(
+    "name", cases(["os._exit(0)", "library that exits"], ["sys.exit", "missing library"])
+)
 def test_what_ends_a_dry_run_is_found_there_too(path: Path, name: str) -> None:
     expected = ENDS[name]
     end, output = end_of(path, text(**expected.parts), dry_run=True)
@@ -161,8 +170,9 @@ def test_a_process_that_is_killed_leads_to_the_state_whose_cycle_was_the_last(
 
 @pytest.mark.slow
 def test_a_stop_of_code_that_lets_no_other_code_run_leads_to_its_state(path: Path) -> None:
+    limits = ServiceLimits(interruption=0.1, termination=0.1)
     holds_the_interpreter = "import ctypes\nprint('pid', flush=True)\nctypes.PyDLL(None).sleep(600)"
-    end, output = end_of(path, text(holds_the_interpreter), stop=True)
+    end, output = end_of(path, text(holds_the_interpreter), stop=True, limits=limits)
     assert end.exit_code == -signal.SIGKILL, output
     assert (end.message, end.elsewhere) == (
         "it was stopped while hanging in deep",
@@ -178,10 +188,14 @@ def test_code_that_a_transition_runs_leads_to_the_transition(path: Path) -> None
     assert end.place == Place(kind="transition", automaton=2, id=2), output
 
 
-def test_an_orderly_end_leads_nowhere(path: Path) -> None:
+def test_an_orderly_end_leads_nowhere_and_leaves_no_file(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    temporary = path.with_name("temporary")
+    temporary.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
     end, output = end_of(path, text("import sys\nsys.exit()"))
     assert (end.exit_code, end.place, end.message) == (0, None, "it has finished")
     assert re.search(r"WARNING .*/deep: sys\.exit\(\) ends the component at ", output), output
+    assert list(temporary.iterdir()) == []
 
 
 def test_a_process_that_user_code_forks_ends_as_it_likes(path: Path) -> None:
@@ -191,11 +205,3 @@ def test_a_process_that_user_code_forks_ends_as_it_likes(path: Path) -> None:
     end, output = end_of(path, text(code))
     assert (end.exit_code, end.place) == (0, None)
     assert "os._exit" not in output
-
-
-def test_what_the_end_needs_leaves_no_file(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    temporary = path.with_name("temporary")
-    temporary.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(temporary))
-    end_of(path, text("import sys\nsys.exit()"))
-    assert list(temporary.iterdir()) == []

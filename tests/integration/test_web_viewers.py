@@ -94,15 +94,28 @@ def name_in(document: dict[str, Any]) -> str:
     return name
 
 
-@pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: f"{attack['op']} {attack.get('action', '')}")
-def test_a_viewer_changes_nothing(root: Path, attack: dict[str, Any]) -> None:
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Window, Window]]:
+    """The folder and a window of an editor with a document, and a viewer: one for all attacks."""
+    root = tmp_path_factory.mktemp("shared")
+    (root / "robot.xml").write_text(DOCUMENT)
     with editor(root) as running, running.window() as window:
         window.ask("open", path="robot.xml")
         with looking_on(running, window.ask("share")["address"]) as viewer:
-            with pytest.raises(Refused) as refused:
-                viewer.ask(**attack)
-            assert refused.value.kind == "forbidden"
-        assert window.workspace["tabs"]
+            yield root, window, viewer
+
+
+@pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: f"{attack['op']} {attack.get('action', '')}")
+def test_a_viewer_changes_nothing(shared: tuple[Path, Window, Window], attack: dict[str, Any]) -> None:
+    root, window, viewer = shared
+    before = window.documents[1]
+    with pytest.raises(Refused) as refused:
+        viewer.ask(**attack)
+    assert refused.value.kind == "forbidden"
+    window.ask("hello")
+    assert window.workspace["tabs"]
+    assert window.documents == {1: before}
+    assert window.ask("share")["address"], "it is still shared"
     assert [path.name for path in root.iterdir()] == ["robot.xml"]
     assert (root / "robot.xml").read_text() == DOCUMENT
 

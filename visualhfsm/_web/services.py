@@ -71,6 +71,7 @@ def make_services(
                 include,
                 folder,
                 private,
+                limits=limits,
             ),
             live=Monitoring(
                 publish, settings.override(listen=listen, connect=others), robots.observe, limits=limits

@@ -18,14 +18,22 @@ from visualhfsm._jupyter import editor_in_jupyter
 SOCKET = "/run/jupyter/socket"
 
 
-def command(folder: Path, before: str = "") -> list[str]:
-    """Return the command of a Jupyter server in a folder, with what jupyter-server-proxy replaces in it."""
+def commands(folder: Path, shown: Path) -> list[list[str]]:
+    """Return the commands of a server in a folder before Jupyter shows another one, and from then on.
+
+    jupyter-server-proxy has replaced what is to be replaced in them.
+    """
     program = f"""
 import json, os
-{before}
+from jupyter_server.serverapp import ServerApp
 from visualhfsm._jupyter import editor_in_jupyter
-words = editor_in_jupyter()["command"](unix_socket={SOCKET!r})
-print(json.dumps([os.getpid(), *(word.format(port=0, unix_socket={SOCKET!r}, base_url="/") for word in words)]))
+found = []
+for folder in None, {str(shown)!r}:
+    if folder:
+        ServerApp.instance(root_dir=folder)
+    words = editor_in_jupyter()["command"](unix_socket={SOCKET!r})
+    found.append([word.format(port=0, unix_socket={SOCKET!r}, base_url="/") for word in words])
+print(json.dumps([os.getpid(), *found]))
 """
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", program],
@@ -35,9 +43,9 @@ print(json.dumps([os.getpid(), *(word.format(port=0, unix_socket={SOCKET!r}, bas
         timeout=RUN_LIMIT,
         check=True,
     )
-    pid, *words = json.loads(done.stdout)
-    assert str(pid) in words  # it ends with this process
-    return [str(word) for word in words]
+    pid, *found = json.loads(done.stdout)
+    assert all(str(pid) in words for words in found)  # they end with this process
+    return [[str(word) for word in words] for words in found]
 
 
 def test_the_distribution_has_the_entry_point() -> None:
@@ -54,28 +62,18 @@ def test_the_editor_listens_at_the_socket_of_the_proxy_alone() -> None:
 
 
 @pytest.mark.slow  # another process loads Jupyter
-def test_the_command_serves_the_current_folder_at_the_socket(tmp_path: Path) -> None:
-    words = command(tmp_path)
+def test_the_command_serves_the_current_folder_or_the_one_that_jupyter_shows(tmp_path: Path) -> None:
+    pytest.importorskip("jupyter_server")
+    current = tmp_path / "{class} {port} }{"  # braces that are not to be replaced
+    shown = tmp_path / "shown"
+    current.mkdir()
+    shown.mkdir()
+    words, later = commands(current, shown)
     assert words[0] == "setsid"
     assert words[words.index("-m") + 1 :] == [
-        "visualhfsm", "edit", "--no-browser", f"--socket={SOCKET}", f"--root={tmp_path}",
+        "visualhfsm", "edit", "--no-browser", f"--socket={SOCKET}", f"--root={current}",
     ]  # fmt: skip
-
-
-@pytest.mark.slow  # another process loads Jupyter
-def test_braces_in_a_path_are_not_taken_for_what_is_to_be_replaced(tmp_path: Path) -> None:
-    folder = tmp_path / "{class} {port} }{"
-    folder.mkdir()
-    assert command(folder)[-1] == f"--root={folder}"
-
-
-@pytest.mark.slow  # another process loads Jupyter
-def test_the_editor_has_the_folder_that_jupyter_shows(tmp_path: Path) -> None:
-    pytest.importorskip("jupyter_server")
-    shown = tmp_path / "shown"
-    shown.mkdir()
-    before = f"from jupyter_server.serverapp import ServerApp; ServerApp.instance(root_dir={str(shown)!r})"
-    assert command(tmp_path, before)[-1] == f"--root={shown}"
+    assert later == [*words[:-1], f"--root={shown}"]
 
 
 def test_the_launcher_has_an_icon() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import msgspec
+import numpy  # noqa: F401 - a process loads it once, and pytester lets go of what its runs load
 import pytest
 
 from codegen.messages import Message
@@ -56,14 +57,14 @@ def test_a_run_with_events_passes_as_a_test(pytester: pytest.Pytester) -> None:
     assert text.count('b.send("clap")') == 2
     assert 'b.run_until("the \\"show\\"/dance"' in text
     pytester.makepyfile(test_claps=text)
-    pytester.runpytest_subprocess("-p", "no:cacheprovider").assert_outcomes(passed=1)
+    pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(passed=1)
 
 
 def test_a_document_that_does_something_else_fails_it(pytester: pytest.Pytester) -> None:
     (pytester.path / "claps.xml").write_text(CLAPS.replace(">300<", ">5000<"))
     text = made(CLAPS, timeline(DONE)).text("claps.xml")
     pytester.makepyfile(test_claps=text)
-    pytester.runpytest_subprocess("-p", "no:cacheprovider").assert_outcomes(failed=1)
+    pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(failed=1)
 
 
 @pytest.mark.parametrize(
@@ -135,7 +136,7 @@ def set_to(time: float, value: str | None, name: str = "x", automaton: int = 1) 
 def passes(pytester: pytest.Pytester, content: str, test: RunTest) -> None:
     (pytester.path / "waits.xml").write_text(content, "utf-8")
     (pytester.path / "test_waits.py").write_text(test.text("waits.xml"), "utf-8")
-    pytester.runpytest_subprocess("-p", "no:cacheprovider").assert_outcomes(passed=1)
+    pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(passed=1)
 
 
 def test_forced_transitions_and_values_of_all_kinds_are_in_the_test(pytester: pytest.Pytester) -> None:
@@ -185,7 +186,7 @@ def test_a_document_without_the_forced_transition_fails_the_test(pytester: pytes
     test = made(WAITS, timeline([LOST]), interventions=Interventions([forced(36.0)]))
     (pytester.path / "waits.xml").write_text(WAITS.replace(transition(4, 1, 2, "False", name="give up"), ""))
     pytester.makepyfile(test_waits=test.text("waits.xml"))
-    result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
+    result = pytester.runpytest("-p", "no:cacheprovider")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*no transition 4 leaves look; there are none*"])
 

@@ -72,11 +72,19 @@ def test_the_tests_of_a_document_are_those_in_files_that_name_it(path: Path) -> 
     go(path, work)
 
 
-def test_files_of_tests_that_come_change_and_go_are_noticed_once_they_were_looked_for(path: Path) -> None:
+def test_what_tests_pass_is_counted_and_files_that_come_change_and_go_later_are_noticed(path: Path) -> None:
     async def work(tests: Tests) -> None:
         await tests.service.refresh(tests.source)
         assert not tests.pushes.of(TestsPush)  # nobody has asked for them
-        await tests.run()
+        found = await tests.run()
+        assert found.error == ""
+        assert outcomes(found) == {"test_it_waits": "passed", "test_it_is_done_soon": "passed"}
+        assert {(each.kind, each.id): each.count for each in found.passed} == {
+            ("state", 1): 2,
+            ("state", 2): 1,
+            ("transition", 4): 1,
+        }
+        assert not any(each.failed for each in found.passed)
         known = len(tests.pushes.of(TestsPush))
         await tests.service.refresh(tests.source)
         assert len(tests.pushes.of(TestsPush)) == known  # nothing has changed
@@ -99,21 +107,6 @@ def test_files_of_tests_that_come_change_and_go_are_noticed_once_they_were_looke
         bad.unlink()
         await tests.service.refresh(tests.source)
         assert list(outcomes(tests.now)) == ["test_it_waits", "test_it_is_done_later"]
-
-    go(path, work)
-
-
-def test_what_they_pass_is_counted(path: Path) -> None:
-    async def work(tests: Tests) -> None:
-        found = await tests.run()
-        assert found.error == ""
-        assert outcomes(found) == {"test_it_waits": "passed", "test_it_is_done_soon": "passed"}
-        assert {(each.kind, each.id): each.count for each in found.passed} == {
-            ("state", 1): 2,
-            ("state", 2): 1,
-            ("transition", 4): 1,
-        }
-        assert not any(each.failed for each in found.passed)
 
     go(path, work)
 
