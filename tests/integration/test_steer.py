@@ -21,6 +21,7 @@ from tests.support.documents import compile_to, document, load, state, sub, tran
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.running import eventually
+from tests.support.soak import cases
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm.nao._command import app as nao_app
@@ -322,7 +323,8 @@ def test_stop_ends_the_component(shell: Shell) -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [["step"], ["break"], ["force", "x"], ["set", "x=1"], ["why"], ["reload"], ["stop"]],
+    # Each of them waits for seconds.
+    cases([["step"]], [["break"], ["force", "x"], ["set", "x=1"], ["why"], ["reload"], ["stop"]]),
     ids=lambda arguments: arguments[0],
 )
 def test_a_component_that_is_not_there_is_reported_with_those_that_are(

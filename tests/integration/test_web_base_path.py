@@ -22,7 +22,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect, unix_connect
 from websockets.typing import Origin
 
-from tests.support.editor import DOCUMENT, Editor, Window, editor
+from tests.support.editor import DOCUMENT, Editor, Window, editor, shared_checks
 from tests.support.limits import PAGE_LIMIT
 from tests.support.ports import free_port
 from tests.support.reverse_proxy import Mount, reverse_proxy
@@ -225,6 +225,13 @@ def test_the_cookie_is_secure_where_the_proxy_says_that_the_page_is(root: Path, 
 
 
 # ---------------------------------------------------------------------------------------------- at a Unix socket
+
+
+@pytest.fixture(scope="module", autouse=True)
+def checks() -> Iterator[None]:
+    """The process in which all editors of this file check their documents."""
+    with shared_checks():
+        yield
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 import urllib.error
 import urllib.request
 from http.cookiejar import CookieJar
@@ -25,6 +24,8 @@ from tests.support.editor import DOCUMENT, Window
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.soak import cases
+from tests.support.waiting import until
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._web.launch import open_browser
@@ -105,7 +106,7 @@ def test_a_taken_port_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         assert re.search(rf"error: cannot listen on port {port} .*--port", error)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", cases([signal.SIGINT], [signal.SIGTERM]))
 def test_without_a_command_it_is_the_editor_and_the_browser_gets_a_page_that_others_cannot_read(
     tmp_path: Path, number: signal.Signals
 ) -> None:
@@ -126,7 +127,7 @@ def test_without_a_command_it_is_the_editor_and_the_browser_gets_a_page_that_oth
     with ComponentProcess(module("visualhfsm"), environment) as process:
         printed = process.wait_for(ADDRESS)[0]
         process.wait_for("Ctrl-C ends it")
-        launched = content(launched_path)
+        launched = content(launched_path, "file://.*[.]html$")
         page = Path(launched.removeprefix("file://"))
         assert page.is_relative_to(runtime)
         assert [each.stat().st_mode & 0o777 for each in (page, page.parent)] == [0o600, 0o700]
@@ -159,7 +160,7 @@ def test_a_file_that_others_can_read_gets_no_token(tmp_path: Path, mode: int) ->
     with printed.open("w") as output:
         process = subprocess.Popen(command, stdout=output, env=environment)
     try:
-        text = content(printed)
+        text = content(printed, r"The editor is at .*\n")
     finally:
         process.terminate()
         process.wait(END_LIMIT)
@@ -216,12 +217,9 @@ def test_a_document_that_cannot_be_opened_is_reported(
     assert "error: Cannot open broken.xml" in refused(tmp_path, str(broken))
 
 
-def content(file: Path) -> str:
-    """Wait for a file, and return its content."""
-    until = time.monotonic() + START_LIMIT
-    while not (file.exists() and file.read_text()):
-        assert time.monotonic() < until, "the browser was not opened"
-        time.sleep(0.01)
+def content(file: Path, wanted: str) -> str:
+    """Wait for a file with a text, and return its content."""
+    until(lambda: file.exists() and re.search(wanted, file.read_text()), START_LIMIT)
     return file.read_text()
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from tests.support.editor import DOCUMENT, Editor, Refused, Window, editor
+from tests.support.editor import DOCUMENT, Editor, Refused, Window, editor, shared_checks
 from visualhfsm._web.limits import Limits
 
 ATTACKS: Final[list[dict[str, Any]]] = [
@@ -47,6 +47,13 @@ ATTACKS: Final[list[dict[str, Any]]] = [
     {"op": "control", "component": "", "action": "resetEmergencyStop"},
     {"op": "control", "component": "robot", "action": "pause"},
 ]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def checks() -> Iterator[None]:
+    """The process in which all editors of this file check their documents."""
+    with shared_checks():
+        yield
 
 
 @pytest.fixture

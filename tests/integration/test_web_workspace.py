@@ -22,7 +22,16 @@ from websockets.exceptions import ConnectionClosed
 from codegen.hfsm.document import Document
 from codegen.messages import Message
 from tests.support.component import snapshot
-from tests.support.editor import DOCUMENT, Editor, NoCodeHelp, NoService, Refused, Window, editor
+from tests.support.editor import (
+    DOCUMENT,
+    Editor,
+    NoCodeHelp,
+    NoService,
+    Refused,
+    Window,
+    editor,
+    shared_checks,
+)
 from tests.support.editor import services as make_services
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
@@ -48,6 +57,13 @@ HEAD = (
     "<interface>PoseHead</interface></iceinterface></config>"
 )
 ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def checks() -> Iterator[None]:
+    """The process in which all editors of this file check their documents."""
+    with shared_checks():
+        yield
 
 
 @pytest.fixture
@@ -483,7 +499,7 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         window.ask("do", tab=1, command=ADD_STATE)
         undoing = window.send("undo", tab=1)
         steering = window.send("control", component="", action="pause")
-        waiting = [window.send("hello") for _ in range(100)]
+        waiting = [window.send("hello") for _ in range(20)]
         assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
         assert not window.answers
         gate.set()
