@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.messages import Message
+from tests.support.examples import examples
 from visualhfsm._editing.places import Place
 from visualhfsm._failures import Failure, Failures
 from visualhfsm._origins import Origin
@@ -142,6 +143,7 @@ PIECES = st.sampled_from(
         )
     )
 )
+@settings(max_examples=examples(20))
 def test_no_output_is_too_strange(lines: list[tuple[str, Any]]) -> None:
     for failure in heard(*lines):
         assert failure.origin in (CODE, FUNCTION)

@@ -9,11 +9,12 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Annotation, Automaton, Document, Import, State, Text, Transition
+from tests.support.examples import examples
 from tests.support.places import ROOT
 from tests.support.random_documents import documents
 from visualhfsm._errors import MissingError
@@ -108,6 +109,7 @@ def test_names_of_others_are_text_and_nothing_else() -> None:
     assert not re.search(r"url\(|href|style", text.replace("&lt;a href", ""))
 
 
+@settings(max_examples=examples(20))
 @given(document=documents)
 def test_every_document_has_a_picture(document: Document) -> None:
     for automaton in document.automata:

@@ -308,7 +308,7 @@ def random_document(seed: int, start: Document, commands: int = 15) -> Document:
     return document
 
 
-@settings(max_examples=examples(40), deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(mine=st.integers(0, 2**32), theirs=st.integers(0, 2**32))
 def test_any_two_versions_make_a_document_that_can_be_saved(mine: int, theirs: int) -> None:
     base = tree()

@@ -58,8 +58,8 @@ def rename(name: str, state: int = 1) -> RenameState:
     return RenameState(automaton=1, state=state, name=name)
 
 
-def code(text: str) -> SetStateCode:
-    return SetStateCode(automaton=1, state=1, part="code", text=text)
+def code(text: str, state: int = 1) -> SetStateCode:
+    return SetStateCode(automaton=1, state=state, part="code", text=text)
 
 
 def step_names(steps: list[Step]) -> list[str]:
@@ -202,12 +202,15 @@ def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> Non
 
 
 def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession) -> None:
-    session.do(code("&" * (MAX_SIZE // 10)))
+    most = 1_000_000  # characters that one text may have; a file has five for each `&`
+    for _ in range(MAX_SIZE // (5 * most)):
+        added = session.do(AddState(automaton=1, x=0, y=0)).added
+        session.do(code("&" * most, added[0].states[0]))
     before = session.document
     with pytest.raises(EditError, match="it is larger than"):
-        session.do(code("&" * (MAX_SIZE // 5)))
+        session.do(code("&" * most))
     assert session.document is before
-    session.do(code("x" * (MAX_SIZE // 5)))
+    session.do(code("x" * most))
 
 
 def test_saving_is_byte_for_byte_what_was_opened(session: DocumentSession, path: Path) -> None:

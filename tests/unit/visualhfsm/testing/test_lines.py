@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.documents import document, state, sub, transition
 from tests.support.running_tests import Tests, go, outcomes
+from tests.support.soak import cases
 from visualhfsm._test_results import TestsPush
 
 COUNTS = document(
@@ -65,7 +66,7 @@ def lines(push: TestsPush) -> dict[tuple[str, int], tuple[tuple[int, ...], ...]]
     return {(each.place.part, each.place.id): (each.passed, each.missed, each.failed) for each in push.code}
 
 
-def test_lines_of_code_are_passed_or_missed(path: Path) -> None:
+def test_lines_of_code_are_passed_missed_or_marked_as_failed(path: Path) -> None:
     async def work(tests: Tests) -> None:
         found = await tests.run("behaviors/test_waits.py::test_it_waits")
         assert lines(found) == {
@@ -83,18 +84,14 @@ def test_lines_of_code_are_passed_or_missed(path: Path) -> None:
         assert found.unmeasured == ""
         # What another test passes counts, too, and code that has changed meanwhile is other code.
         path.write_text(COUNTS.replace("self.rounds += 1", "\nself.rounds += 1"))
-        found = await tests.run("behaviors/test_waits.py::test_it_is_done_soon")
+        found = await tests.run(
+            *(f"behaviors/test_waits.py::{each}" for each in ("test_it_is_done_soon", "test_it_breaks"))
+        )
         assert lines(found)["trigger", 4] == ((1,), (), ())
         of_state = [each for each in found.code if (each.place.part, each.place.id) == ("code", 1)]
         assert sorted(each.passed[-1] for each in of_state) == [9, 10]
         assert len({each.version for each in of_state}) == 2
-
-    go(path, work)
-
-
-def test_a_line_that_fails_is_marked_and_the_one_that_led_to_it(path: Path) -> None:
-    async def work(tests: Tests) -> None:
-        found = await tests.run("behaviors/test_waits.py::test_it_breaks")
+        # A line that fails is marked, and the one that led to it.
         assert outcomes(found)["test_it_breaks"] == "failed"
         assert lines(found)["functions", 0] == ((), (), (3,))
         assert lines(found)["code", 2] == ((), (), (1,))
@@ -108,11 +105,13 @@ def test_a_line_that_fails_is_marked_and_the_one_that_led_to_it(path: Path) -> N
 
 @pytest.mark.parametrize(
     ("what", "words"),
-    [
-        ("sys.modules['coverage'] = None", "pip install 'visualhfsm[test]'"),
-        ("sys.settrace(lambda *_: None)", "another program"),
-        ("import coverage; coverage.Coverage(data_file=None).start()", "another program"),
-    ],
+    cases(
+        [
+            ("sys.modules['coverage'] = None", "pip install 'visualhfsm[test]'"),
+            ("import coverage; coverage.Coverage(data_file=None).start()", "another program"),
+        ],
+        [pytest.param("sys.settrace(lambda *_: None)", "another program")],
+    ),
 )
 def test_it_says_why_lines_are_not_measured(path: Path, what: str, words: str) -> None:
     (path.parents[1] / "conftest.py").write_text(f"import sys\n{what}\n")

@@ -10,6 +10,7 @@ from hypothesis import Phase, find, given, settings
 from hypothesis import strategies as st
 
 from tests.support.documents import document, state, sub, transition
+from tests.support.examples import examples
 from visualhfsm.simulation._loading import read
 from visualhfsm.testing import Behavior, BehaviorFailed, DocumentInvalid, check_properties
 from visualhfsm.testing._abstraction import abstract_component
@@ -84,7 +85,7 @@ class TestStrategies:
 
     @pytest.mark.slow
     @given(data=st.data())
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=examples(8), deadline=None)
     def test_any_sequence_of_stimuli_can_be_taken(self, data: st.DataObject) -> None:
         path = Path("behaviors/dance_and_follow.xml")
         b = Behavior(abstract_component(read(path), path)())

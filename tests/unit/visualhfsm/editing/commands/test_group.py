@@ -37,7 +37,7 @@ def documents(draw: st.DrawFn) -> Document:
     return Document(automata=(Automaton(id=1, states=states, transitions=arcs), *below))
 
 
-@settings(max_examples=examples(25))
+@settings(max_examples=examples(15))
 @given(document=documents(), chosen=st.sets(NUMBERS, min_size=1))
 def test_grouped_states_keep_what_they_are_and_what_leads_across_the_border_ends_at_the_group(
     tmp_path_factory: pytest.TempPathFactory, document: Document, chosen: set[int]
