@@ -17,6 +17,7 @@ from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.running import eventually
+from tests.support.soak import cases
 from zenoh_ice import initialize
 
 Tried = tuple[ComponentProcess, HfsmMonitorPrx]
@@ -62,10 +63,11 @@ HANGS = "import select\nprint('second', flush=True)\nwhile True: select.select([
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("options", cases([("--seconds", "600")], [()]), ids=["for a time", "without end"])
 def test_code_that_hangs_keeps_neither_the_monitor_nor_a_signal_waiting(
-    tmp_path: Path, endpoint: str
+    tmp_path: Path, endpoint: str, options: tuple[str, ...]
 ) -> None:
-    with tried(tmp_path, endpoint, HANGS) as (process, monitor):
+    with tried(tmp_path, endpoint, HANGS, *options) as (process, monitor):
         eventually(lambda: monitor.getSnapshot().automata[0].hangsFor > 0.0)
         assert "odd" in monitor.getSnapshot().automata[0].hangsAt
         monitor.setSpeed(20.0)
@@ -85,13 +87,6 @@ def test_the_monitor_ends_code_that_hangs(tmp_path: Path, endpoint: str) -> None
     with tried(tmp_path, endpoint, HANGS) as (process, monitor):
         monitor.stop()
         assert process.wait(END_LIMIT) == 0
-
-
-@pytest.mark.slow
-def test_a_signal_ends_code_that_hangs_though_its_time_is_not_over(tmp_path: Path, endpoint: str) -> None:
-    with tried(tmp_path, endpoint, HANGS, "--seconds", "600") as (process, _):
-        process.process.send_signal(signal.SIGTERM)
-        assert process.wait(END_LIMIT) == 143
 
 
 def test_code_that_sleeps_ends_with_its_dry_run(tmp_path: Path, endpoint: str) -> None:

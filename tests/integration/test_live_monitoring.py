@@ -447,7 +447,8 @@ def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None
     async def go() -> None:
         service = Monitoring(
             Pushes(),
-            Settings(realm=pair.server.realm, connect=(pair.endpoint,), clock="wall", timeout=CALL_LIMIT),
+            # What is not there is waited for a tenth of that.
+            Settings(realm=pair.server.realm, connect=(pair.endpoint,), clock="wall", timeout=5.0),
         )
         try:
             with pytest.raises(VisualHfsmError, match="Safety"):

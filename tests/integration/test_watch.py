@@ -21,6 +21,7 @@ from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.stranger import session_of
+from tests.support.waiting import until
 from tests.support.watching import content
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
@@ -148,7 +149,7 @@ def test_without_a_component_the_command_says_how_to_start_one(robot: ServedRobo
 
 
 def test_a_component_that_is_not_there_is_an_error_that_names_it(robot: ServedRobot) -> None:
-    code, output = run(options(robot, "absent", "--wait", "0.5"))
+    code, output = run(options(robot, "absent", "--wait", "0.5", "--timeout", "5"))
     assert code == 1
     assert "Hfsm.absent" in output
     assert "Traceback" not in output
@@ -188,10 +189,7 @@ def test_a_lost_server_is_reported_and_found_again(tmp_path: Path) -> None:
         watcher.wait_for("Robot server lost")
         seen = len(watcher.output)
         stack.enter_context(served(FakeRobot(), realm="nao", endpoint=endpoint))
-        deadline = time.monotonic() + START_LIMIT
-        while "images/s" not in watcher.output[seen:]:
-            assert time.monotonic() < deadline, watcher.output
-            time.sleep(0.05)
+        until(lambda: "images/s" in watcher.output[seen:], START_LIMIT)
 
 
 @contextmanager
@@ -205,10 +203,7 @@ def listening(robot: ServedRobot) -> Iterator[Telemetry]:
 
 def wait_until(telemetry: Telemetry, condition: object) -> None:
     assert callable(condition)
-    deadline = time.monotonic() + START_LIMIT
-    while not condition(telemetry.update()):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    until(lambda: condition(telemetry.update()), START_LIMIT)
 
 
 def test_a_component_that_is_restarted_begins_a_new_log(robot: ServedRobot) -> None:
