@@ -26,6 +26,7 @@ from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.reader import commands_of
 from tests.support.robot_server import served
+from tests.support.soak import cases
 from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._command import app
 from visualhfsm._editing.places import Place
@@ -237,7 +238,8 @@ def endpoint(project: Path) -> Iterator[str]:
         lamp.wait_for("^on")
 
 
-@pytest.mark.parametrize("unsaved", [False, True])
+# `test_a_recording_of_it_is_replayed` runs the one that is saved.
+@pytest.mark.parametrize("unsaved", cases([True], [False]))
 def test_the_editor_runs_the_behavior(project: Path, endpoint: str, *, unsaved: bool) -> None:
     async def go() -> None:
         pushes = Pushes()

@@ -71,10 +71,10 @@ def test_a_process_that_does_not_read_is_given_up_at_the_limit(
 def test_what_a_process_takes_to_start_does_not_count(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "late.py").write_text(f"import time; print('hello'); time.sleep(0.5)\n{ANSWERS}")
+    (tmp_path / "late.py").write_text(f"import time; print('hello'); time.sleep(1.6)\n{ANSWERS}")
     monkeypatch.syspath_prepend(tmp_path)
     with contextlib.closing(LineProcess("late", start_limit=START_LIMIT)) as late:
-        assert late.ask(b"abc", 0.4) == b"cba"
+        assert late.ask(b"abc", 1.5) == b"cba"
 
 
 def test_a_process_that_does_not_start_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
