@@ -1,6 +1,7 @@
 """Whatever is killed while trials run, or fills up, the same command goes on, and its table is as undisturbed.
 
-Each fault comes at a random moment, once; `TEST_EXAMPLES=30` causes each of them thirty times.
+In `make test` each fault comes once, and those of clusters and of single processes, which tests of their own cause,
+not at all; in `make soak` each of them comes at thirty random moments, and many trials end their process, too.
 """
 
 from __future__ import annotations
@@ -17,18 +18,22 @@ from typing import Final
 import psutil
 import pytest
 
+from tests.support.commands import run_here
 from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub, transition
-from tests.support.examples import examples
 from tests.support.limits import FOREVER
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, assert_gone, children, module
+from tests.support.soak import repeated
 from tests.support.waiting import until
+from visualhfsm._command import app
 
 pytestmark = pytest.mark.slow
 
-RUNS: Final = 24
-TIMES: Final = range(examples(1))
+RUNS: Final = repeated(test=8, soak=24)
+TIMES: Final = range(repeated(test=1, soak=30))
+WORKERS: Final = repeated(test="1", soak="2")
+MISHAPS: Final = repeated(test="0, 0, 0, 2", soak=f"{'0, ' * 18} 1, 2")
 WORKER: Final = "visualhfsm.trials._worker"
 ENVIRONMENT: Final = {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 
@@ -63,7 +68,7 @@ seed = 10
 limit = 0.8
 memory = 600
 parameters.weight = {{ from = 0.5, to = 1.5 }}
-parameters.mishap = [{"0, " * 18} 1, 2]
+parameters.mishap = [{MISHAPS}]
 success.state = "won"
 """
 HANGS: Final = document(
@@ -85,7 +90,7 @@ class Series:
     """A folder with a document and a plan, and what its trials come to."""
 
     folder: Path
-    arguments: tuple[str, ...] = ("trials", "rolls.xml", "--workers", "2")
+    arguments: tuple[str, ...] = ("trials", "rolls.xml", "--workers", WORKERS)
 
     @property
     def outcomes(self) -> Path:
@@ -111,8 +116,8 @@ class Series:
 
     def finish(self, *arguments: str) -> tuple[bytes, list[bytes]]:
         """Run the command to its end; return the table, and the lines of outcomes in order."""
-        with self.running(*arguments) as client:
-            assert client.wait(FOREVER) == 0, client.output
+        done = run_here(app, "visualhfsm", *self.arguments, *arguments, cwd=self.folder)
+        assert done.returncode == 0, done.stderr
         lines = self.outcomes.read_bytes().splitlines(keepends=True)
         return self.outcomes.with_suffix(".csv").read_bytes(), sorted(lines)
 
@@ -128,7 +133,7 @@ def series(folder: Path, text: str = ROLLS, plan: str = PLAN) -> Series:
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, list[bytes]]:
     table, lines = series(tmp_path_factory.mktemp("undisturbed") / "documents").finish()
     assert table.count(b"\n") == len(lines) == RUNS + 1
-    assert table.count(b",ended its process,") >= 1
+    assert table.count(b",ended its process,") >= repeated(test=0, soak=1)
     assert table.count(b"MemoryError") >= 1
     assert table.count(b",true,") >= 1
     return table, lines
@@ -139,6 +144,9 @@ def moment(number: int, kind: str) -> int:
     return random.Random(f"{kind}/{number}").randrange(1, RUNS // 2)
 
 
+@pytest.mark.soak(
+    "tests/unit/visualhfsm/trials/test_series.py::test_a_killed_process_costs_its_trial_only_which_is_run_again"
+)
 @pytest.mark.parametrize("number", TIMES)
 def test_killed_processes_change_nothing(
     tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
@@ -208,6 +216,9 @@ def test_a_full_disk_keeps_what_is_done(
     assert disturbed.finish() == undisturbed
 
 
+@pytest.mark.soak(
+    "tests/unit/visualhfsm/trials/test_series.py::test_a_trial_that_hangs_fails_with_its_values_however_often_it_is_killed"
+)
 @pytest.mark.parametrize("number", TIMES)
 def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, number: int) -> None:
     undisturbed = series(tmp_path / "undisturbed" / "documents", HANGS, HANGING_PLAN).finish()
@@ -221,6 +232,9 @@ def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, numbe
     assert disturbed.finish() == undisturbed
 
 
+@pytest.mark.soak(
+    "tests/integration/test_trials_cluster.py::test_workers_that_are_killed_before_the_first_trial_ends_change_nothing"
+)
 @pytest.mark.parametrize("number", TIMES)
 def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
     tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
@@ -241,6 +255,9 @@ def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
         assert disturbed.finish(*there) == undisturbed
 
 
+@pytest.mark.soak(
+    "tests/integration/test_trials_cluster.py::test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there"
+)
 @pytest.mark.parametrize("number", TIMES)
 def test_ctrl_c_leaves_a_cluster_free(
     tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
@@ -256,6 +273,7 @@ def test_ctrl_c_leaves_a_cluster_free(
         assert disturbed.finish(*there) == undisturbed
 
 
+@pytest.mark.soak("tests/integration/test_trials_cluster.py::test_a_killed_scheduler_keeps_what_is_done")
 @pytest.mark.parametrize("number", TIMES)
 def test_a_killed_scheduler_keeps_what_is_done(
     tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int

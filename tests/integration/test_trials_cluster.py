@@ -5,27 +5,32 @@ from __future__ import annotations
 import csv
 import signal
 import socket
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import msgspec
+import psutil
 import pytest
 
 from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import FOREVER
 from tests.support.places import ROOT
-from tests.support.processes import assert_gone, children
+from tests.support.processes import ComponentProcess, assert_gone
+from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from visualhfsm._new import new
-from visualhfsm.trials import Plan, Spread, Success, TrialsError, run_trials
-from visualhfsm.trials._summary import write_table
+from visualhfsm.trials import Plan, Spread, Success, Summary, TrialsError, run_trials
+from visualhfsm.trials._cluster import Cluster, ClusterLimits
+from visualhfsm.trials._outcomes import Record, read_outcomes
+from visualhfsm.trials._series import Series
+from visualhfsm.trials._summary import Row, write_table
 
 pytestmark = pytest.mark.slow
-
-WORKER = "visualhfsm.trials._worker"
 
 ROLLS = document(
     sub(
@@ -61,7 +66,17 @@ def even(run):
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """A project with its own interface, and a document that imports another one and a module."""
-    folder = tmp_path / "project"
+    return make_project(tmp_path / "project")
+
+
+@pytest.fixture(scope="module")
+def here(tmp_path_factory: pytest.TempPathFactory) -> Sequence[Row]:
+    """What the trials of the project come to in one process of this computer."""
+    path = make_project(tmp_path_factory.mktemp("here") / "project")
+    return run_trials(plan(path), workers=1).rows
+
+
+def make_project(folder: Path) -> Path:
     new(folder)
     behaviors = folder / "behaviors"
     (behaviors / "parts").mkdir()
@@ -72,7 +87,12 @@ def project(tmp_path: Path) -> Path:
     return behaviors / "rolls.xml"
 
 
-def plan(path: Path, runs: int = 24) -> Plan:
+RUNS: Final = repeated(test=12, soak=24)
+ENDLESS: Final = 100_000
+"""More trials than a test waits for."""
+
+
+def plan(path: Path, runs: int = RUNS) -> Plan:
     return Plan(
         document=str(path), robot="none", runs=runs, limit=0.8,
         parameters={"weight": Spread(lowest=0.5, highest=1.5)},
@@ -80,21 +100,41 @@ def plan(path: Path, runs: int = 24) -> Plan:
     )  # fmt: skip
 
 
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[DaskCluster]:
-    with DaskCluster(tmp_path / "cluster", workers=2) as cluster:
+@pytest.fixture(scope="module")
+def lasting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskCluster]:
+    with DaskCluster(tmp_path_factory.mktemp("cluster"), workers=2, failures=0) as cluster:
         yield cluster
 
 
+@pytest.fixture
+def cluster(lasting: DaskCluster) -> DaskCluster:
+    """A cluster with two workers; each test may kill some of them."""
+    lasting.replenish()
+    return lasting
+
+
+def run_with(limits: ClusterLimits, series: Plan, cluster: DaskCluster, out: Path) -> None:
+    """Run a series that waits less long for its cluster."""
+    wanted = Series(series)
+    with Record(out, wanted.header) as record, Cluster(cluster.address, limits) as pool:
+        wanted.run(record, pool)
+
+
+def some_are_done(out: Path, ended: Callable[[], bool]) -> None:
+    """Wait until a file has outcomes, or the run has ended."""
+    until(lambda: ended() or (out.exists() and out.read_bytes().count(b"\n") > 2), FOREVER)
+
+
 def test_a_cluster_computes_the_same_table_as_one_process_and_two(
-    project: Path, cluster: DaskCluster
+    project: Path, cluster: DaskCluster, here: Sequence[Row]
 ) -> None:
     ended: list[int] = []
     there = run_trials(plan(project), cluster=cluster.address, ended=lambda each: ended.append(each.number))
-    assert sorted(ended) == [*range(1, 25)]
-    for workers in (1, 2):
-        assert run_trials(plan(project), workers=workers).rows == there.rows
-    assert 0 < there.rate.successes < 24
+    assert sorted(ended) == [*range(1, RUNS + 1)]
+    assert there.rows == here
+    for workers in repeated(test=[], soak=[2]):
+        assert run_trials(plan(project), workers=workers).rows == here
+    assert 0 < there.rate.successes < RUNS
     assert {row.reason for row in there.rows} == {"", "an odd number of throws", "not in won after 0.8 s"}
     for worker in cluster.workers:
         assert [*worker.cwd.iterdir()] == []
@@ -114,20 +154,21 @@ def picture(run):
 @pytest.mark.parametrize(
     ("robot", "scene"),
     [
-        ("fake", {}),
+        pytest.param("fake", {}, marks=pytest.mark.soak),
         pytest.param("sim", {"noise": True}, marks=[pytest.mark.sim, pytest.mark.gl]),
     ],
 )
 def test_robots_with_noise_and_pictures_do_the_same_bit_by_bit(
-    tmp_path: Path, robot: Literal["fake", "sim"], scene: dict[str, bool]
+    tmp_path: Path, cluster: DaskCluster, robot: Literal["fake", "sim"], scene: dict[str, bool]
 ) -> None:
+    runs = repeated(test=3, soak=8)
     folder = tmp_path / "documents"
     folder.mkdir()
     (folder / "follow_ball.xml").write_bytes((ROOT / "behaviors" / "follow_ball.xml").read_bytes())
     (folder / "sees.py").write_text(SEES)
     follows = Plan(
-        document=str(folder / "follow_ball.xml"), robot=robot, camera="rendered", runs=8, limit=1.5,
-        scene={"BallGreen.pan": Spread(lowest=-0.4, highest=0.4), **scene},
+        document=str(folder / "follow_ball.xml"), robot=robot, camera="rendered", runs=runs,
+        limit=repeated(test=0.5, soak=1.5), scene={"BallGreen.pan": Spread(lowest=-0.4, highest=0.4), **scene},
         numbers={"picture": "sees.py:picture"}, samples={"aim": "sees.py:aim"},
     )  # fmt: skip
 
@@ -136,13 +177,12 @@ def test_robots_with_noise_and_pictures_do_the_same_bit_by_bit(
         write_table(table, run_trials(follows, out=out, **where))
         return table.read_bytes(), sorted(out.read_bytes().splitlines())
 
-    one = computed("one", workers=1)
-    assert computed("two", workers=2) == one
-    with DaskCluster(tmp_path / "cluster", workers=4) as cluster:
-        assert computed("cluster", cluster=cluster.address) == one
-    rows = [*csv.DictReader(one[0].decode("utf-8-sig").splitlines())]
-    assert len({row["aim mean"] for row in rows}) == 8
-    assert len({row["picture"] for row in rows}) == 8
+    there = computed("cluster", cluster=cluster.address)
+    for workers in repeated(test=[1], soak=[1, 2]):
+        assert computed(f"{workers} here", workers=workers) == there
+    rows = [*csv.DictReader(there[0].decode("utf-8-sig").splitlines())]
+    assert len({row["aim mean"] for row in rows}) == runs
+    assert len({row["picture"] for row in rows}) == runs
 
 
 def test_a_plan_that_is_not_possible_is_refused_there_as_here(project: Path, cluster: DaskCluster) -> None:
@@ -155,64 +195,56 @@ def test_a_plan_that_is_not_possible_is_refused_there_as_here(project: Path, clu
     assert "behaviors/rolls.xml cannot be run" in str(here.value)
 
 
-def test_a_worker_with_another_version_is_refused_by_name(tmp_path: Path, project: Path) -> None:
+def test_a_worker_with_another_version_is_refused_by_name(
+    tmp_path: Path, project: Path, cluster: DaskCluster
+) -> None:
     older = tmp_path / "older" / "numpy-1.0.dist-info"
     older.mkdir(parents=True)
     (older / "METADATA").write_text("Metadata-Version: 2.1\nName: numpy\nVersion: 1.0\n")
-    with DaskCluster(tmp_path / "cluster") as cluster:
-        cluster.add_worker({"PYTHONPATH": str(older.parent)})
-        cluster.wait()
-        with pytest.raises(TrialsError, match=r"the worker tcp://127\.0\.0\.1:\d+ has numpy 1\.0; here are "):
-            run_trials(plan(project), cluster=cluster.address)
-
-
-def test_a_worker_without_our_package_is_refused(tmp_path: Path, project: Path) -> None:
-    hiding = tmp_path / "hiding"
-    (hiding / "visualhfsm").mkdir(parents=True)
-    (hiding / "visualhfsm" / "__init__.py").write_text("raise ModuleNotFoundError('no visualhfsm')")
-    with DaskCluster(tmp_path / "cluster", workers=0) as cluster:
-        cluster.add_worker({"PYTHONPATH": str(hiding)})
-        cluster.wait()
-        with pytest.raises(
-            TrialsError, match=r"127\.0\.0\.1:\d+ cannot run trials, install visualhfsm there"
-        ):
-            run_trials(plan(project), cluster=cluster.address)
-
-
-def test_a_cluster_without_workers_is_refused(tmp_path: Path, project: Path) -> None:
     with (
-        DaskCluster(tmp_path / "cluster", workers=0) as cluster,
-        pytest.raises(TrialsError, match="has no workers: start some, with `dask worker tcp://127"),
+        cluster.added_worker({"PYTHONPATH": str(older.parent)}),
+        pytest.raises(TrialsError, match=r"the worker tcp://127\.0\.0\.1:\d+ has numpy 1\.0; here are "),
     ):
         run_trials(plan(project), cluster=cluster.address)
 
 
-def test_a_worker_that_hangs_is_not_waited_for(tmp_path: Path, project: Path) -> None:
-    with DaskCluster(tmp_path / "cluster") as cluster:
-        cluster.workers[0].process.send_signal(signal.SIGSTOP)
-        try:
-            with pytest.raises(TrialsError, match="not all of it answers within 15 s"):
-                run_trials(plan(project), cluster=cluster.address)
-        finally:
-            cluster.workers[0].process.send_signal(signal.SIGCONT)
+def test_a_worker_without_our_package_is_refused(tmp_path: Path, project: Path, cluster: DaskCluster) -> None:
+    hiding = tmp_path / "hiding"
+    (hiding / "visualhfsm").mkdir(parents=True)
+    (hiding / "visualhfsm" / "__init__.py").write_text("raise ModuleNotFoundError('no visualhfsm')")
+    with (
+        cluster.added_worker({"PYTHONPATH": str(hiding)}),
+        pytest.raises(TrialsError, match=r"127\.0\.0\.1:\d+ cannot run trials, install visualhfsm there"),
+    ):
+        run_trials(plan(project), cluster=cluster.address)
+
+
+def test_a_worker_that_hangs_is_not_waited_for(tmp_path: Path, project: Path, cluster: DaskCluster) -> None:
+    cluster.workers[0].freeze()
+    try:
+        with pytest.raises(TrialsError, match=r"not all of it answers within 0\.5 s"):
+            run_with(ClusterLimits(look=0.5), plan(project), cluster, tmp_path / "rolls.outcomes.jsonl")
+    finally:
+        cluster.workers[0].process.send_signal(signal.SIGCONT)
 
 
 def test_a_cluster_that_ends_no_trial_any_more_is_not_waited_for(
-    tmp_path: Path, project: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, project: Path, cluster: DaskCluster
 ) -> None:
-    monkeypatch.setattr("visualhfsm.trials._cluster._START_LIMIT", 1.0)
     out = tmp_path / "rolls.outcomes.jsonl"
-    many = msgspec.structs.replace(plan(project, 100_000), patience=3.0)
-    with DaskCluster(tmp_path / "cluster") as cluster, ThreadPoolExecutor(1) as aside:
-        trials = aside.submit(run_trials, many, out=out, cluster=cluster.address)
-        until(lambda: trials.done() or (out.exists() and out.read_bytes().count(b"\n") > 2))
-        cluster.workers[0].process.send_signal(signal.SIGSTOP)
+    many = msgspec.structs.replace(plan(project, ENDLESS), patience=0.5)
+    with ThreadPoolExecutor(1) as aside:
+        limits = ClusterLimits(start=0.5, check=0.05)
+        trials = aside.submit(run_with, limits, many, cluster, out)
+        some_are_done(out, trials.done)
+        for worker in cluster.workers:
+            worker.freeze()
         try:
-            with pytest.raises(TrialsError, match="none of its trials has ended for 4 s"):
+            with pytest.raises(TrialsError, match="none of its trials has ended for 1 s"):
                 trials.result(FOREVER)
         finally:
-            below = cluster.kill(cluster.workers[0])
-        assert_gone(below)
+            for worker in cluster.workers:
+                worker.process.send_signal(signal.SIGCONT)
 
 
 UNREADABLE = """
@@ -222,35 +254,54 @@ Outcome.__reduce__ = lambda self: (__import__, ("nowhere",))
 """
 
 
-def test_an_outcome_that_cannot_be_received_ends_the_run(tmp_path: Path, project: Path) -> None:
+def test_an_outcome_that_cannot_be_received_ends_the_run(
+    tmp_path: Path, project: Path, cluster: DaskCluster
+) -> None:
     changed = tmp_path / "changed"
     changed.mkdir()
     (changed / "sitecustomize.py").write_text(UNREADABLE)
-    with DaskCluster(tmp_path / "cluster", workers=0) as cluster:
-        cluster.add_worker({"PYTHONPATH": str(changed)})
-        cluster.wait()
-        with pytest.raises(
+    with (
+        cluster.added_worker({"PYTHONPATH": str(changed)}),
+        pytest.raises(
             TrialsError, match=r"does not give the outcome of trial \d+: No module named 'nowhere'"
-        ):
-            run_trials(plan(project), cluster=cluster.address)
+        ),
+    ):
+        run_trials(plan(project, 60), cluster=cluster.address)
 
 
-@pytest.mark.parametrize("failures", [0, 3])
+def test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there(
+    tmp_path: Path, project: Path, cluster: DaskCluster, here: Sequence[Row]
+) -> None:
+    series, out, stop = Series(plan(project)), tmp_path / "rolls.outcomes.jsonl", threading.Event()
+    with Record(out, series.header) as record, Cluster(cluster.address) as pool:
+        series.run(record, pool, lambda _: stop.set(), stop)
+    assert 1 <= out.read_bytes().count(b"\n") - 1 < RUNS
+    whole = run_trials(plan(project), out=out, cluster=cluster.address)
+    assert whole.rows == here
+
+
+@pytest.mark.parametrize("failures", cases([0], soak=[3]))
 def test_workers_that_are_killed_before_the_first_trial_ends_change_nothing(
-    tmp_path: Path, project: Path, failures: int
+    tmp_path: Path, project: Path, cluster: DaskCluster, here: Sequence[Row], failures: int
 ) -> None:
     out = tmp_path / "rolls.outcomes.jsonl"
-    with (
-        DaskCluster(tmp_path / "cluster", workers=3, failures=failures) as cluster,
-        ThreadPoolExecutor(1) as aside,
-    ):
+    with ExitStack() as stack:
+        if failures:
+            cluster = stack.enter_context(DaskCluster(tmp_path / "cluster", failures=failures))
+        killed = [stack.enter_context(cluster.added_worker({})) for _ in range(repeated(test=1, soak=2))]
+        aside = stack.enter_context(ThreadPoolExecutor(1))
         trials = aside.submit(run_trials, plan(project), out=out, cluster=cluster.address)
-        until(lambda: trials.done() or out.exists(), FOREVER)
-        until(lambda: trials.done() or children(WORKER) != [], FOREVER)
-        below = [each for worker in cluster.workers[:2] for each in cluster.kill(worker)]
+        until(lambda: trials.done() or all(map(has_begun, killed)), FOREVER)
+        assert not trials.done()
+        below = [each for worker in killed for each in cluster.kill(worker)]
         there = trials.result(FOREVER)
-    assert there.rows == run_trials(plan(project), workers=2).rows
+    assert there.rows == here
     assert_gone(below)
+
+
+def has_begun(worker: ComponentProcess) -> bool:
+    """Return whether a worker has started a process for trials."""
+    return bool(psutil.Process(worker.process.pid).children())
 
 
 FRAIL = """
@@ -271,43 +322,39 @@ def frail(folder: Path, function: str) -> dict[str, str]:
 def test_a_worker_that_dies_when_it_is_looked_at_is_not_counted(
     tmp_path: Path, project: Path, cluster: DaskCluster
 ) -> None:
-    cluster.add_worker(frail(tmp_path / "frail", "_outcomes.versions"))
-    cluster.wait()
-    assert len(run_trials(plan(project, 4), cluster=cluster.address).rows) == 4
+    with cluster.added_worker(frail(tmp_path / "frail", "_outcomes.versions")):
+        assert len(run_trials(plan(project, 4), cluster=cluster.address).rows) == 4
 
 
-def test_a_worker_that_dies_of_the_files_costs_no_trial(tmp_path: Path, project: Path) -> None:
+def test_a_cluster_may_lose_workers_but_not_its_last_one(tmp_path: Path, project: Path) -> None:
+    """One of them dies of the files, which costs no trial."""
+    out = tmp_path / "rolls.outcomes.jsonl"
     with DaskCluster(tmp_path / "cluster", workers=0, failures=0) as cluster, ThreadPoolExecutor(1) as aside:
+        with pytest.raises(TrialsError, match="has no workers: start some, with `dask worker tcp://127"):
+            run_trials(plan(project), cluster=cluster.address)
+
         worker = cluster.add_worker(frail(tmp_path / "frail", "_cluster._hold"))
         cluster.wait()
-        trials = aside.submit(run_trials, plan(project, 4), cluster=cluster.address)
+        trials: Future[Summary] = aside.submit(run_trials, plan(project, 4), cluster=cluster.address)
         until(lambda: trials.done() or worker.process.poll() is not None, FOREVER)
-        cluster.add_worker()
+        last = cluster.add_worker()
         assert len(trials.result(FOREVER).rows) == 4
 
-
-def test_a_cluster_that_loses_its_last_worker_ends_the_run(
-    tmp_path: Path, project: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("visualhfsm.trials._cluster._NO_WORKER_LIMIT", 1.0)
-    out = tmp_path / "rolls.outcomes.jsonl"
-    with DaskCluster(tmp_path / "cluster") as cluster, ThreadPoolExecutor(1) as aside:
-        trials = aside.submit(run_trials, plan(project, 100_000), out=out, cluster=cluster.address)
-        until(lambda: trials.done() or (out.exists() and out.read_bytes().count(b"\n") > 2), FOREVER)
-        below = cluster.kill(cluster.workers[0])
-        with pytest.raises(TrialsError, match="it has had no worker for 1 s"):
-            trials.result(FOREVER)
+        limits = ClusterLimits(no_worker=0.1, check=0.05)
+        many = aside.submit(run_with, limits, plan(project, ENDLESS), cluster, out)
+        some_are_done(out, many.done)
+        below = cluster.kill(last)
+        with pytest.raises(TrialsError, match=r"it has had no worker for 0\.1 s"):
+            many.result(FOREVER)
         assert_gone(below)
 
 
-def test_a_scheduler_that_hangs_ends_the_run(
-    tmp_path: Path, project: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_scheduler_that_hangs_ends_the_run(tmp_path: Path, project: Path, cluster: DaskCluster) -> None:
     out = tmp_path / "rolls.outcomes.jsonl"
-    with DaskCluster(tmp_path / "cluster") as cluster, ThreadPoolExecutor(1) as aside:
-        trials = aside.submit(run_trials, plan(project, 100_000), out=out, cluster=cluster.address)
-        until(lambda: trials.done() or (out.exists() and out.read_bytes().count(b"\n") > 2), FOREVER)
-        monkeypatch.setattr("visualhfsm.trials._cluster._CONNECT_LIMIT", 1.0)
+    with ThreadPoolExecutor(1) as aside:
+        limits = ClusterLimits(answer=0.5, check=0.05, close=0.1)
+        trials = aside.submit(run_with, limits, plan(project, ENDLESS), cluster, out)
+        some_are_done(out, trials.done)
         cluster.scheduler.freeze()
         try:
             with pytest.raises(TrialsError, match="its scheduler does not answer: "):
@@ -316,9 +363,26 @@ def test_a_scheduler_that_hangs_ends_the_run(
             cluster.scheduler.process.send_signal(signal.SIGCONT)
 
 
-def test_a_server_that_is_no_scheduler_is_not_waited_for(project: Path) -> None:
+def test_a_server_that_is_no_scheduler_is_not_waited_for() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as silent,
         pytest.raises(TrialsError, match="cannot be reached"),
     ):
-        run_trials(plan(project), cluster=f"tcp://127.0.0.1:{silent.getsockname()[1]}")
+        Cluster(f"tcp://127.0.0.1:{silent.getsockname()[1]}", ClusterLimits(look=0.2))
+
+
+def test_a_killed_scheduler_keeps_what_is_done(
+    tmp_path: Path, project: Path, cluster: DaskCluster, here: Sequence[Row]
+) -> None:
+    out = tmp_path / "rolls.outcomes.jsonl"
+    with ThreadPoolExecutor(1) as aside:
+        trials = aside.submit(run_trials, plan(project, ENDLESS), out=out, cluster=cluster.address)
+        some_are_done(out, trials.done)
+        cluster.kill(cluster.scheduler)
+        with pytest.raises(TrialsError, match="What is done is kept, and the same command goes on"):
+            trials.result(FOREVER)
+    done = [outcome.number for outcome in read_outcomes(out)]
+    again: list[int] = []
+    whole = run_trials(plan(project), out=out, workers=1, ended=lambda each: again.append(each.number))
+    assert sorted(again) == sorted({*range(1, RUNS + 1)} - {*done})
+    assert whole.rows == here

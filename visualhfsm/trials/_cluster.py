@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from typing import Any, Final
 
 from codegen.messages import Message
@@ -20,17 +21,25 @@ from ._processes import run_task
 from ._snapshot import Snapshot
 from ._worker import Task
 
-_CONNECT_LIMIT: Final = 10.0
-"""s for the scheduler to answer."""
-_LOOK_LIMIT: Final = 15.0
-"""s in which a cluster is reached and all of its workers report their versions."""
-_CLOSE_LIMIT: Final = 5.0  # s
-_CHECK_PERIOD: Final = 5.0
-"""s between two looks at the cluster."""
-_NO_WORKER_LIMIT: Final = 60.0
-"""s without any worker after which nobody waits for one to come back."""
-_START_LIMIT: Final = 120.0
-"""s beside a trial's patience in which one of those that run must end: a worker starts its process in it."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClusterLimits:
+    """How long a cluster may be silent, in s."""
+
+    connect: float = 10.0
+    """For the scheduler to be reached."""
+    answer: float = 10.0
+    """For the scheduler to say which workers there are."""
+    look: float = 15.0
+    """In which a cluster is reached and all of its workers report their versions."""
+    close: float = 5.0
+    """For the scheduler to hear that this client has gone."""
+    check: float = 5.0
+    """Between two looks at the cluster."""
+    no_worker: float = 60.0
+    """Without any worker, after which nobody waits for one to come back."""
+    start: float = 120.0
+    """Beside a trial's patience, in which one of those that run must end: workers start processes in it."""
 
 
 class Cluster:
@@ -39,7 +48,7 @@ class Cluster:
     Raises TrialsError when it cannot be reached, has no workers, or has other versions than this computer.
     """
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, limits: ClusterLimits = ClusterLimits()) -> None:
         try:
             from distributed import Client, KilledWorker  # needs the package Dask
         except ModuleNotFoundError as error:
@@ -47,12 +56,13 @@ class Cluster:
                 Message("a cluster needs the package distributed: pip install 'visualhfsm[cluster]'")
             ) from error
         self._address = address
+        self._limits: Final = limits
         self.lost: Final[tuple[type[BaseException], ...]] = (KilledWorker,)
         with _without_warnings():
-            found, self.workers = _look_at(address)
+            found, self.workers = _look_at(address, limits)
             _compare_versions(address, found)
             try:
-                self._client: Any = Client(address, timeout=_CONNECT_LIMIT, set_as_default=False)
+                self._client: Any = Client(address, timeout=limits.connect, set_as_default=False)
             except (OSError, ValueError) as error:
                 raise TrialsError(
                     Message(
@@ -74,7 +84,7 @@ class Cluster:
 
     def __exit__(self, *_: object) -> None:
         with suppress(TimeoutError):  # a scheduler that hangs is left alone
-            self._client.close(_CLOSE_LIMIT)
+            self._client.close(self._limits.close)
         self._log.setLevel(self._log_level)
 
     def submit(self, task: Task) -> Future[Outcome]:
@@ -124,14 +134,14 @@ class Cluster:
         if self._client.status != "running":
             raise self._left(Message("its scheduler does not answer any more"))
         now = time.monotonic()
-        if now - self._looked < _CHECK_PERIOD:
+        if now - self._looked < self._limits.check:
             return
         self._looked = now
         if self._count():
             self._seen = now
-        elif now - self._seen > _NO_WORKER_LIMIT:
-            raise self._left(Message("it has had no worker for {limit:g} s", limit=_NO_WORKER_LIMIT))
-        limit = self._patience + _START_LIMIT
+        elif now - self._seen > self._limits.no_worker:
+            raise self._left(Message("it has had no worker for {limit:g} s", limit=self._limits.no_worker))
+        limit = self._patience + self._limits.start
         if now - self._moved > limit:
             raise self._left(Message("none of its trials has ended for {limit:g} s", limit=limit))
 
@@ -158,7 +168,7 @@ class Cluster:
     def _count(self) -> int:
         """Return how many workers there are now."""
         try:
-            seen = self._client.sync(self._client.scheduler.identity, callback_timeout=_CONNECT_LIMIT)
+            seen = self._client.sync(self._client.scheduler.identity, callback_timeout=self._limits.answer)
         except OSError as error:  # also when it takes too long
             raise self._silent(error) from error
         return len(seen["workers"])
@@ -172,7 +182,7 @@ def _without_warnings() -> Iterator[None]:
         yield
 
 
-def _look_at(address: str) -> tuple[dict[str, object], int]:
+def _look_at(address: str, limits: ClusterLimits) -> tuple[dict[str, object], int]:
     """Return the versions of each worker, or the error instead, and the number of all threads.
 
     Raises TrialsError. Nothing of a client is left behind that could not connect.
@@ -180,24 +190,24 @@ def _look_at(address: str) -> tuple[dict[str, object], int]:
     from distributed import Client
 
     async def look() -> tuple[dict[str, object], int]:
-        client: Any = Client(address, timeout=_CONNECT_LIMIT, set_as_default=False, asynchronous=True)
+        client: Any = Client(address, timeout=limits.connect, set_as_default=False, asynchronous=True)
         try:
             await client
             seen = await client.scheduler.identity()
             threads = sum(each["nthreads"] for each in seen["workers"].values())
             return await client.run(versions, on_error="return"), threads
         finally:
-            await client.close(_CLOSE_LIMIT)
+            await client.close(limits.close)
 
     try:
         with ThreadPoolExecutor(1, "cluster") as aside:  # notebooks have an event loop in this thread
-            return aside.submit(asyncio.run, asyncio.wait_for(look(), _LOOK_LIMIT)).result()
+            return aside.submit(asyncio.run, asyncio.wait_for(look(), limits.look)).result()
     except TimeoutError as error:
         raise TrialsError(
             Message(
                 "the cluster at {address} cannot be reached: not all of it answers within {look_limit:g} s",
                 address=address,
-                look_limit=_LOOK_LIMIT,
+                look_limit=limits.look,
             )
         ) from error
     except (OSError, ValueError) as error:

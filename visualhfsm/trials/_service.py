@@ -11,6 +11,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final, Literal
@@ -32,20 +33,30 @@ from ._outcomes import SUFFIX as OUTCOMES
 from ._plan import SUFFIX
 
 _PROCESS: Final = "visualhfsm.trials._series_process"
-_LONGEST_REPORT: Final = 2 << 20  # bytes
 _LONGEST_WORDS: Final = 2000  # characters of stderr that are kept
-_STOP_LIMITS: Final = (3.0, 2.0)
-"""Seconds from SIGINT, after which what is done is kept, to SIGTERM, and from there to SIGKILL."""
 
 Publish = Callable[[TrialsPush], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialsLimits:
+    """What a process of trials may do."""
+
+    stop: tuple[float, float] = (3.0, 2.0)
+    """s from SIGINT, after which what is done is kept, to SIGTERM, and from there to SIGKILL."""
+    longest_report: int = 2 << 20
+    """Bytes of a line that it writes."""
 
 
 class RunningTrials:
     """At most one series for each tab. All methods raise VisualHfsmError; used on the event loop only."""
 
-    def __init__(self, publish: Publish, include: Sequence[Path] = ()) -> None:
+    def __init__(
+        self, publish: Publish, include: Sequence[Path] = (), limits: TrialsLimits = TrialsLimits()
+    ) -> None:
         self._publish = publish
         self._include = tuple(include)
+        self._limits = limits
         self._tabs: dict[int, _TabTrials] = {}
 
     async def look(self, source: Source) -> bool:
@@ -86,18 +97,19 @@ class RunningTrials:
 
     def _of(self, tab: int) -> _TabTrials:
         if tab not in self._tabs:
-            self._tabs[tab] = _TabTrials(tab, self._publish, self._include)
+            self._tabs[tab] = _TabTrials(tab, self._publish, self._include, self._limits)
         return self._tabs[tab]
 
 
 class _TabTrials:
     """The trials of the document of a tab: their process, and what it has reported."""
 
-    def __init__(self, tab: int, publish: Publish, include: tuple[Path, ...]) -> None:
+    def __init__(self, tab: int, publish: Publish, include: tuple[Path, ...], limits: TrialsLimits) -> None:
         processors = len(os.sched_getaffinity(0))
         self._state = TrialsPush(tab=tab, workers=max(1, processors - 1))  # the editor needs one, too
         self._publish = publish
         self._include = include
+        self._limits = limits
         self._busy = asyncio.Lock()
         self._series: _Process | None = None
         self._recorder: _Process | None = None
@@ -166,7 +178,7 @@ class _TabTrials:
                 else:
                     self._report(recording=None, recorded=number, file=name(target))
 
-            self._recorder = _Process(self._environment, take, ended)
+            self._recorder = _Process(self._environment, take, ended, self._limits)
             self._report(recording=number, recorded=None, error="")
             await self._recorder.start(order)
 
@@ -198,7 +210,7 @@ class _TabTrials:
             self._known = None if error else known
             self._report(status="idle", left=None, error=error)
 
-        self._series = _Process(self._environment, take, ended)
+        self._series = _Process(self._environment, take, ended, self._limits)
         self._report(status=status, error="", left=None)
         await self._series.start(order)
 
@@ -245,11 +257,16 @@ class _Process:
     """A process that carries out an order. `take` gets its reports, `ended` why it failed, or nothing."""
 
     def __init__(
-        self, environment: dict[str, str], take: Callable[[Report], object], ended: Callable[[str], object]
+        self,
+        environment: dict[str, str],
+        take: Callable[[Report], object],
+        ended: Callable[[str], object],
+        limits: TrialsLimits,
     ) -> None:
         self._environment = environment
         self._take = take
         self._ended = ended
+        self._limits = limits
         self._child = ChildProcess(self._read)
         self._rest = bytearray()
         self._words = ""
@@ -272,7 +289,7 @@ class _Process:
         """End it, and wait until that is reported."""
         self._stopped = True
         if self._following is not None:
-            await self._child.stop(_STOP_LIMITS)
+            await self._child.stop(self._limits.stop)
             await self._following
 
     async def _follow(self) -> None:
@@ -289,7 +306,7 @@ class _Process:
         *lines, rest = self._rest.split(b"\n")
         self._rest = bytearray(rest)
         try:
-            if max(map(len, (rest, *lines))) > _LONGEST_REPORT:
+            if max(map(len, (rest, *lines))) > self._limits.longest_report:
                 raise msgspec.DecodeError("it is too long")
             for line in lines:
                 report = msgspec.json.decode(line, type=Report, dec_hook=decode_message)
