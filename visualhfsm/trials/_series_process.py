@@ -30,7 +30,6 @@ from ._outcomes import SUFFIX as OUTCOMES
 from ._outcomes import Outcome, Record, read_header
 from ._plan import SUFFIX, Plan, plan_of
 from ._series import LocalPool, Series, run_tasks
-from ._statistics import success_rate
 from ._summary import summarize, write_table
 from ._view import view_of
 from ._worker import Task
@@ -94,8 +93,6 @@ class _Work:
             self._report(plan, file)
             missing = sum(number not in record.done for number in plan.trials)
             if missing:
-                # SciPy takes a second to load, in which the first trials start.
-                threading.Thread(target=success_rate, args=(1, 1), name="loads SciPy", daemon=True).start()
 
                 def ended(_: Outcome) -> None:
                     self._began = self._began or time.monotonic()
