@@ -19,11 +19,11 @@ from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import open_recording
 from visualhfsm._services import Source
-from visualhfsm.trials import _service
 from visualhfsm.trials._messages import Choices, TrialsPush
-from visualhfsm.trials._service import RunningTrials
+from visualhfsm.trials._service import RunningTrials, TrialsLimits
 
 WORKER = "visualhfsm.trials._worker"
+SERIES = "visualhfsm.trials._series_process"
 
 
 @pytest.fixture
@@ -46,9 +46,9 @@ def source(path: Path, text: str | None = None) -> Source:
 class Trials:
     """A service, and what it has published."""
 
-    def __init__(self) -> None:
+    def __init__(self, limits: TrialsLimits) -> None:
         self.pushes = Pushes()
-        self.service = RunningTrials(self.pushes)
+        self.service = RunningTrials(self.pushes, limits=limits)
 
     @property
     def now(self) -> TrialsPush:
@@ -70,17 +70,17 @@ class Trials:
 
 
 @asynccontextmanager
-async def running() -> AsyncIterator[Trials]:
-    trials = Trials()
+async def running(limits: TrialsLimits) -> AsyncIterator[Trials]:
+    trials = Trials(limits)
     try:
         yield trials
     finally:
         await trials.service.close()
 
 
-def go(work: Callable[[Trials], Coroutine[object, object, None]]) -> None:
+def go(work: Callable[[Trials], Coroutine[object, object, None]], limits: TrialsLimits | None = None) -> None:
     async def all_of_it() -> None:
-        async with running() as trials:
+        async with running(limits or TrialsLimits()) as trials:
             await work(trials)
 
     asyncio.run(all_of_it())
@@ -90,18 +90,12 @@ def done(push: TrialsPush) -> int:
     return push.view.share.trials if push.view is not None else 0
 
 
-def test_the_plan_is_read_before_anything_runs(path: Path) -> None:
+def test_the_plan_is_read_and_its_trials_run_and_the_command_goes_on_with_their_outcomes(path: Path) -> None:
     async def work(trials: Trials) -> None:
-        found = await trials.look(source(path))
-        assert found.plan is not None
-        assert (found.plan.file, found.plan.runs, found.plan.state) == ("waits.trials.toml", 12, "done")
-        assert found.view is None
-
-    go(work)
-
-
-def test_trials_run_and_the_command_goes_on_with_their_outcomes(path: Path) -> None:
-    async def work(trials: Trials) -> None:
+        looked = await trials.look(source(path))
+        assert looked.plan is not None
+        assert (looked.plan.file, looked.plan.runs, looked.plan.state) == ("waits.trials.toml", 12, "done")
+        assert looked.view is None
         found = await trials.run(source(path))
         assert found.error == ""
         assert found.view is not None
@@ -116,7 +110,7 @@ def test_trials_run_and_the_command_goes_on_with_their_outcomes(path: Path) -> N
     go(work)
 
 
-def test_it_stops_with_what_is_done_and_goes_on_there(path: Path) -> None:
+def test_it_stops_with_what_is_done_goes_on_there_and_ends_with_its_tab(path: Path) -> None:
     async def work(trials: Trials) -> None:
         await trials.service.run(source(path), Choices(runs=100_000))
         await trials.until(lambda push: done(push) > 0)
@@ -130,26 +124,32 @@ def test_it_stops_with_what_is_done_and_goes_on_there(path: Path) -> None:
         assert_gone(workers)
         kept = done(stopped)
         assert 0 < kept < 100_000
-        assert done(await trials.run(source(path), runs=kept + 5)) == kept + 5
+        await trials.service.run(source(path), Choices(runs=100_000))
+        first = await trials.until(lambda push: push.status == "running" and push.view is not None)
+        assert done(first) >= kept
+        await trials.until(lambda push: done(push) > kept)
+        below = [*children(WORKER), *children(SERIES)]
+        assert below
+        await trials.service.forget(1)
+        assert_gone(below)
 
     go(work)
 
 
-def test_changes_that_are_not_saved_run_too(path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        found = await trials.run(source(path, WAITS.replace("+= 0.5", "+= 5")))
-        assert found.view is not None
-        assert found.view.share.successes == 12
-
-    go(work)
-    assert path.read_text() == WAITS
-
-
-def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path) -> None:
+def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path, tmp_path: Path) -> None:
     async def work(trials: Trials) -> None:
         former = await trials.run(source(path))
         changed = source(path, WAITS.replace("+= 0.5", "+= 5"))
         assert (await trials.look(changed)).outdated
+
+        await trials.service.record(1, 3, tmp_path, lambda file: file.name)  # as it ran
+        found = await trials.until(lambda push: push.recorded == 3)
+        assert found.recording is None
+        assert "+= 0.5" in open_recording(tmp_path / found.file).document
+        assert [file.name for file in tmp_path.glob("*.mcap")] == [found.file]
+        with pytest.raises(VisualHfsmError, match="run the trials"):
+            await trials.service.record(2, 3, tmp_path, str)
+
         kept = await trials.run(changed)
         assert kept.outdated
         assert kept.view == former.view
@@ -159,22 +159,7 @@ def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path) -
         assert replaced.view.share.successes == 12
 
     go(work)
-
-
-def test_a_trial_is_recorded_as_it_ran_although_the_document_has_changed(path: Path, tmp_path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        await trials.run(source(path))
-        assert (await trials.look(source(path, WAITS.replace("+= 0.5", "+= 5")))).outdated
-        await trials.service.record(1, 3, tmp_path, lambda file: file.name)
-        found = await trials.until(lambda push: push.recorded == 3)
-        assert found.recording is None
-        recorded = open_recording(tmp_path / found.file)
-        assert "+= 0.5" in recorded.document
-        assert [file.name for file in tmp_path.glob("*.mcap")] == [found.file]
-        with pytest.raises(VisualHfsmError, match="run the trials"):
-            await trials.service.record(2, 3, tmp_path, str)
-
-    go(work)
+    assert path.read_text() == WAITS  # changes that are not saved run, too
 
 
 @pytest.mark.parametrize(
@@ -209,7 +194,7 @@ def test_a_process_that_is_killed_is_reported_and_what_is_done_is_kept(path: Pat
         await trials.service.run(source(path), Choices(runs=100_000))
         kept = done(await trials.until(lambda push: done(push) > 0))
         workers = children(WORKER)
-        (series,) = children("visualhfsm.trials._series_process")
+        (series,) = children(SERIES)
         psutil.Process(series.pid).kill()
         assert "ended with -9" in (await trials.idle()).error
         assert_gone(workers)
@@ -218,22 +203,9 @@ def test_a_process_that_is_killed_is_reported_and_what_is_done_is_kept(path: Pat
     go(work)
 
 
-def test_a_report_that_is_too_long_ends_the_process(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_service, "_LONGEST_REPORT", 200)
-
+def test_a_report_that_is_too_long_ends_the_process(path: Path) -> None:
     async def work(trials: Trials) -> None:
         assert "too long" in (await trials.run(source(path), runs=12)).error
-        assert children("visualhfsm.trials._series_process") == []
+        assert children(SERIES) == []
 
-    go(work)
-
-
-def test_trials_end_with_their_tab(path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        await trials.service.run(source(path), Choices(runs=100_000))
-        await trials.until(lambda push: done(push) > 0)
-        below = [*children(WORKER), *children("visualhfsm.trials._series_process")]
-        await trials.service.forget(1)
-        assert_gone(below)
-
-    go(work)
+    go(work, TrialsLimits(longest_report=200))
