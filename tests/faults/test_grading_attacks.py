@@ -3,6 +3,9 @@
 Each attack is the code of a state, and its submission is good when the state after it is reached. A witness
 outside looks at what the attack was for. Where it does no harm, the same attack runs without walls, and the
 witness must see it there: otherwise the test could not fail.
+
+All attacks are in one document, whose parameter says which of them runs. Those that end with an exception run one
+after the other in one process, too; `make soak` runs each of them alone.
 """
 
 from __future__ import annotations
@@ -11,7 +14,8 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -19,13 +23,14 @@ from typing import Final
 import pytest
 
 from tests.support.documents import document, state, sub, transition
-from tests.support.limits import START_LIMIT
+from tests.support.limits import RUN_LIMIT
+from tests.support.soak import cases
 from tests.support.waiting import until
 from visualhfsm.grading import Allowance, Containment, SandboxUnavailable
 from visualhfsm.simulation import DocumentInvalid
 from visualhfsm.trials import Outcome, Plan, Success, run_trial
 
-BLOCK: Final = 1.5
+BLOCK: Final = 0.3
 """Wall seconds of a piece of code that is to take too long."""
 PATIENT_BLOCK: Final = 60.0
 """Wall seconds of others, on a computer with much else to do."""
@@ -69,12 +74,12 @@ FILES: Final = {
 }
 
 
-@pytest.fixture
-def victims(tmp_path: Path) -> Iterator[Victims]:
-    folder = tmp_path / "exercise"
-    folder.mkdir()
+@contextmanager
+def _victims(folder: Path) -> Iterator[Victims]:
+    exercise = folder / "exercise"
+    exercise.mkdir()
     for name, content in FILES.items():
-        (folder / name).write_text(content)
+        (exercise / name).write_text(content)
     process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     with (
         process,
@@ -82,13 +87,20 @@ def victims(tmp_path: Path) -> Iterator[Victims]:
         socket.socket(socket.AF_UNIX) as unix,
         socket.socket(socket.AF_UNIX) as abstract,
     ):
-        unix.bind(str(tmp_path / "door"))
-        abstract.bind(f"\0visualhfsm-attack-{os.getpid()}")
+        unix.bind(str(folder / "door"))
+        abstract.bind(f"\0visualhfsm-attack-{os.getpid()}-{unix.fileno()}")
         for listener in (tcp, unix, abstract):
             listener.listen()
             listener.setblocking(False)
-        yield Victims(folder, process, tcp, unix, abstract)
+        yield Victims(exercise, process, tcp, unix, abstract)
         process.kill()
+
+
+@pytest.fixture(scope="module")
+def victims(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Victims]:
+    """What no attack may touch."""
+    with _victims(tmp_path_factory.mktemp("victims")) as victims:
+        yield victims
 
 
 def _connected(listener: socket.socket) -> bool:
@@ -107,16 +119,17 @@ class Attack:
     said: str
     control: bool = True
     """Whether it is tried without walls, too."""
-    guard: str = "done"
-    """Whether the submission is good."""
-    functions: str = ""
+    alone: bool = False
+    """Whether its process, or what its exception says, cannot be shared with others."""
+    good: bool = True
+    """Whether its submission would be good."""
 
 
 FORGED: Final = 'b"\\x91\\xa4Done"'
 
 ATTACKS: Final = {
     "reads the solution": Attack(
-        "open({folder!r} + '/solution.xml').read()", "its code raised FileNotFoundError: "
+        "open({folder!r} + '/solution.xml').read()", "its code raised FileNotFoundError: ", alone=True
     ),
     "lists the hidden trials": Attack(
         "import os\nos.listdir({folder!r})", "its code raised FileNotFoundError: "
@@ -157,25 +170,26 @@ ATTACKS: Final = {
         "for file in range(3, 64):\n    try:\n        os.write(file, frame)\n    except OSError:\n        pass",
         "its process sent what",
         control=False,
-        guard="False",
+        alone=True,
+        good=False,
     ),
     "sends garbage": Attack(
         "import os\nfor file in range(3, 64):\n    try:\n        os.write(file, b'marks: 10' * 100)\n"
         "    except OSError:\n        pass",
         "a message of 1835102827 bytes",
-        control=False,
+        control=False, alone=True,
     ),
     "sends a huge message": Attack(
         "self.log.warning('x' * 100)\nimport os, struct\nfor file in range(3, 64):\n    try:\n"
         "        os.write(file, struct.pack('>I', 1 << 23) + bytes(1 << 23))\n    except OSError:\n        pass",
         "a message of 8388608 bytes",
-        control=False,
+        control=False, alone=True,
     ),
     "sends a nested message": Attack(
         "import os, struct\nbody = b'\\x91' * 200_000\nfor file in range(3, 64):\n    try:\n"
         "        os.write(file, struct.pack('>I', len(body)) + body)\n    except OSError:\n        pass",
         "its process sent what is no message",
-        control=False,
+        control=False, alone=True,
     ),
     "kills the judge": Attack(
         "import os, signal\nos.kill({process}, signal.SIGKILL)", "its code raised ProcessLookupError: "
@@ -183,7 +197,7 @@ ATTACKS: Final = {
     "kills everything": Attack(
         "import os, signal\nos.kill(-1, signal.SIGKILL)\nos.kill(os.getppid(), signal.SIGKILL)",
         "in state attack",
-        control=False,
+        control=False, alone=True,
     ),
     "starts a process": Attack(
         "import os\nchild = os.fork()\nif not child:\n    os._exit(0)\nos.waitpid(child, 0)",
@@ -234,16 +248,16 @@ ATTACKS: Final = {
         "import socket\nsocket.socket(socket.AF_UNIX).connect({abstract!r})", "its code raised PermissionError: "
     ),
     "sleeps forever": Attack(
-        "self.sleep(1e9)", "slept more than 120 s of the trial in state attack", control=False
+        "self.sleep(1e9)", "slept more than 120 s of the trial in state attack", control=False, alone=True
     ),
     "waits forever": Attack(
-        "import threading\nthreading.Event().wait()", f"took more than {BLOCK:g} s in state attack", control=False
+        "import threading\nthreading.Event().wait()", f"took more than {BLOCK:g} s in state attack", control=False, alone=True
     ),
-    "never ends": Attack("while True:\n    pass", f"took more than {BLOCK:g} s in state attack", control=False),
+    "never ends": Attack("while True:\n    pass", f"took more than {BLOCK:g} s in state attack", control=False, alone=True),
     "asks forever": Attack(
         "while True:\n    self.mark('Camera', 1.0, 1.0)",
         f"took more than {BLOCK:g} s in state attack",
-        control=False,
+        control=False, alone=True,
     ),
     "follows another process": Attack(
         "import ctypes, os\nlibc = ctypes.CDLL(None, use_errno=True)\nif libc.ptrace(16, {process}, 0, 0):\n"
@@ -261,15 +275,14 @@ ATTACKS: Final = {
     "ends its process": Attack(
         "import os\nos._exit(0)",
         "its process ended by itself with exit code 0 in state attack",
-        control=False,
+        control=False, alone=True,
     ),
     "crashes": Attack(
-        "import ctypes\nctypes.string_at(0)", "its process was killed by SIGSEGV in state attack", control=False
+        "import ctypes\nctypes.string_at(0)", "its process was killed by SIGSEGV in state attack", control=False, alone=True
     ),
-    "calls itself forever": Attack("self.again()", "its code raised RecursionError: ", control=False,
-        functions="def again(self):\n    self.again()"),
-    "exits": Attack("import sys\nsys.exit('10 points')", "its code raised SystemExit: 10 points", control=False),
-    "interrupts": Attack("raise KeyboardInterrupt", "its code raised KeyboardInterrupt", control=False),
+    "calls itself forever": Attack("self.again()", "its code raised RecursionError: ", control=False),
+    "exits": Attack("import sys\nsys.exit('10 points')", "its code raised SystemExit: 10 points", control=False, alone=True),
+    "interrupts": Attack("raise KeyboardInterrupt", "its code raised KeyboardInterrupt", control=False, alone=True),
     "prints without end": Attack(
         "for _ in range(100):\n    print('x' * (1 << 20))",
         "its code raised OSError: [Errno 27] File too large",
@@ -278,7 +291,7 @@ ATTACKS: Final = {
     "raises what looks like the judge's": Attack(
         "class BehaviorFailed(Exception):\n    def __str__(self):\n        raise ValueError\nraise BehaviorFailed",
         "its code raised BehaviorFailed: its message is not available",
-        control=False,
+        control=False, alone=True,
     ),
     "looks for the judge's modules": Attack(
         "import visualhfsm.trials", "its code raised ModuleNotFoundError: No module named 'visualhfsm.trials'",
@@ -286,46 +299,150 @@ ATTACKS: Final = {
 }  # fmt: skip
 
 
-def submission(folder: Path, attack: Attack, names: dict[str, object]) -> Path:
+NUMBERS: Final = {name: number for number, name in enumerate(ATTACKS)}
+LAST: Final = (
+    "writes a large file",
+    "writes many files",
+    "prints without end",
+    "makes threads without end",
+    "kills the judge",
+)
+"""Attacks after which others would meet limits that they are not after."""
+MANY: Final = [
+    *(name for name, attack in ATTACKS.items() if not attack.alone and name not in LAST),
+    *LAST,
+]
+CONTROLS: Final = [
+    *(name for name, attack in ATTACKS.items() if attack.control and name not in LAST),
+    "kills the judge",
+]
+MEETS: Final = """
+if self.attack >= 0:
+    exec(codes[self.attack], {"self": self})
+    done = self.attack not in bad
+elif not met:
+    for number in [many, controls][self.attack + 2]:
+        met[str(number)] = "succeeded"
+        try:
+            exec(codes[number], {"self": self})
+        except BaseException as error:
+            met[str(number)] = f"its code raised {type(error).__name__}: {error}"
+"""
+"""What happened to each is told by the submission itself."""
+MANY_AT_ONCE: Final = -2
+CONTROLS_AT_ONCE: Final = -1
+
+
+def submission(folder: Path, victims: Victims) -> Path:
+    variables = {
+        "codes": [attack.code.format(**victims.names) for attack in ATTACKS.values()],
+        "bad": [NUMBERS[name] for name, attack in ATTACKS.items() if not attack.good],
+        "many": [NUMBERS[name] for name in MANY],
+        "controls": [NUMBERS[name] for name in CONTROLS],
+        "met": {},
+        "done": False,
+    }
     path = folder / "ana.xml"
     path.write_text(
         document(
             sub(
                 1,
                 0,
-                state(1, "attack", attack.code.format(**names) + "\ndone = True", initial=True),
+                state(1, "attack", MEETS, initial=True),
                 state(2, "good"),
-                transition(1, 1, 2, attack.guard),
-                variables="done = False",
-                functions=attack.functions,
-            )
+                transition(1, 1, 2, "done"),
+                variables="\n".join(f"{name} = {value!r}" for name, value in variables.items()),
+                functions="def again(self):\n    self.again()",
+            ),
+            head="<parameters><parameter><name>attack</name><type>int</type><default>0</default></parameter></parameters>",
         ),
         encoding="utf-8",
     )
     return path
 
 
-def graded(path: Path, containment: Containment) -> Outcome:
-    plan = Plan(document=str(path), robot="none", limit=1.0, success=Success(state="good"))
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory, victims: Victims) -> Path:
+    """The document with all attacks."""
+    return submission(tmp_path_factory.mktemp("attacks"), victims)
+
+
+@pytest.fixture(scope="module")
+def containment() -> Iterator[Containment]:
+    """Walls that many tests share; what runs within them may take its time."""
+    with Containment(allowance=Allowance(block=PATIENT_BLOCK, begin=PATIENT_BLOCK)) as containment:
+        yield containment
+
+
+@pytest.fixture(scope="module")
+def strict() -> Iterator[Containment]:
+    """Walls within which no piece of code may take long."""
+    with Containment(allowance=Allowance(block=BLOCK, begin=PATIENT_BLOCK)) as containment:
+        yield containment
+
+
+def graded(path: Path, containment: Containment, **parameters: int) -> Outcome:
+    plan = Plan(
+        document=str(path), robot="none", limit=1.0, success=Success(state="good"), parameters={**parameters}
+    )
     return run_trial(plan, 1, simulate=containment.simulate)
 
 
-@pytest.mark.parametrize("name", ATTACKS)
-def test_an_attack_fails_and_is_named(tmp_path: Path, victims: Victims, name: str) -> None:
+def met(path: Path, containment: Containment, which: int) -> Mapping[str, str]:
+    """Return what happened to each of many attacks, one after the other."""
+    with containment.simulate(path, robot=None, parameters={"attack": which}) as behavior:
+        behavior.advance(0.1)
+        happened = behavior.variables(1)["met"]
+    return {name: happened[str(number)] for name, number in NUMBERS.items() if str(number) in happened}
+
+
+@pytest.mark.parametrize(
+    "name",
+    cases(
+        [name for name, attack in ATTACKS.items() if attack.alone],
+        soak=[name for name, attack in ATTACKS.items() if not attack.alone],
+    ),
+)
+def test_an_attack_fails_and_is_named(
+    path: Path, victims: Victims, containment: Containment, strict: Containment, name: str
+) -> None:
     attack = ATTACKS[name]
-    path = submission(tmp_path, attack, victims.names)
-    block = BLOCK if f"{BLOCK:g} s" in attack.said else PATIENT_BLOCK
-    with Containment(allowance=Allowance(block=block, begin=PATIENT_BLOCK)) as containment:
-        outcome = graded(path, containment)
+    outcome = graded(path, strict if f"{BLOCK:g} s" in attack.said else containment, attack=NUMBERS[name])
     assert (outcome.success, attack.said in outcome.reason) == (False, True), outcome.reason
     assert victims.untouched()
 
 
-@pytest.mark.parametrize("name", [name for name, attack in ATTACKS.items() if attack.control])
-def test_without_walls_the_attack_succeeds(tmp_path: Path, victims: Victims, name: str) -> None:
-    path = submission(tmp_path, ATTACKS[name], victims.names)
-    with Containment(unsafe=True) as containment:
-        assert graded(path, containment).success or not victims.untouched()
+@pytest.fixture(scope="module")
+def met_within(path: Path, containment: Containment) -> Mapping[str, str]:
+    return met(path, containment, MANY_AT_ONCE)
+
+
+@pytest.mark.parametrize("name", MANY)
+def test_an_attack_among_many_fails(victims: Victims, met_within: Mapping[str, str], name: str) -> None:
+    assert met_within[name].startswith(ATTACKS[name].said)
+    assert victims.untouched()
+
+
+@pytest.fixture(scope="module")
+def met_without(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, str]:
+    folder = tmp_path_factory.mktemp("controls")
+    with _victims(folder) as victims, Containment(unsafe=True) as containment:
+        happened = met(submission(folder, victims), containment, CONTROLS_AT_ONCE)
+        assert not victims.untouched()
+    return happened
+
+
+@pytest.mark.parametrize("name", CONTROLS)
+def test_without_walls_the_attack_succeeds(met_without: Mapping[str, str], name: str) -> None:
+    assert met_without[name] == "succeeded"
+
+
+@pytest.mark.soak("test_without_walls_the_attack_succeeds")
+@pytest.mark.parametrize("name", CONTROLS)
+def test_without_walls_an_attack_alone_succeeds(tmp_path: Path, name: str) -> None:
+    with _victims(tmp_path) as victims, Containment(unsafe=True) as containment:
+        outcome = graded(submission(tmp_path, victims), containment, attack=NUMBERS[name])
+        assert outcome.success or not victims.untouched()
 
 
 JUDGES: Final = {
@@ -351,12 +468,24 @@ JUDGES: Final = {
 }
 """Codes that change what judges, where they reach it: their submission is good 30 s later only."""
 
+TOGETHER: Final = {**JUDGES, "all of these": "\n".join(JUDGES.values())}
+
 PLAIN: Final = """
-import sys
+import os, sys
 from visualhfsm.trials import Plan, Success, run_trial
-plan = Plan(document=sys.argv[1], robot="none", limit=1.0, success=Success(state="good"))
-sys.exit(0 if run_trial(plan, 1).success else 3)
+
+def good(path):
+    plan = Plan(document=path, robot="none", limit=1.0, success=Success(state="good"))
+    return run_trial(plan, 1).success
+
+assert not good(sys.argv[1])
+for path in sys.argv[2:]:
+    child = os.fork()
+    if not child:
+        os._exit(0 if good(path) else 3)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
+"""The first document is not good; each other one runs in a process of its own."""
 
 
 def patient(folder: Path, code: str) -> Path:
@@ -366,17 +495,30 @@ def patient(folder: Path, code: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", JUDGES)
-def test_what_judges_is_out_of_reach(tmp_path: Path, name: str) -> None:
-    with Containment() as containment:
-        outcome = graded(patient(tmp_path, JUDGES[name]), containment)
+@pytest.mark.parametrize("name", cases(["all of these"], soak=[*JUDGES]))
+def test_what_judges_is_out_of_reach(tmp_path: Path, containment: Containment, name: str) -> None:
+    outcome = graded(patient(tmp_path, TOGETHER[name]), containment)
     assert (outcome.success, outcome.reason, outcome.time) == (False, "not in good after 1 s", 1.0)
 
 
-@pytest.mark.parametrize("name", [name for name in JUDGES if name != "changes the time"])
-def test_in_one_process_it_is_within_reach(tmp_path: Path, name: str) -> None:
-    command = [sys.executable, "-c", PLAIN, str(patient(tmp_path, JUDGES[name]))]
-    assert subprocess.run(command, timeout=START_LIMIT, check=False, capture_output=True).returncode == 0
+REACHED: Final = [name for name in JUDGES if name != "changes the time"]
+
+
+@pytest.fixture(scope="module")
+def reached(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, str]:
+    """What the processes of documents end with that change what judges them, or the error that stopped all."""
+    paths = [
+        str(patient(tmp_path_factory.mktemp("plain"), code))
+        for code in ("pass", *(JUDGES[name] for name in REACHED))
+    ]
+    command = [sys.executable, "-c", PLAIN, *paths]
+    done = subprocess.run(command, timeout=RUN_LIMIT, check=True, capture_output=True, text=True)
+    return dict(zip(REACHED, done.stdout.split(), strict=True))
+
+
+@pytest.mark.parametrize("name", REACHED)
+def test_in_one_process_it_is_within_reach(reached: Mapping[str, str], name: str) -> None:
+    assert reached[name] == "0"
 
 
 MOVES_THE_BALL: Final = document(
@@ -394,13 +536,12 @@ MOVES_THE_BALL: Final = document(
 )
 
 
-def test_the_ball_is_out_of_reach(tmp_path: Path) -> None:
+def test_the_ball_is_out_of_reach(tmp_path: Path, containment: Containment) -> None:
     path = tmp_path / "ana.xml"
     path.write_text(MOVES_THE_BALL, encoding="utf-8")
     plan = Plan(document=str(path), robot="fake", limit=1.0, success=Success(state="good", upright=False))
     assert run_trial(plan, 1).success
-    with Containment() as containment:
-        outcome = run_trial(plan, 1, simulate=containment.simulate)
+    outcome = run_trial(plan, 1, simulate=containment.simulate)
     assert not outcome.success
     assert "a submission cannot reach BallGreenMotors: it is for who judges" in outcome.reason
 
@@ -416,7 +557,8 @@ ANSWERS_WITH_ERRORS: Final = document(
             "    import zenoh_ice, hfsm_runtime.contained._transport as transport\n"
             "    heard = self.Head.getPose.subscribe(lambda pose: None)\n"
             "    def fails(inlet, sample):\n"
-            "        raise {error}\n"
+            "        raise (zenoh_ice.TimeoutException('late'), zenoh_ice.InterfaceMismatchException('x', 'y', 'z'),\n"
+            "               SystemExit())[self.error]\n"
             "    transport.FarInlet.push = fails",
             initial=True,
         ),
@@ -426,27 +568,25 @@ ANSWERS_WITH_ERRORS: Final = document(
     ),
     config="<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy>"
     "<interface>PoseHead</interface></iceinterface>",
+    head="<parameters><parameter><name>error</name><type>int</type><default>0</default></parameter></parameters>",
 )
 
 
 @pytest.mark.parametrize(
-    "error",
-    [
-        "zenoh_ice.TimeoutException('late')",
-        "zenoh_ice.InterfaceMismatchException('x', 'y', 'z')",
-        "SystemExit",
-    ],
+    "error", range(3), ids=["TimeoutException", "InterfaceMismatchException", "SystemExit"]
 )
-def test_errors_between_cycles_end_no_judge(tmp_path: Path, error: str) -> None:
+def test_errors_between_cycles_end_no_judge(tmp_path: Path, containment: Containment, error: int) -> None:
     path = tmp_path / "ana.xml"
-    path.write_text(ANSWERS_WITH_ERRORS.replace("{error}", error), encoding="utf-8")
-    plan = Plan(document=str(path), robot="fake", limit=1.0, success=Success(state="good", upright=False))
-    with Containment() as containment:
-        assert run_trial(plan, 1, simulate=containment.simulate).reason == ""
+    path.write_text(ANSWERS_WITH_ERRORS, encoding="utf-8")
+    plan = Plan(
+        document=str(path), robot="fake", limit=1.0, success=Success(state="good", upright=False),
+        parameters={"error": error},
+    )  # fmt: skip
+    assert run_trial(plan, 1, simulate=containment.simulate).reason == ""
 
 
 @pytest.mark.parametrize("file", ["bob.xml", "../submissions/bob.xml", "{folder}/bob.xml"])
-def test_a_submission_imports_no_other_one(tmp_path: Path, file: str) -> None:
+def test_a_submission_imports_no_other_one(tmp_path: Path, containment: Containment, file: str) -> None:
     folder = tmp_path / "submissions"
     folder.mkdir()
     (folder / "bob.xml").write_text(document(sub(1, 0, state(1, "bobs", initial=True))), "utf-8")
@@ -454,7 +594,7 @@ def test_a_submission_imports_no_other_one(tmp_path: Path, file: str) -> None:
     owner = state(1, "ana", initial=True, child=2)
     imported = f'<SubAutomata id="2" idFather="1"><import>{file.format(folder=folder)}</import></SubAutomata>'
     path.write_text(document(sub(1, 0, owner), imported), "utf-8")
-    with Containment() as containment, pytest.raises(DocumentInvalid, match=r"ana\.xml cannot be read"):
+    with pytest.raises(DocumentInvalid, match=r"ana\.xml cannot be read"):
         graded(path, containment)
 
 
@@ -473,19 +613,18 @@ def test_a_link_beside_a_submission_leads_nowhere(tmp_path: Path) -> None:
         graded(path, containment)
 
 
-def test_a_pipe_is_no_submission(tmp_path: Path) -> None:
+def test_a_pipe_is_no_submission(tmp_path: Path, containment: Containment) -> None:
     os.mkfifo(tmp_path / "ana.xml")
-    with Containment() as containment, pytest.raises(DocumentInvalid, match=r"ana\.xml is no file"):
+    with pytest.raises(DocumentInvalid, match=r"ana\.xml is no file"):
         graded(tmp_path / "ana.xml", containment)
 
 
-def test_a_document_that_would_keep_the_judge_busy_is_refused(tmp_path: Path) -> None:
+def test_a_document_that_would_keep_the_judge_busy_is_refused(
+    tmp_path: Path, containment: Containment
+) -> None:
     path = tmp_path / "ana.xml"
     path.write_text(document(sub(1, 0, state(1, "fast", initial=True), period="0.1")), "utf-8")
-    with (
-        Containment() as containment,
-        pytest.raises(DocumentInvalid, match="more than 5000 cycles in a second"),
-    ):
+    with pytest.raises(DocumentInvalid, match="more than 5000 cycles in a second"):
         graded(path, containment)
 
 

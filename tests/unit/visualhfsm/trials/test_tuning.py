@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import pytest
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError
 from visualhfsm.trials._outcomes import read_outcomes
-from visualhfsm.trials._series import LocalPool
+from visualhfsm.trials._series import LocalPool, Series
 from visualhfsm.trials._tuning import Tuning
 from visualhfsm.trials._worker import Task
 
@@ -33,9 +34,22 @@ SLOW = document(
 )
 
 
+@pytest.fixture(scope="module")
+def pool(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LocalPool]:
+    """Two processes that all tests of this file share."""
+    first = plan_in(tmp_path_factory.mktemp("first"))
+    with LocalPool(2) as pool:
+        assert len([*Series(first).outcomes(first.trials, pool)]) == first.runs  # its threads begin here
+        yield pool
+
+
 @pytest.fixture
 def plan(tmp_path: Path) -> Plan:
-    folder = tmp_path / "documents"
+    return plan_in(tmp_path)
+
+
+def plan_in(parent: Path) -> Plan:
+    folder = parent / "documents"
     folder.mkdir()
     (folder / "slow.xml").write_text(SLOW, encoding="utf-8")
     return Plan(
@@ -64,21 +78,21 @@ class NoPool:
         pass
 
 
-def test_it_finds_the_parameters_with_which_it_succeeds_soonest(plan: Plan, tmp_path: Path) -> None:
+def test_it_finds_the_parameters_with_which_it_succeeds_soonest(
+    plan: Plan, tmp_path: Path, pool: LocalPool
+) -> None:
     tuning = Tuning(plan, settings=20)
-    with LocalPool(2) as pool:
-        found = tuning.search(tmp_path / "file", pool)
+    found = tuning.search(tmp_path / "file", pool)
     assert found is not None
     assert found["gain"] == pytest.approx(BEST, abs=0.25)
     assert [*found] == ["gain"]  # the weather is drawn in each trial
     assert 0 < tuning.given_up < 20
 
 
-def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path) -> None:
+def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
     trials: list[int] = []
     tuning = Tuning(plan, settings=12)
-    with LocalPool(2) as pool:
-        tuning.search(tmp_path / "file", pool, trials.append)
+    tuning.search(tmp_path / "file", pool, trials.append)
     kept = [*read_outcomes(tmp_path / "file")]
     assert len(kept) == 12 * 8 - 4 * tuning.given_up
     assert sum(trials) == tuning.most_trials == 12 * 8
@@ -86,18 +100,18 @@ def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path) -> 
     assert len(set(gains.values())) == 12
 
 
-def test_any_number_of_workers_finds_the_same(plan: Plan, tmp_path: Path) -> None:
-    with LocalPool(1) as one, LocalPool(3) as three:
+def test_any_number_of_workers_finds_the_same(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
+    with LocalPool(1) as one:
         first = Tuning(plan, settings=8).search(tmp_path / "one", one)
-        second = Tuning(plan, settings=8).search(tmp_path / "three", three)
+    second = Tuning(plan, settings=8).search(tmp_path / "two", pool)
     assert first == second
     outcomes = [
-        sorted(read_outcomes(tmp_path / name), key=lambda each: each.number) for name in ("one", "three")
+        sorted(read_outcomes(tmp_path / name), key=lambda each: each.number) for name in ("one", "two")
     ]
     assert outcomes[0] == outcomes[1]
 
 
-def test_a_search_goes_on_where_it_was_stopped(plan: Plan, tmp_path: Path) -> None:
+def test_a_search_goes_on_where_it_was_stopped(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
     stop, ended = threading.Event(), []
 
     def advance(trials: int) -> None:
@@ -105,22 +119,20 @@ def test_a_search_goes_on_where_it_was_stopped(plan: Plan, tmp_path: Path) -> No
         if sum(ended) > 30:
             stop.set()
 
-    with LocalPool(2) as pool:
-        assert Tuning(plan, settings=8).search(tmp_path / "file", pool, advance, stop) is None
-        before = len([*read_outcomes(tmp_path / "file")])
-        found = Tuning(plan, settings=8).search(tmp_path / "file", pool)
-        assert found == Tuning(plan, settings=8).search(tmp_path / "fresh", pool)
+    assert Tuning(plan, settings=8).search(tmp_path / "file", pool, advance, stop) is None
+    before = len([*read_outcomes(tmp_path / "file")])
+    found = Tuning(plan, settings=8).search(tmp_path / "file", pool)
+    assert found == Tuning(plan, settings=8).search(tmp_path / "fresh", pool)
     assert 30 < before < len([*read_outcomes(tmp_path / "file")])
     assert Tuning(plan, settings=8).search(tmp_path / "file", NoPool()) == found
 
 
-def test_another_number_may_be_the_cost(plan: Plan, tmp_path: Path) -> None:
-    with LocalPool(2) as pool:
-        found = Tuning(plan, settings=12, cost="cycles").search(tmp_path / "file", pool)
-        assert found is not None
-        assert abs(float(found["gain"]) - BEST) < 0.6
-        with pytest.raises(TrialsError, match="no trial has a number aim; there are time, calls, cycles"):
-            Tuning(plan, settings=12, cost="aim").search(tmp_path / "other", pool)
+def test_another_number_may_be_the_cost(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
+    found = Tuning(plan, settings=12, cost="cycles").search(tmp_path / "file", pool)
+    assert found is not None
+    assert abs(float(found["gain"]) - BEST) < 0.6
+    with pytest.raises(TrialsError, match="no trial has a number aim; there are time, calls, cycles"):
+        Tuning(plan, settings=12, cost="aim").search(tmp_path / "other", pool)
 
 
 def test_it_is_confirmed_by_fresh_trials_without_what_is_tuned(plan: Plan) -> None:
