@@ -6,131 +6,197 @@ import csv
 import html
 import os
 import re
+import shutil
 import signal
-import subprocess
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import pytest
 
-from tests.support.limits import RUN_LIMIT, START_LIMIT
+from tests.support.commands import run_here
+from tests.support.limits import START_LIMIT
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, module
+from tests.support.soak import cases, repeated
 from tests.support.waiting import until
+from visualhfsm._command import app
+from visualhfsm._errors import VisualHfsmError
 
 pytestmark = pytest.mark.slow
 
-LOOK = ROOT / "exercises" / "look"
+LOOK: Final = ROOT / "exercises" / "look"
+SOLUTION: Final = (LOOK / "solution/solution.xml").read_bytes()
+NO_WAY_BACK: Final = (LOOK / "mistakes/no_way_back.xml").read_bytes()
+IMPORTS: Final = "<VisualHFSM><SubAutomata id='1' idFather='0'><import>{}</import></SubAutomata></VisualHFSM>"
 
 
-def visualhfsm(folder: Path, *arguments: str, code: int = 0, **environment: str) -> str:
-    done = subprocess.run(
-        module("visualhfsm", *arguments),
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=RUN_LIMIT,
-        check=False,
-        env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "COLUMNS": "120", **environment},
-    )
+def visualhfsm(folder: Path, *arguments: str, code: int = 0) -> str:
+    done = run_here(app, "visualhfsm", *arguments, cwd=folder, expected=(VisualHfsmError,))
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout if code == 0 else done.stdout + done.stderr
 
 
-def hand_in(folder: Path, name: str, document: str = "solution/solution.xml") -> Path:
+def hand_in(folder: Path, name: str, content: bytes = SOLUTION) -> Path:
     path = folder / "handed-in" / name
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes((LOOK / document).read_bytes())
+    path.write_bytes(content)
     return path
+
+
+def brief(folder: Path) -> str:
+    """Write our exercise with one trial and one mistake; return its path in the folder."""
+    own = folder / "exercises" / "look"
+    shutil.copytree(LOOK, own, ignore=shutil.ignore_patterns("hidden", "__pycache__"))
+    file = own / "exercise.toml"
+    file.write_text(re.sub("milliseconds = 0\n|same_side = 2\n", "", file.read_text("utf-8")), "utf-8")
+    return "exercises/look"
 
 
 def grade(folder: Path, *options: str, contained: bool = False) -> dict[str, dict[str, str]]:
     walls = () if contained else ("--unsafe",)
-    visualhfsm(folder, "grade", "look", "handed-in", *walls, *options)
+    visualhfsm(folder, "grade", "exercises/look", "handed-in", *walls, *options)
     with (folder / "marks" / "marks.csv").open(encoding="utf-8-sig", newline="") as file:
         return {row["name"]: row for row in csv.DictReader(file)}
 
 
-def test_a_class_gets_marks_reasons_and_pages(tmp_path: Path) -> None:
-    hand_in(tmp_path, "ana.xml")
-    hand_in(tmp_path, "ben/look.xml", "mistakes/no_way_back.xml")
-    rows = grade(tmp_path)
-    assert {name: row["points"] for name, row in rows.items()} == {"ana": "10", "ben": "7"}
-    assert rows["ben"]["reasons"] == "changes of side in 9 s: 1; asked: at least 3"
-    page = (tmp_path / "marks" / "ben.html").read_text("utf-8")
-    assert "changes of side in 9 s: 1; asked: at least 3" in page
+BROKEN: Final = {
+    "empty.xml": (b"", "error"),
+    "open.xml": (b"<VisualHFSM>", "not closed"),
+    "binary.xml": (b"\xff\xfe\x00", "error"),
+    "paper.pdf": (b"%PDF", "hand in a file that ends in .xml"),
+    "deep.xml": (b"<VisualHFSM>" * 20_000, "error"),
+    "folder/x.xml": (b"<", "error"),
+    "nothing/readme.txt": (b"", "the folder has no document"),
+}
+REACHES: Final = {
+    "ends": ("import os\nos._exit(0)", "error ended"),
+    "copies": (f"open({str(LOOK / 'solution/solution.xml')!r}).read()", "FileNotFoundError"),
+}
+ALSO_REACHES: Final = {
+    "spies": ("open('/proc/1/environ').read()", "Error"),
+    "connects": ("import socket\nsocket.create_connection(('127.0.0.1', 1), 1)", "Error"),
+    "takes": ("x = bytearray(1 << 36)", "MemoryError"),
+}
+"""tests/faults/test_grading_attacks.py has these, too."""
+NAMES: Final = ("=HYPERLINK(1)", "a..b", "a b", "A-b", "index", "-rf", "caf\udce9", "x\ny")
+SCRIPT: Final = "<script>alert(1)<_script>"
+
+
+@dataclass(frozen=True)
+class Class:
+    """The marks of a class in which everything is handed in that a teacher could get."""
+
+    folder: Path
+    handed_in: int
+    rows: Mapping[str, dict[str, str]]
+
+    @property
+    def marks(self) -> Path:
+        """Where the pages are."""
+        return self.folder / "marks"
+
+    def points(self, *names: str) -> list[str]:
+        """Return the points of some pupils."""
+        return [self.rows[name]["points"] for name in names]
+
+
+@pytest.fixture(scope="module")
+def marked(tmp_path_factory: pytest.TempPathFactory) -> Class:
+    folder = tmp_path_factory.mktemp("class")
+    brief(folder)
+    hand_in(folder, "ana.xml")
+    hand_in(folder, "ben/look.xml", NO_WAY_BACK)
+    hand_in(folder, "kim/look.xml", IMPORTS.format("rest.xml").encode())
+    hand_in(folder, "kim/rest.xml")
+    for name, (content, _) in BROKEN.items():
+        hand_in(folder, name, content)
+    for name, (code, _) in {**REACHES, **repeated(test={}, soak=ALSO_REACHES)}.items():
+        text = SOLUTION.decode().replace("<entry>", f"<entry>{html.escape(code)}\n", 1)
+        hand_in(folder, f"{name}.xml", text.encode())
+    hand_in(folder, "thief.xml", IMPORTS.format("ana.xml").encode())
+    handed_in = folder / "handed-in"
+    (handed_in / "eve.xml").symlink_to(LOOK / "solution/solution.xml")
+    (handed_in / "max").symlink_to(LOOK / "solution")
+    (handed_in / "tim").mkdir()
+    (handed_in / "tim" / "look.xml").symlink_to(LOOK / "solution/solution.xml")
+    os.mkfifo(handed_in / "pip.xml")
+    hand_in(folder, f"{SCRIPT}.xml", NO_WAY_BACK)
+    try:
+        for name in NAMES:
+            hand_in(folder, f"{name}.xml", b"")
+    except OSError:
+        pytest.skip("the file system has no such names")
+    number = len([*handed_in.iterdir()])
+    return Class(folder, number, grade(folder, "--language", "xx", contained=True))
+
+
+def test_a_class_gets_marks_reasons_and_pages(marked: Class) -> None:
+    assert len(marked.rows) == marked.handed_in
+    assert marked.points("ana", "ben") == ["10", "7"]
+    reason = "changes of side in 9 s: 1; asked: at least 3"  # of a language that the exercise has
+    assert marked.rows["ben"]["reasons"] == reason
+    page = (marked.marks / "ben.html").read_text("utf-8")
+    assert reason in page
     assert "<iframe" in page
-    assert "ben.html" in (tmp_path / "marks" / "index.html").read_text("utf-8")
+    assert "ben.html" in (marked.marks / "index.html").read_text("utf-8")
 
 
-def test_a_folder_may_have_documents_that_one_imports(tmp_path: Path) -> None:
-    hand_in(tmp_path, "ana/look.xml").write_text(
-        "<VisualHFSM><SubAutomata id='1' idFather='0'><import>rest.xml</import></SubAutomata></VisualHFSM>"
-    )
-    hand_in(tmp_path, "ana/rest.xml")
-    assert grade(tmp_path)["ana"]["points"] == "10"
+def test_a_folder_may_have_documents_that_one_imports(marked: Class) -> None:
+    assert marked.points("kim") == ["10"]
 
 
 def test_marks_are_the_same_byte_for_byte_with_any_number_of_workers(tmp_path: Path) -> None:
-    for number, mistake in enumerate(("milliseconds", "no_way_back", "same_side")):
-        hand_in(tmp_path, f"pupil {number}.xml", f"mistakes/{mistake}.xml")
+    brief(tmp_path)
+    others = repeated(
+        test=[b"", b"<"],
+        soak=[(LOOK / f"mistakes/{name}.xml").read_bytes() for name in ("milliseconds", "same_side")],
+    )
+    for number, content in enumerate((NO_WAY_BACK, *others)):
+        hand_in(tmp_path, f"pupil {number}.xml", content)
     table, index = tmp_path / "marks" / "marks.csv", tmp_path / "marks" / "index.html"
-    grade(tmp_path, "--workers", "1")
+    rows = grade(tmp_path, "--workers", "1", "--language", "es")
+    assert rows["pupil 0"]["reasons"].startswith("cambios de lado en 9 s: 1")
     first = table.read_bytes(), index.read_bytes()
-    grade(tmp_path, "--workers", "3")
+    grade(tmp_path, "--workers", repeated(test="2", soak="3"), "--language", "es")
     assert (table.read_bytes(), index.read_bytes()) == first
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "reason"),
-    [
-        ("a.xml", b"", "error"),
-        ("a.xml", b"<VisualHFSM>", "not closed"),
-        ("a.xml", b"\xff\xfe\x00", "error"),
-        ("a.pdf", b"%PDF", "hand in a file that ends in .xml"),
-        ("a.xml", b"<VisualHFSM>" * 20_000, "error"),
-        ("a/x.xml", b"<", "error"),
-        ("a/readme.txt", b"", "the folder has no document"),
-    ],
-)
-def test_what_cannot_be_run_has_no_points_and_a_reason(
-    tmp_path: Path, name: str, content: bytes, reason: str
-) -> None:
-    hand_in(tmp_path, "zoe.xml")
-    hand_in(tmp_path, name).write_bytes(content)
-    rows = grade(tmp_path)
-    (broken,) = (row for row in rows.values() if row["name"] != "zoe")
-    assert broken["points"] == "0"
-    assert "It cannot be run, so there are no points" in broken["reasons"]
-    assert reason in broken["reasons"]
-    assert rows["zoe"]["points"] == "10"
+@pytest.mark.parametrize("file", BROKEN)
+def test_what_cannot_be_run_has_no_points_and_a_reason(marked: Class, file: str) -> None:
+    row = marked.rows[file.partition("/")[0].removesuffix(".xml")]
+    assert row["points"] == "0"
+    assert "It cannot be run, so there are no points" in row["reasons"]
+    assert BROKEN[file][1] in row["reasons"]
 
 
-@pytest.mark.parametrize(
-    ("code", "reason"),
-    [
-        ("import os\nos._exit(0)", "error ended"),
-        ("open('/proc/1/environ').read()", "Error"),
-        (f"open({str(LOOK / 'solution/solution.xml')!r}).read()", "FileNotFoundError"),
-        ("import socket\nsocket.create_connection(('127.0.0.1', 1), 1)", "Error"),
-        ("x = bytearray(1 << 36)", "MemoryError"),
-    ],
-)
-def test_code_that_reaches_for_more_has_no_points_and_a_reason(
-    tmp_path: Path, code: str, reason: str
-) -> None:
-    hand_in(tmp_path, "ana.xml")
-    text = (LOOK / "solution/solution.xml").read_text("utf-8")
-    bad = text.replace("<entry>", f"<entry>{html.escape(code)}\n", 1)
-    hand_in(tmp_path, "eve.xml").write_text(bad, "utf-8")
-    rows = grade(tmp_path, contained=True)
-    assert rows["ana"]["points"] == "10"
-    assert rows["eve"]["points"] == "0"
-    assert reason in rows["eve"]["reasons"]
+@pytest.mark.parametrize("name", cases(REACHES, soak=ALSO_REACHES))
+def test_code_that_reaches_for_more_has_no_points_and_a_reason(marked: Class, name: str) -> None:
+    assert marked.points(name) == ["0"]
+    assert {**REACHES, **ALSO_REACHES}[name][1] in marked.rows[name]["reasons"]
+
+
+def test_a_link_to_the_solution_is_not_followed(marked: Class) -> None:
+    assert marked.points("ana", "eve", "max", "pip", "tim") == ["10", "0", "0", "0", "0"]
+
+
+def test_nobody_imports_the_document_of_somebody_else(marked: Class) -> None:
+    assert marked.points("ana", "thief") == ["10", "0"]
+
+
+def test_a_name_is_data(marked: Class) -> None:
+    assert {"'=HYPERLINK(1)", "'-rf", r"caf\udce9", SCRIPT} <= {*marked.rows}
+    pages = sorted(path.name for path in marked.marks.glob("*.html"))
+    assert len(pages) == marked.handed_in + 1
+    assert all(re.fullmatch(r"[A-Za-z0-9_.-]+", page) for page in pages)
+    assert all("<script>alert" not in path.read_text("utf-8") for path in marked.marks.glob("*.html"))
+    assert sorted(path.name for path in marked.folder.iterdir()) == ["exercises", "handed-in", "marks"]
 
 
 def test_a_signal_ends_grading_and_its_processes(tmp_path: Path) -> None:
-    text = (LOOK / "solution/solution.xml").read_text("utf-8")
-    hand_in(tmp_path, "eve.xml").write_text(text.replace("<entry>", "<entry>while True: pass\n", 1), "utf-8")
+    hangs = SOLUTION.replace(b"<entry>", b"<entry>import threading; threading.Event().wait()\n", 1)
+    hand_in(tmp_path, "eve.xml", hangs)
     command = module("visualhfsm", "grade", "look", "handed-in", "--unsafe")
     with ComponentProcess(command, {"PYTHONPATH": str(ROOT)}, cwd=tmp_path) as grading:
         until(lambda: children(grading.process.pid), START_LIMIT)
@@ -147,79 +213,14 @@ def children(process: int) -> list[str]:
     return [each for task in tasks for each in task.read_text().split()]
 
 
-def test_a_link_to_the_solution_is_not_followed(tmp_path: Path) -> None:
-    hand_in(tmp_path, "ana.xml")
-    (tmp_path / "handed-in" / "eve.xml").symlink_to(LOOK / "solution/solution.xml")
-    (tmp_path / "handed-in" / "max").symlink_to(LOOK / "solution")
-    (tmp_path / "handed-in" / "tim").mkdir()
-    (tmp_path / "handed-in" / "tim" / "look.xml").symlink_to(LOOK / "solution/solution.xml")
-    os.mkfifo(tmp_path / "handed-in" / "pip.xml")
-    rows = grade(tmp_path)
-    assert {name: row["points"] for name, row in rows.items()} == {
-        "ana": "10", "eve": "0", "max": "0", "pip": "0", "tim": "0",
-    }  # fmt: skip
-
-
-def test_nobody_imports_the_document_of_somebody_else(tmp_path: Path) -> None:
-    hand_in(tmp_path, "ana.xml")
-    hand_in(tmp_path, "eve.xml").write_text(
-        "<VisualHFSM><SubAutomata id='1' idFather='0'><import>ana.xml</import></SubAutomata></VisualHFSM>"
-    )
-    assert grade(tmp_path)["eve"]["points"] == "0"
-
-
-def test_a_name_is_data(tmp_path: Path) -> None:
-    names = [
-        "=HYPERLINK(1)",
-        "<script>alert(1)</script>",
-        "a..b",
-        "a b",
-        "A-b",
-        "index",
-        "-rf",
-        "caf\udce9",
-        "x\ny",
-    ]
-    for name in names:
-        try:
-            hand_in(tmp_path, f"{name.replace('/', '_')}.xml", "mistakes/same_side.xml")
-        except OSError:
-            pytest.skip("the file system has no such names")
-    rows = grade(tmp_path)
-    assert len(rows) == len(names)
-    assert "'=HYPERLINK(1)" in rows
-    assert "'-rf" in rows
-    assert r"caf\udce9" in rows
-    marks = tmp_path / "marks"
-    pages = sorted(path.name for path in marks.glob("*.html"))
-    assert len(pages) == len(names) + 1
-    assert all(re.fullmatch(r"[A-Za-z0-9_.-]+", page) for page in pages)
-    assert all("<script>alert" not in path.read_text("utf-8") for path in marks.glob("*.html"))
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["handed-in", "marks"]
-
-
-def test_marks_are_in_the_language_of_the_system(tmp_path: Path) -> None:
-    hand_in(tmp_path, "ana.xml", "mistakes/no_way_back.xml")
-    assert grade(tmp_path, "--language", "es")["ana"]["reasons"].startswith("cambios de lado en 9 s: 1")
-    assert grade(tmp_path, "--language", "xx")["ana"]["reasons"].startswith("changes of side in 9 s: 1")
-
-
-def test_an_exercise_checks_itself(tmp_path: Path) -> None:
-    assert "no_way_back" in visualhfsm(tmp_path, "grade", "look", "--check", "--unsafe")
-
-
-def test_an_exercise_that_does_not_earn_what_it_says_is_found(tmp_path: Path) -> None:
-    own = tmp_path / "own"
-    visualhfsm(tmp_path, "new", "pupil", "--exercise", "look")
-    own.mkdir()
-    for path in LOOK.rglob("*"):
-        if path.is_file() and "__pycache__" not in path.parts:
-            target = own / path.relative_to(LOOK)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(path.read_bytes())
-    file = own / "exercise.toml"
+def test_an_exercise_checks_itself_and_finds_what_does_not_earn_what_it_says(tmp_path: Path) -> None:
+    own = brief(tmp_path)
+    assert "no_way_back" in visualhfsm(tmp_path, "grade", own, "--check", "--unsafe", "--workers", "1")
+    file = tmp_path / own / "exercise.toml"
     file.write_text(file.read_text("utf-8").replace("no_way_back = 7", "no_way_back = 6"), "utf-8")
-    assert "no_way_back" in visualhfsm(tmp_path, "grade", "own", "--check", "--unsafe", code=1)
+    assert "no_way_back" in visualhfsm(
+        tmp_path, "grade", own, "--check", "--unsafe", "--workers", "1", code=1
+    )
 
 
 def test_a_pupil_gets_the_task_and_nothing_hidden(tmp_path: Path) -> None:
@@ -231,7 +232,7 @@ def test_a_pupil_gets_the_task_and_nothing_hidden(tmp_path: Path) -> None:
     assert "| Después pasa a `done` | 2 |" in task
     assert (folder / "nod.xml").read_bytes() == (ROOT / "exercises/nod/start.xml").read_bytes()
     (folder / "nod.xml").write_bytes((ROOT / "exercises/nod/solution/solution.xml").read_bytes())
-    assert "1 of 1 succeed" in visualhfsm(folder, "trials", "nod.xml")
+    assert "1 of 1 succeed" in visualhfsm(folder, "trials", "nod.xml", "--workers", "1")
 
 
 def test_an_exercise_without_a_start_begins_with_an_empty_document(tmp_path: Path) -> None:
