@@ -14,6 +14,7 @@ from hfsm_runtime._variables import variables_of
 from hfsm_runtime.virtual import BehaviorFailed
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
+from tests.support.soak import cases
 from visualhfsm.grading import Containment
 from visualhfsm.simulation import Behavior, simulate
 
@@ -21,7 +22,10 @@ BEHAVIORS: Final = sorted((ROOT / "behaviors").glob("*.xml"))
 COMPONENTS: Final = sorted((ROOT / "tests" / "data" / "components").glob("*.xml"))
 OTHERS: Final = ("imports.xml", "extension.xml")
 """They need files in folders, and a module, which submissions do not have."""
+DOCUMENTS: Final = [path for path in (*BEHAVIORS, *COMPONENTS) if path.name not in OTHERS]
 SECONDS: Final = 6.0
+IN_TEST: Final = ("follow_ball", "entry_exit", "events", "history", "inputs_and_arguments", "own_names")
+"""Documents that `make test` runs, too: one of ours, and each way in which code is run, or reads what is not its own."""
 
 USES_ALL_OF_SELF: Final = document(
     sub(
@@ -101,7 +105,10 @@ def containment() -> Iterator[Containment]:
 
 @pytest.mark.parametrize(
     "path",
-    [path for path in (*BEHAVIORS, *COMPONENTS) if path.name not in OTHERS],
+    cases(
+        [path for path in DOCUMENTS if path.stem in IN_TEST],
+        soak=[path for path in DOCUMENTS if path.stem not in IN_TEST],
+    ),
     ids=lambda path: path.stem,
 )
 def test_a_document_means_the_same_inside(containment: Containment, path: Path) -> None:

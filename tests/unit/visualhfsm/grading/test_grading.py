@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
 import msgspec
 import pytest
@@ -19,11 +20,20 @@ PHYSICS = {
 }
 
 
-def cases() -> Iterator[object]:
+IN_TEST: Final = {
+    *(f"{name}-solution" for name in ("look", "nod", "wake_up", "walk")),
+    "look-no_way_back", "nod-always_three", "wake_up-eyes_stay_open", "walk-degrees", "goal-kicks_at_once",
+}  # fmt: skip
+"""What is graded in `make test`: what takes long, as the walks to balls and goals do, is graded in `make soak`."""
+
+
+def documents() -> Iterator[object]:
     for name in sorted(EXERCISES):
-        marks = [pytest.mark.slow, pytest.mark.sim, pytest.mark.gl] if name in PHYSICS else []
+        of_physics = [pytest.mark.slow, pytest.mark.sim, pytest.mark.gl] if name in PHYSICS else []
         for mistake in ("", *sorted(EXERCISES[name].mistakes)):
-            yield pytest.param(name, mistake, id=f"{name}-{mistake or 'solution'}", marks=marks)
+            named = f"{name}-{mistake or 'solution'}"
+            soaks = [] if named in IN_TEST else [pytest.mark.soak]
+            yield pytest.param(name, mistake, id=named, marks=[*of_physics, *soaks])
 
 
 def points(exercise: Exercise, mistake: str, tmp_path: Path) -> float:
@@ -33,7 +43,7 @@ def points(exercise: Exercise, mistake: str, tmp_path: Path) -> float:
     return Grader(exercise, alone, "en", unsafe=True).grade(path.stem).points
 
 
-@pytest.mark.parametrize(("name", "mistake"), list(cases()))
+@pytest.mark.parametrize(("name", "mistake"), list(documents()))
 def test_each_document_earns_what_is_expected(name: str, mistake: str, tmp_path: Path) -> None:
     """With physics one trial of each plan must do: `visualhfsm grade NAME --check` runs all."""
     exercise = EXERCISES[name]
