@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import sys
-import time
 from pathlib import Path
 
 import psutil
@@ -15,6 +14,7 @@ from tests.support.documents import document, state, sub
 from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, children
 from tests.support.pushes import Pushes
+from tests.support.waiting import until
 from visualhfsm._editing.serialization import parse
 from visualhfsm._services import Source
 from visualhfsm.trials._messages import Choices, TrialsPush
@@ -49,7 +49,7 @@ async def edit():
 
 asyncio.run(edit())
 """
-HANGS = "open('begun', 'w').close()\nwhile True:\n    pass"
+HANGS = "import threading\nopen('begun', 'w').close()\nthreading.Event().wait()"
 COUNTS = "self.count = 1"
 
 
@@ -67,10 +67,13 @@ def written(folder: Path, code: str) -> Path:
 
 def eventually_below(process: psutil.Process, module: str) -> list[psutil.Process]:
     """Wait until a process has started some of a module, directly or not."""
-    deadline = time.monotonic() + START_LIMIT
-    while not (found := [each for each in children(module) if process in each.parents()]):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    found: list[psutil.Process] = []
+
+    def are_there() -> bool:
+        found[:] = [each for each in children(module) if process in each.parents()]
+        return bool(found)
+
+    until(are_there, START_LIMIT)
     return found
 
 
@@ -81,10 +84,7 @@ def test_a_killed_editor_leaves_no_process(tmp_path: Path, code: str) -> None:
         editor.wait_for("running")
         process = psutil.Process(editor.process.pid)
         below = [*eventually_below(process, SERIES), *eventually_below(process, WORKER)]
-        deadline = time.monotonic() + START_LIMIT
-        while code == HANGS and not (tmp_path / "begun").exists():
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+        until(lambda: code != HANGS or (tmp_path / "begun").exists(), START_LIMIT)
         editor.process.kill()
         assert_gone(below)
 
@@ -96,10 +96,7 @@ def test_a_killed_editor_leaves_no_tests(tmp_path: Path) -> None:
     with ComponentProcess([sys.executable, "-c", TESTING_EDITOR, str(path)]) as editor:
         editor.wait_for("running")
         below = eventually_below(psutil.Process(editor.process.pid), "pytest")
-        deadline = time.monotonic() + START_LIMIT
-        while not path.with_name("begun").exists():
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+        until(path.with_name("begun").exists, START_LIMIT)
         editor.process.kill()
         assert_gone(below)
 

@@ -153,13 +153,13 @@ def test_parameters_are_tuned_and_tried_on_fresh_trials(folder: Path) -> None:
     (folder / "tunable.xml").write_text(tunable, encoding="utf-8")
     ranges = "[parameters]\npatience = { from = 0.1, to = 3 }\n"
     (folder / "tunable.trials.toml").write_text(PLAN + ranges, encoding="utf-8")
-    tune = ("tunable.xml", "--tune", "--settings", "6", "--runs", "8", "--workers", "1")
+    tune = ("tunable.xml", "--tune", "--settings", "6", "--runs", "4", "--workers", "1")
     shown = trials(folder, *tune)
     found = re.search(r"^patience = ([\d.]+)$", shown, re.M)
     assert found
     assert float(found[1]) < 1.5
     assert re.search(r"\d gained, 0 lost", shown)
-    assert "goes on with the 8 outcomes there" in trials(folder, *tune)
+    assert "goes on with the 4 outcomes there" in trials(folder, *tune)
 
 
 def test_the_page_has_those_of_the_worst_trials_beside_it(ran: Ran) -> None:

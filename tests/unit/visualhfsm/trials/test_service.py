@@ -14,6 +14,7 @@ import pytest
 from codegen.messages import Message
 from tests.support.processes import assert_gone, children
 from tests.support.pushes import Pushes
+from tests.support.soak import cases
 from tests.support.waiting_trials import PLAN, WAITS
 from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
@@ -164,12 +165,16 @@ def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path, t
 
 @pytest.mark.parametrize(
     ("plan", "text", "words"),
-    [
-        (PLAN + "[parameters]\n", WAITS, "at line 8"),
-        (PLAN.replace("limit = 1", "limit = -1"), WAITS, "waits.trials.toml:3"),
-        (PLAN, WAITS.replace("self.waited += 0.5", "self.waited +="), "waits.xml:3:"),
-        (PLAN.replace('"done"', '"nowhere"'), WAITS, "there is no state nowhere"),
-    ],
+    cases(
+        [
+            (PLAN + "[parameters]\n", WAITS, "at line 8"),
+            (PLAN, WAITS.replace("self.waited += 0.5", "self.waited +="), "waits.xml:3:"),
+        ],
+        soak=[
+            pytest.param(PLAN.replace("limit = 1", "limit = -1"), WAITS, "waits.trials.toml:3"),
+            pytest.param(PLAN.replace('"done"', '"nowhere"'), WAITS, "there is no state nowhere"),
+        ],
+    ),
 )
 def test_what_is_wrong_is_said_with_file_and_line(path: Path, plan: str, text: str, words: str) -> None:
     path.with_name("waits.trials.toml").write_text(plan)

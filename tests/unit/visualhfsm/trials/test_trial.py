@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from msgspec import structs
 
 from tests.support.documents import document, state, sub, transition
+from tests.support.soak import repeated
 from visualhfsm.trials import Disturbance, Plan, Spread, Success, TrialsError
 from visualhfsm.trials._trial import run_trial
 
@@ -206,7 +208,7 @@ def test_a_carried_ball_of_the_simulation_is_where_the_plan_says_whatever_the_se
         scene={"BallGreen.pan": -0.7},
         numbers={name: f"judge.py:{name}" for name in ("pan", "distance")},
     )
-    for number in placed.trials:
+    for number in islice(placed.trials, repeated(test=2, soak=placed.runs)):
         noted = run_trial(placed, number).numbers
         assert (noted["pan"], noted["distance"]) == pytest.approx((-0.7, 1.0), abs=1e-3)
 
