@@ -352,7 +352,7 @@ def test_a_cluster_may_lose_workers_but_not_its_last_one(tmp_path: Path, project
 def test_a_scheduler_that_hangs_ends_the_run(tmp_path: Path, project: Path, cluster: DaskCluster) -> None:
     out = tmp_path / "rolls.outcomes.jsonl"
     with ThreadPoolExecutor(1) as aside:
-        limits = ClusterLimits(answer=0.5, check=0.05, close=0.1)
+        limits = ClusterLimits(answer=0.5, check=0.05)
         trials = aside.submit(run_with, limits, plan(project, ENDLESS), cluster, out)
         some_are_done(out, trials.done)
         cluster.scheduler.freeze()
