@@ -14,8 +14,6 @@ from naoserver.naoqi._link import Failure, Link, LinkLost, Reply
 MOST_CALLS: Final = 200
 """Limit of unanswered calls; further ones are refused, unless they stop something."""
 _AFTER_FAILURE: Final = 2.0
-_ANSWER_LIMIT: Final = 1.0
-"""Seconds to wait for an answer before the next command is sent without it."""
 _STOP_PERIOD: Final = 0.3
 """Seconds until a stop that failed is sent again."""
 _END_LIMIT: Final = 2.0  # s
@@ -210,7 +208,7 @@ class CoalescingQueue(Generic[V]):
     def _failure_of(self, reply: Reply) -> str:
         """Return why the robot has not carried out a call; empty if it has, or is lost."""
         try:
-            reply.result(_ANSWER_LIMIT)
+            reply.result(self._connection.limits.answer)
         except LinkLost:
             return ""  # the robot is stopped when it is found again
         except HardwareFailure as error:

@@ -6,6 +6,7 @@ import logging
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Final
 
 from interfaces.nao import Severity
@@ -69,13 +70,22 @@ class Reporter:
             self.report_once(kind, "")
 
 
-PERIOD: Final = 0.02
-"""Seconds between two polls of the robot: NAOqi's own cycle."""
+@dataclass(frozen=True, slots=True)
+class NaoqiLimits:
+    """How often a robot is asked, and how long it is waited for, in s."""
+
+    period: float = 0.02
+    """Between two polls of the robot: NAOqi's own cycle."""
+    answer: float = 1.0
+    """Until the next command is sent without an answer to the one before."""
+    retry: float = 0.5
+    """Between two attempts to find a robot that is lost."""
+
+
 SILENCE: Final = 0.7
 """Seconds without an answer after which the robot counts as lost, so that it is reported within 1 s."""
 _CONNECTION_LIMIT: Final = 2.0  # s
 _FIRST_CONNECTION_LIMIT: Final = 5.0  # s
-_RETRY_DELAY: Final = 0.5  # s
 _END_LIMIT: Final = 5.0  # s
 
 
@@ -83,12 +93,15 @@ class Connection:
     """The connection to one robot, from `start` to `close`.
 
     `connect` makes a link within some seconds, or raises LinkLost. Each of `on_open` prepares a new link, and
-    may refuse it with a RobotError; each of `on_tick` polls the robot every PERIOD; each of `on_found` and
+    may refuse it with a RobotError; each of `on_tick` polls the robot at its period; each of `on_found` and
     `on_lost` is called when a link is made or lost. `start` calls the first two before
     it returns. All other calls run on one thread, so that they never overlap.
     """
 
-    def __init__(self, connect: Callable[[float], Link], clock: Clock, reporter: Reporter) -> None:
+    def __init__(
+        self, connect: Callable[[float], Link], clock: Clock, reporter: Reporter, limits: NaoqiLimits
+    ) -> None:
+        self.limits: Final = limits
         self.on_open: Final[list[Callable[[Link], None]]] = []
         self.on_tick: Final[list[Callable[[Link], None]]] = []
         self.on_found: Final[list[Callable[[], None]]] = []
@@ -146,7 +159,7 @@ class Connection:
         while not self._closing.is_set():
             link = self._link
             if link is None:
-                self._closing.wait(_RETRY_DELAY)
+                self._closing.wait(self.limits.retry)
                 self._find()
             elif (why := self._look_after(link)) and not self._closing.is_set():
                 self._lose(link, why)
@@ -169,7 +182,7 @@ class Connection:
             if link.lost.is_set():
                 return "the connection broke"
             now = self._clock.now()
-            due = max(due + PERIOD, now)
+            due = max(due + self.limits.period, now)
             self._clock.wait(self._closing, due - now)
         return ""
 

@@ -12,7 +12,7 @@ from naoserver._naoqi_names import gait_limits
 from naoserver.capabilities import STILL, Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.naoqi._background_calls import BackgroundCalls, CoalescingQueue, Poll
-from naoserver.naoqi._connection import PERIOD, Connection, Reporter
+from naoserver.naoqi._connection import Connection, Reporter
 from naoserver.naoqi._link import CallFailed, Link, LinkLost, Reply, call
 from naoserver.naoqi._state import NaoqiState
 from naoserver.robot import LIMP
@@ -124,7 +124,7 @@ class NaoqiWalker:
             raise InvalidCommand("velocity", message)
 
     def _period(self) -> float:
-        return PERIOD if self.walking else _RESTING_PERIOD
+        return self._connection.limits.period if self.walking else _RESTING_PERIOD
 
     def _take_position(self, answer: Any, asked: float) -> None:  # noqa: ANN401
         try:

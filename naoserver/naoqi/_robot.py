@@ -17,14 +17,14 @@ from naoserver.errors import HardwareFailure
 from naoserver.looks.description import write_looks
 from naoserver.naoqi._background_calls import BackgroundCalls
 from naoserver.naoqi._cameras import NaoqiCameras
-from naoserver.naoqi._connection import Connection, Reporter
+from naoserver.naoqi._connection import Connection, NaoqiLimits, Reporter
 from naoserver.naoqi._expression import NaoqiLights, NaoqiLoudspeaker, NaoqiVoice
 from naoserver.naoqi._joints import NaoqiJoints
 from naoserver.naoqi._link import CallFailed, Link, call
 from naoserver.naoqi._moves import NaoqiPostures, NaoqiWalker
 from naoserver.naoqi._state import NaoqiSenses, NaoqiState
 from naoserver.parts import CameraFacts
-from zenoh_ice import WallClock
+from zenoh_ice import Clock, WallClock
 
 _logger = logging.getLogger(__name__)
 
@@ -134,7 +134,8 @@ class NaoqiRobot:
 
     `connect` makes a link to it within some seconds. While the robot is lost, readings keep their last values
     and commands do nothing; `report_to` lets a server notify its clients. A robot that is `stopped` since a
-    former server does not move at the start.
+    former server does not move at the start. `clock` is that of its time: a virtual NAOqi may have another one
+    than the wall's.
     """
 
     def __init__(
@@ -144,6 +145,8 @@ class NaoqiRobot:
         body: Body = H25,
         *,
         stopped: bool = False,
+        clock: Clock | None = None,
+        limits: NaoqiLimits = NaoqiLimits(),
     ) -> None:
         self.name: Final = body.title or body.name
         self.body: Final = body
@@ -152,10 +155,10 @@ class NaoqiRobot:
         self.balancer: Final = None
         self.stage: Final = None
         self.control_loop: Final = None
-        self.clock: Final = WallClock()
+        self.clock: Final[Clock] = clock or WallClock()
         now = self.clock.now
         reporter = self._reporter = Reporter()
-        connection = self._connection = Connection(connect, self.clock, reporter)
+        connection = self._connection = Connection(connect, self.clock, reporter, limits)
         self._state = NaoqiState(self.clock, body)
         self.read: Final = self._state.joints
         self.state: Final = self._state.body

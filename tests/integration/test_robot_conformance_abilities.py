@@ -55,7 +55,7 @@ COLOR_TOLERANCE = 0.01
 """NAOqi has 256 shades."""
 
 WITH_AN_H21 = (*robots(bodies=FAMILIES), *robots(bodies=[H21], ways=[simulated]))
-"""Each implementation of each family, and an H21 in simulation."""
+"""Robots of each family, and an H21 in simulation."""
 
 RED = LedColor(red=1.0, green=0.0, blue=0.0)
 
@@ -67,7 +67,7 @@ def nao(request):
         yield nao
 
 
-@pytest.fixture(params=robots(lambda body: body.walk, bodies=FAMILIES))
+@pytest.fixture(params=robots(lambda body: body.walk, bodies=FAMILIES, weight=True))
 def walking(request):
     """A robot that is served, whose velocities need not be renewed, and a client's session."""
     with request.param(PATIENT) as nao:

@@ -76,14 +76,14 @@ def has_pressure(body):
 
 def on_each_with(*parts, bodies=BODIES):
     """Run a test with each body that has some parts."""
-    return pytest.mark.parametrize("served", robots(*parts, bodies=bodies), indirect=True)
+    return pytest.mark.parametrize("served", robots(*parts, bodies=bodies, weight=True), indirect=True)
 
 
 on_each_family = on_each_with(bodies=FAMILIES)
 """For what is the same for an H21 as for an H25."""
 
 
-@pytest.fixture(scope="module", params=robots())
+@pytest.fixture(scope="module", params=robots(weight=True))
 def served(request):
     """A robot that is served."""
     with request.param(None) as nao:

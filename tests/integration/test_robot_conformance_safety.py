@@ -29,7 +29,7 @@ LIMP_WITHIN = 1.5
 """Seconds from such a push to limp motors."""
 
 
-@pytest.fixture(params=robots(lambda body: body.walk, bodies=FAMILIES, ways=WAYS[:2]))
+@pytest.fixture(params=robots(lambda body: body.walk, bodies=FAMILIES, ways=WAYS[:2], weight=True))
 def nao(request):
     """A robot that is served, whose velocities need not be renewed, and a client's session."""
     with request.param(PATIENT) as nao:
@@ -81,6 +81,7 @@ def test_an_emergency_stop_of_a_walk_leaves_it_standing(nao):
     walk_on(nao)
 
 
+@pytest.mark.parametrize("nao", robots(lambda body: body.walk, bodies=FAMILIES, ways=WAYS[:2]), indirect=True)
 def test_the_walk_of_a_client_that_is_lost_ends_and_the_next_one_walks(nao):
     with nao.client() as other:
         walk_on(nao, other)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
-from typing import Final
-from unittest.mock import patch
+from typing import Any, Final
 
 import pytest
 
@@ -22,7 +22,8 @@ from tests.support.limits import FOREVER
 from tests.support.present import present
 from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, served_to_client
-from zenoh_ice import initialize
+from tests.support.soak import cases
+from zenoh_ice import RobotClock, initialize
 
 __all__ = [
     "BODIES",
@@ -35,7 +36,6 @@ __all__ = [
     "fake_as_naoqi",
     "in_simulation",
     "motors",
-    "on_each_body",
     "on_each_with",
     "pan_of",
     "robots",
@@ -43,14 +43,23 @@ __all__ = [
     "tilt_of",
 ]
 
+SPEED: Final = 4.0
+"""Robot seconds in a second of the wall: a robot moves as fast as the processor can follow, also beside others."""
+OVER_NAOQI: Final = 3.0
+"""The same of a robot with NAOqi, whose every message takes its time."""
 PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity must last."""
+
+
+def clock_at(speed: float) -> RobotClock:
+    """Return a clock that runs faster than the wall's."""
+    return RobotClock(0.0, speed, simulated=False, silence=math.inf)
 
 
 @contextmanager
 def fake(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
     """Serve the robot without physics."""
-    with served_to_client(FakeRobot(body=body), options) as nao:
+    with served_to_client(FakeRobot(clock_at(SPEED), body=body), options) as nao:
         yield nao
 
 
@@ -60,16 +69,16 @@ def simulated(options: ServerOptions | None, body: Body = H25) -> Iterator[Robot
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
     from naoserver_sim.robot import SimulatedRobot
 
-    with served_to_client(SimulatedRobot(skin=False, body=body), options) as nao:
+    with served_to_client(SimulatedRobot(speed=SPEED, skin=False, body=body), options) as nao:
         yield nao
 
 
 @contextmanager
-def fake_as_naoqi(body: Body = H25) -> Iterator[str]:
+def fake_as_naoqi(body: Body = H25, speed: float = 1.0) -> Iterator[str]:
     """Serve the robot without physics as NAOqi does; yield its URL."""
     from naoserver.qi import serve_as_naoqi
 
-    behind = FakeRobot(body=body)
+    behind = FakeRobot(clock_at(speed), body=body)
     with (
         closing(behind),
         initialize(realm="behind", listen=[free_endpoint()], connect=[], clock="wall") as communicator,
@@ -86,13 +95,15 @@ def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClie
     It is polled less often than a real one: most of the work would be polls.
     """
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
+    from naoserver.naoqi._connection import NaoqiLimits
     from naoserver.naoqi._link import RobotAddress
     from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
-    with fake_as_naoqi(body) as url, patch("naoserver.naoqi._connection.PERIOD", 0.05):
-        address = RobotAddress.parse(url)
-        robot = NaoqiRobot(lambda _: connect_patiently(address), body=body)
+    with fake_as_naoqi(body, OVER_NAOQI) as url:
+        address, limits = RobotAddress.parse(url), NaoqiLimits(period=0.05)
+        clock = clock_at(OVER_NAOQI)
+        robot = NaoqiRobot(lambda _: connect_patiently(address), body=body, clock=clock, limits=limits)
         with served_to_client(robot, options) as nao:
             yield nao
 
@@ -119,7 +130,7 @@ class Implementation:
         return self.serve(options, self.body)
 
     @property
-    def parameter(self) -> object:
+    def parameter(self) -> Any:
         """The value of a test's parameter."""
         kind = self.serve.__name__
         marks = [pytest.mark.sim] if kind == "simulated" else []
@@ -130,20 +141,35 @@ Part = Callable[[Body], object]
 """What a test needs of a body: it returns whether the body has it."""
 
 
-def robots(*parts: Part, bodies: Iterable[Body] = BODIES, ways: Sequence[Serve] = WAYS) -> list[object]:
-    """Return the parameters of a test: some bodies, those that have the parts, served in some ways."""
+def robots(
+    *parts: Part, bodies: Iterable[Body] = BODIES, ways: Sequence[Serve] = WAYS, weight: bool = False
+) -> list[Any]:
+    """Return the parameters of a test: some bodies, those that have the parts, served in some ways.
+
+    `make test` takes an H25 in each way, and every other body in the first one: how a body is described makes
+    the same difference in all of them. With `weight`, where masses and contacts decide, it takes every body in
+    simulation, too. `make soak` takes the rest.
+    """
     able = [body for body in bodies if all(part(body) for part in parts)]
-    return [
-        Implementation(serve, body).parameter
+    pairs = [
+        Implementation(serve, body)
         for body in able
         for serve in ways
         if serve is not naoqi or isinstance(body.walk, Steps)
     ]
 
+    def in_test(robot: Implementation) -> bool:
+        return robot.body is H25 or robot.serve is ways[0] or (weight and robot.serve is simulated)
 
-def on_each_with(*parts: Part, fixture: str = "nao") -> pytest.MarkDecorator:
+    return cases(
+        [robot.parameter for robot in pairs if in_test(robot)],
+        [robot.parameter for robot in pairs if not in_test(robot)],
+    )
+
+
+def on_each_with(*parts: Part, fixture: str = "nao", weight: bool = False) -> pytest.MarkDecorator:
     """Run a test whose robot is `fixture` with each body that has some parts."""
-    return pytest.mark.parametrize(fixture, robots(*parts), indirect=True)
+    return pytest.mark.parametrize(fixture, robots(*parts, weight=weight), indirect=True)
 
 
 def in_simulation(*parts: Part, bodies: Iterable[Body] = BODIES) -> pytest.MarkDecorator:
@@ -153,9 +179,6 @@ def in_simulation(*parts: Part, bodies: Iterable[Body] = BODIES) -> pytest.MarkD
 
 ROBOTS: Final = robots(bodies=[H25])
 """Each implementation, with the body of an H25."""
-
-on_each_body: Final = on_each_with()
-"""Runs a test whose robot is the fixture `nao` with each body."""
 
 
 def pan_of(body: Body) -> str:

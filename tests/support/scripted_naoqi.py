@@ -8,11 +8,16 @@ from contextlib import closing, contextmanager
 from typing import Any
 
 from naoserver.bodies.nao import H25
+from naoserver.naoqi._connection import NaoqiLimits
 from naoserver.naoqi._link import CallFailed, CallTimeout, LinkLost
 from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot
+from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import eventually
 
-__all__ = ["DEVICES", "ScriptedNaoqi", "nao_memory"]
+__all__ = ["DEVICES", "PATIENT", "ScriptedNaoqi", "nao_memory"]
+
+PATIENT = NaoqiLimits(answer=CALL_LIMIT)
+"""For tests in which no command is to be sent before the one before is answered."""
 
 DEVICES = "Device/SubDeviceList/"
 
@@ -43,9 +48,10 @@ def nao_memory(*, newer: bool = True) -> dict[str, Any]:
 
 
 class ScriptedNaoqi:
-    """Answers calls from `answers`, and lists them. Calls that are `held` are answered when released."""
+    """Answers calls from `answers`, and lists them; `limits` are those of its robots. Calls that are `held` are answered when released."""
 
-    def __init__(self) -> None:
+    def __init__(self, limits: NaoqiLimits = NaoqiLimits()) -> None:
+        self.limits = limits
         self.memory = nao_memory()
         self.answers: dict[str, Any] = {
             "ALMemory.getDataListName": lambda: list(self.memory),
@@ -80,7 +86,7 @@ class ScriptedNaoqi:
     @contextmanager
     def robot(self, options: LifecycleOptions | None = None) -> Iterator[NaoqiRobot]:
         """Start the robot on this NAOqi; close it at the end."""
-        with closing(NaoqiRobot(self.connect, options)) as robot:
+        with closing(NaoqiRobot(self.connect, options, limits=self.limits)) as robot:
             robot.start()
             yield robot
 

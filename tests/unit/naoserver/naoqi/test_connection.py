@@ -1,6 +1,7 @@
 """A robot that is lost and found again."""
 
 import threading
+from dataclasses import replace
 
 import pytest
 
@@ -8,20 +9,15 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.naoqi._link import CallFailed
 from naoserver.naoqi._robot import NaoqiRobot
-from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import eventually
-from tests.support.scripted_naoqi import ScriptedNaoqi
+from tests.support.scripted_naoqi import PATIENT, ScriptedNaoqi
 
 STATE = "ALMemory.getListData"
 
 
 @pytest.fixture
-def naoqi(monkeypatch):
-    monkeypatch.setattr("naoserver.naoqi._connection._RETRY_DELAY", 0.01)  # seconds between two attempts
-    monkeypatch.setattr(
-        "naoserver.naoqi._background_calls._ANSWER_LIMIT", CALL_LIMIT
-    )  # seconds until the next command is sent
-    return ScriptedNaoqi()
+def naoqi():
+    return ScriptedNaoqi(replace(PATIENT, retry=0.01))
 
 
 def test_a_robot_that_is_not_there_is_reported_at_the_start(naoqi):

@@ -7,20 +7,16 @@ from hypothesis import strategies as st
 from naoserver.bodies.nao import H25
 from naoserver.naoqi._joints import Order, calls_of
 from naoserver.naoqi._link import CallFailed
-from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import eventually
-from tests.support.scripted_naoqi import ScriptedNaoqi
+from tests.support.scripted_naoqi import PATIENT, ScriptedNaoqi
 
 SET, CHANGE = "ALMotion.setAngles", "ALMotion.changeAngles"
 FULL = {joint.name: joint.max_velocity for joint in H25.joints}
 
 
 @pytest.fixture
-def naoqi(monkeypatch):
-    monkeypatch.setattr(
-        "naoserver.naoqi._background_calls._ANSWER_LIMIT", CALL_LIMIT
-    )  # seconds until the next command is sent
-    return ScriptedNaoqi()
+def naoqi():
+    return ScriptedNaoqi(PATIENT)
 
 
 def test_joints_of_one_speed_go_in_one_call():
