@@ -11,6 +11,7 @@ from naoserver.parts import LYING_TILT, Stance
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.motion_rig import MotionRig
+from tests.support.soak import cases, repeated
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -62,8 +63,8 @@ def test_it_goes_into_every_posture_and_is_in_it(rig):
 
 
 @pytest.mark.timeout(900)
-def test_it_sits_down_and_stands_up_twenty_times_in_a_row(rig):
-    for _ in range(20):
+def test_it_sits_down_and_stands_up_again_and_again(rig):
+    for _ in range(repeated(test=2, soak=20)):
         for posture in ("Sit", "Stand"):
             rig.begin_posture(posture)
             while rig.player.busy:
@@ -82,7 +83,7 @@ def test_it_sits_without_pressing_its_arms_hot(rig, posture):
     assert max(rig.robot.read().temperatures) < before + 5.0
 
 
-@pytest.mark.parametrize("before", ["StandInit", "Stand"])
+@pytest.mark.parametrize("before", cases(["StandInit"], ["Stand"]))
 def test_gears_hold_a_crouch_whose_motors_go_limp(rig, before):
     """So ends ALMotion.rest: it once threw the robot on its back."""
     rig.go(before)
