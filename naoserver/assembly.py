@@ -60,7 +60,8 @@ class Assembly:
 
     def __init__(self, robot: Robot, options: ServerOptions, wall: Clock, latch: Latch | None = None) -> None:
         self._robot = robot
-        self._options = options
+        self.options: Final = options
+        """Options of the server."""
         self._wall = wall
         self.on_wake: Callable[[], None] = lambda: None
         """Called when a job may be due earlier than before; the driver of the jobs sets it."""
@@ -163,7 +164,7 @@ class Assembly:
         self._streams.extend(stream for stream in streams if isinstance(stream, StateStream))
 
     def _add_body(self) -> GuardedDevice:
-        body = self._guard(self._robot, self._options.safety, self.gate)
+        body = self._guard(self._robot, self.options.safety, self.gate)
         self.gate.on_stop(body.hold)
         facts = self._robot.body
         for name, axes in facts.hinges.items():
@@ -174,7 +175,7 @@ class Assembly:
         return body
 
     def _add_walk(self, walker: Walker) -> None:
-        walk = WalkGuard(walker, self.body, self._options.safety)
+        walk = WalkGuard(walker, self.body, self.options.safety)
         self.gate.on_stop(walk.stop)
         self.watched.append(walk)
         self.walk_to = WalkTo(walk, self._robot.clock.now, self._wake)
@@ -195,7 +196,7 @@ class Assembly:
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:
         # Its gate is never shut: the mechanism of a ball is not part of the robot.
-        device = self._guard(mechanism, self._options.mechanism_safety, Gate(self.events))
+        device = self._guard(mechanism, self.options.mechanism_safety, Gate(self.events))
         axes = (HingeAxis(joint.name) for joint in mechanism.joints)
         self._add_hinge(device, Hinge(mechanism.name, dict(zip(_BALL_AXES, axes, strict=True))))
 
@@ -204,7 +205,7 @@ class Assembly:
         self._add(**{f"{hinge.name}Motors": motors, f"{hinge.name}Encoders": encoders})
 
     def _add_cameras(self) -> list[CameraI]:
-        robot, given = self._robot, self._options.cameras
+        robot, given = self._robot, self.options.cameras
         if unknown := given.keys() - {facts.name for facts in robot.cameras}:
             names = ", ".join(facts.name for facts in robot.cameras)
             raise RobotError(f"there is no camera {sorted(unknown)[0]!r}; there are {names}")

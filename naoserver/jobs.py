@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Final, Protocol, Self
 
+from naoserver.options import ServerLimits
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
@@ -24,13 +25,11 @@ _CHECK_PERIOD: Final = 0.05
 _SHORTEST_REST: Final = 0.001
 """Minimum wall seconds that a thread rests, whatever its clock does."""
 _RETRY_DELAY: Final = 1.0
-"""Wall seconds until a job is tried again after a failure."""
+"""Seconds until work that failed is tried again, where its own clock counts them."""
 _WATCH_PERIOD: Final = 1.0
 """Seconds between two checks of the watchdog while everything rests."""
 _AFTER_ERROR: Final = 0.1
 """Seconds until the watchdog repeats a failed check."""
-_PROGRESS_LIMIT: Final = 20.0
-"""Wall seconds after which a thread that has not got on hangs: a camera may take 10 s to start."""
 _END_LIMIT: Final = 3.0
 """Wall seconds within which a thread ends: more than a camera takes for an image."""
 
@@ -224,11 +223,12 @@ class JobThreads:
     A job that fails is logged and tried again after a second; the others of its thread continue.
     """
 
-    def __init__(self, jobs: Iterable[Job]) -> None:
+    def __init__(self, jobs: Iterable[Job], limits: ServerLimits | None = None) -> None:
+        self._limits = limits or ServerLimits()
         groups: dict[str, list[Job]] = {}
         for job in jobs:
             groups.setdefault(job.thread, []).append(job)
-        self._threads = [_JobThread(name, group) for name, group in groups.items()]
+        self._threads = [_JobThread(name, group, self._limits.retry) for name, group in groups.items()]
 
     def start(self) -> None:
         """Start the threads: all, or none where the system does not allow all (RuntimeError)."""
@@ -246,7 +246,7 @@ class JobThreads:
 
     def hanging(self) -> list[str]:
         """Return the names of the threads that have been in the same job, or wait, for very long."""
-        oldest = time.monotonic() - _PROGRESS_LIMIT
+        oldest = time.monotonic() - self._limits.progress
         return [thread.name for thread in self._threads if thread.seen < oldest]
 
     def stop(self) -> None:
@@ -275,8 +275,9 @@ class JobThreads:
 class _JobThread(threading.Thread):
     """A thread that does the jobs of one clock."""
 
-    def __init__(self, name: str, jobs: list[Job]) -> None:
+    def __init__(self, name: str, jobs: list[Job], retry: float) -> None:
         super().__init__(name=name, daemon=True)
+        self._retry_delay = retry
         self.changed: Final = threading.Event()
         self.stopping = False
         self.seen = math.inf  # the moment of the monotonic clock at which it began its last round
@@ -301,8 +302,8 @@ class _JobThread(threading.Thread):
         try:
             job.run()
         except Exception:
-            _logger.exception("%s is tried again in %g s after an error", job.name, _RETRY_DELAY)
-            self._retry[job] = time.monotonic() + _RETRY_DELAY
+            _logger.exception("%s is tried again in %g s after an error", job.name, self._retry_delay)
+            self._retry[job] = time.monotonic() + self._retry_delay
 
     def _wait(self) -> None:
         """Wait until something is due, or has changed."""

@@ -42,6 +42,18 @@ class CameraOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class ServerLimits:
+    """How long a robot server waits, in s of the wall."""
+
+    retry: float = 1.0
+    """Until a job is tried again after a failure."""
+    progress: float = 20.0
+    """Until a thread of jobs that has not got on counts as hanging: a camera may take 10 s to start."""
+    answer: float = 5.0
+    """For an answer to the call that shows whether the server works."""
+
+
+@dataclass(frozen=True, slots=True)
 class ServerOptions:
     """Options of a robot server."""
 
@@ -50,3 +62,4 @@ class ServerOptions:
     """Limits of commands to the mechanisms besides the robot (the balls)."""
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
     """Settings of individual cameras by identity; the others have the defaults."""
+    limits: ServerLimits = field(default_factory=ServerLimits)

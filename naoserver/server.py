@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
@@ -20,7 +20,6 @@ _CAP = (
     "Cap every joint's speed at a fraction of its full speed."
     " Without it: full speed, less by the rules of its body, as for a Nao's arms while its legs are straight."
 )
-_ANSWER_LIMIT: Final = 5.0  # s
 JointSpeed = Annotated[float | None, typer.Option(min=0.05, max=1.0, metavar="FRACTION", help=_CAP)]
 """The option of the robot servers for `naoserver.options.capped`."""
 
@@ -40,8 +39,9 @@ def serve(
     stopped at first if it was when the former server ended, or if that one ended without warning.
     Raises RobotError for options that the robot does not support.
     """
-    assembly = Assembly(robot, options or ServerOptions(), WallClock(), latch)
-    threads = JobThreads(assembly.jobs)
+    options = options or ServerOptions()
+    assembly = Assembly(robot, options, WallClock(), latch)
+    threads = JobThreads(assembly.jobs, options.limits)
     assembly.on_wake, assembly.hanging = threads.wake, threads.hanging
     served: list[str] = []
     with ExitStack() as steps:  # all run, the last first, whatever they raise
@@ -60,21 +60,22 @@ def serve(
 
 
 def problem_of(communicator: Communicator, assembly: Assembly) -> str:
-    """Return what keeps a served robot from working, or nothing; takes at most 5 s.
+    """Return what keeps a served robot from working, or nothing; takes at most the limit of an answer, 5 s.
 
     Its jobs must get on, and a call must be answered, which goes through Zenoh, the pool and the servant that
     stops the robot.
     """
     if hanging := assembly.hanging():
         return f"{', '.join(hanging)} hangs"
+    limit = assembly.options.limits.answer
     safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
     try:
         # Not called at once: a call within the process would not pass through Zenoh.
-        safety.getSafetyState.begin().result(_ANSWER_LIMIT)
+        safety.getSafetyState.begin().result(limit)
     except BusyException:
         return ""  # an answer, too
     except TimeoutError:  # as no thread is left for the answer, either
-        return f"a call to the servant Safety was not answered within {_ANSWER_LIMIT:g} s"
+        return f"a call to the servant Safety was not answered within {limit:g} s"
     except SystemException as error:
         return f"a call to the servant Safety failed: {error}"
     return ""

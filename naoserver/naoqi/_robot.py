@@ -134,8 +134,8 @@ class NaoqiRobot:
 
     `connect` makes a link to it within some seconds. While the robot is lost, readings keep their last values
     and commands do nothing; `report_to` lets a server notify its clients. A robot that is `stopped` since a
-    former server does not move at the start. `clock` is that of its time: a virtual NAOqi may have another one
-    than the wall's.
+    former server does not move at the start. `clock` is that of its time: a virtual NAOqi may have another
+    one than the wall's.
     """
 
     def __init__(
@@ -146,7 +146,7 @@ class NaoqiRobot:
         *,
         stopped: bool = False,
         clock: Clock | None = None,
-        limits: NaoqiLimits = NaoqiLimits(),
+        limits: NaoqiLimits | None = None,
     ) -> None:
         self.name: Final = body.title or body.name
         self.body: Final = body
@@ -158,7 +158,7 @@ class NaoqiRobot:
         self.clock: Final[Clock] = clock or WallClock()
         now = self.clock.now
         reporter = self._reporter = Reporter()
-        connection = self._connection = Connection(connect, self.clock, reporter, limits)
+        connection = self._connection = Connection(connect, self.clock, reporter, limits or NaoqiLimits())
         self._state = NaoqiState(self.clock, body)
         self.read: Final = self._state.joints
         self.state: Final = self._state.body

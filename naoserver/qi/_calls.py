@@ -35,15 +35,13 @@ from naoserver.qi._clients import (
     Call,
     CallTable,
     Client,
+    QiLimits,
     running,
 )
 from naoserver.qi._modules import Module, Operation
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
-
-_END_LIMIT: Final = 5.0
-"""Wall seconds in which calls that are stopped at the end have ended."""
 
 
 class Faults:
@@ -140,8 +138,11 @@ class Calls:
     run in the threads of their client.
     """
 
-    def __init__(self, clock: Clock, calls: CallTable, faults: Faults) -> None:
+    def __init__(
+        self, clock: Clock, calls: CallTable, faults: Faults, limits: QiLimits | None = None
+    ) -> None:
         self._clock = clock
+        self._end_limit = (limits or QiLimits()).end
         self._calls = calls
         self._faults = faults
         self._clients: WeakSet[Client] = WeakSet()
@@ -180,8 +181,8 @@ class Calls:
             pass
         for client in clients:
             client.close()
-        if not self._calls.wait_for_end(_END_LIMIT):
-            _logger.error("calls of programs did not end within %g s", _END_LIMIT)
+        if not self._calls.wait_for_end(self._end_limit):
+            _logger.error("calls of programs did not end within %g s", self._end_limit)
 
     def _invoke(self, name: str, operation: MethodType) -> Callable[..., Any]:
         form = _form(operation.__func__)

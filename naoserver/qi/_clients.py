@@ -14,11 +14,25 @@ from collections.abc import Callable, Iterator, MutableMapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, Final, TypeVar
 
 from naoserver.errors import InvalidCommand
 from zenoh_ice import Clock
+
+
+@dataclass(frozen=True, slots=True)
+class QiLimits:
+    """How many connections there may be, and how long is waited for programs, in s of the wall."""
+
+    connections: int = 500
+    """Most connections, also silent ones."""
+    talk: float = 10.0
+    """For a program to begin to talk, and to take what is sent to it."""
+    end: float = 5.0
+    """For all calls to end, and for every client to be dealt with as lost, at the end."""
+
 
 MOST_RUNNING: Final = 16
 """Maximum long calls of a client that run at the same time; further ones wait."""

@@ -24,24 +24,18 @@ from typing import Any, Final, NamedTuple
 from urllib.parse import urlsplit
 
 from naoserver.errors import RobotError
-from naoserver.qi._clients import Client
+from naoserver.qi._clients import Client, QiLimits
 
 _logger = logging.getLogger(__name__)
 
 LARGEST_MESSAGE: Final = 1 << 18
 """Maximum bytes of a message from a program: libqi decodes it in one go, 20,000 numbers in some 0.1 s."""
-MOST_CONNECTIONS: Final = 500
-"""Maximum connections, also silent ones."""
 MOST_PROGRAMS: Final = 64
 """Maximum connections that use services."""
 MOST_SHORT: Final = 4
 """Maximum short calls and posts of a program in libqi; what follows them waits in the connection."""
-_END_LIMIT: Final = 5.0
-"""Wall seconds in which every client is dealt with as lost at the end."""
 _ANSWERING: Final = 0.05
 """Wall seconds in which the client that requests an interruption gets its answer."""
-_TALK_LIMIT: Final = 10.0
-"""Wall seconds in which a program begins to talk, and in which it takes what is sent to it."""
 _KEEP_ALIVE: Final = {"TCP_KEEPIDLE": 2, "TCP_KEEPINTVL": 1, "TCP_KEEPCNT": 3}
 """Options that notice a computer that is gone: s until the first question, between two, and how many."""
 
@@ -94,7 +88,9 @@ class Offer(NamedTuple):
 class Connections:
     """Accept programs until it is closed; `lose` is called with each client that is gone."""
 
-    def __init__(self, url: str, offer: Offer, lose: Callable[[Client], None]) -> None:
+    def __init__(
+        self, url: str, offer: Offer, lose: Callable[[Client], None], limits: QiLimits | None = None
+    ) -> None:
         """Listen at a URL such as tcp://127.0.0.1:9559. Raises RobotError when it cannot."""
         parts = urlsplit(url)
         try:
@@ -109,6 +105,7 @@ class Connections:
         """The address, with the port that the system picked."""
         self._offer = offer
         self._lose = lose
+        self._limits = limits or QiLimits()
         self._open: dict[asyncio.Task[None], _Program] = {}
         self._loop = asyncio.new_event_loop()
         self._changed = asyncio.Event()
@@ -137,9 +134,9 @@ class Connections:
 
         with suppress(RuntimeError):  # the loop has ended, since it could not listen again
             self._loop.call_soon_threadsafe(begin)
-        self._thread.join(_END_LIMIT)
+        self._thread.join(self._limits.end)
         if self._thread.is_alive():
-            _logger.error("%s did not end within %g s", self._thread.name, _END_LIMIT)
+            _logger.error("%s did not end within %g s", self._thread.name, self._limits.end)
 
     def _bind(self, port: int) -> socket.socket:
         family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
@@ -177,8 +174,8 @@ class Connections:
 
     def _begin(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve a new connection in a separate task."""
-        program = _Program(self._offer, self._admit, reader, writer)
-        if len(self._open) >= MOST_CONNECTIONS:
+        program = _Program(self._offer, self._admit, reader, writer, self._limits.talk)
+        if len(self._open) >= self._limits.connections:
             writer.transport.abort()
         else:
             self._open[self._loop.create_task(self._serve(program))] = program
@@ -223,6 +220,7 @@ class _Program:
         admit: Callable[[], Client],
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
+        talk_limit: float,
     ) -> None:
         self.client: Client | None = None
         """The program as a client; None until it first addresses a service."""
@@ -230,6 +228,7 @@ class _Program:
         self._admit = admit
         self._reader = reader
         self._writer = writer
+        self._talk_limit = talk_limit
         self._key = ""
         self._lent: dict[int, tuple[int, int]] = {}  # addresses of lent objects by service
         self._origins: dict[tuple[int, int], int] = {}  # and the reverse
@@ -254,7 +253,7 @@ class _Program:
         )
         writer: asyncio.StreamWriter | None = None
         try:
-            async with asyncio.timeout(_TALK_LIMIT):
+            async with asyncio.timeout(self._talk_limit):
                 first = await _header(self._reader)
                 inner = urlsplit(self._offer.url)
                 reader, writer = await asyncio.open_connection(inner.hostname, inner.port)
@@ -287,11 +286,11 @@ class _Program:
             except _Refused as error:
                 if calls and self._unanswered.pop(header.id, header.type == _CALL):
                     name = self._offer.services.get(header.service, "NAOqi")
-                    await _send(self._writer, *_error(header, f"{name}: {error}"))
+                    await self._send(self._writer, *_error(header, f"{name}: {error}"))
             else:
                 if header.type == _POST:
                     header, payload = await self._as_call(header, payload, libqi)
-                await _send(libqi, header, payload)
+                await self._send(libqi, header, payload)
             header = await _header(self._reader)
 
     async def _payload(self, size: int) -> bytes:
@@ -310,7 +309,7 @@ class _Program:
         call = post._replace(type=_CALL)
         if (post.service, post.object) in self._origins:  # an object of a service has only operations
             return call, payload
-        await _send(libqi, post, payload)  # perhaps to a signal, which cannot be called
+        await self._send(libqi, post, payload)  # perhaps to a signal, which cannot be called
         return call._replace(action=_QUESTION, flags=0, size=0), b""
 
     async def _pass_answers(self, libqi: asyncio.StreamReader) -> None:
@@ -332,7 +331,7 @@ class _Program:
             origin = self._origins.get((header.service, header.object))
             if origin is not None:
                 header = header._replace(service=origin, object=_MAIN)
-            await _send(self._writer, header._replace(size=len(payload)), payload)
+            await self._send(self._writer, header._replace(size=len(payload)), payload)
 
     async def _have_room(self) -> None:
         """Wait while libqi is busy with the program: others' calls, such as a stop, queue behind few."""
@@ -352,8 +351,8 @@ class _Program:
         payload = _NUMBER.pack(len(argument)) + argument
         call = _Header(_MAGIC, next(self._own_calls), len(payload), 0, _CALL, 0, door, _MAIN, _FIRST_METHOD)
         borrowing = self._borrowing = asyncio.get_running_loop().create_future()
-        await _send(libqi, call, payload)
-        async with asyncio.timeout(_TALK_LIMIT):
+        await self._send(libqi, call, payload)
+        async with asyncio.timeout(self._talk_limit):
             kind, answer = await borrowing
         for end in (_ADDRESS.size, _ADDRESS.size + _UID):  # the address ends the answer, or an identity does
             if kind == _REPLY and len(answer) >= end:
@@ -364,6 +363,12 @@ class _Program:
                     return address
         raise _Refused("the robot is shutting down")
 
+    async def _send(self, writer: asyncio.StreamWriter, header: _Header, payload: bytes) -> None:
+        """Send a message. Raises TimeoutError when the other side does not take it."""
+        writer.writelines((_HEADER.pack(*header), payload))
+        async with asyncio.timeout(self._talk_limit):
+            await writer.drain()
+
 
 async def _header(reader: asyncio.StreamReader) -> _Header:
     """Return the next header. Raises ValueError when it is none."""
@@ -371,13 +376,6 @@ async def _header(reader: asyncio.StreamReader) -> _Header:
     if header.magic != _MAGIC:
         raise ValueError("this is not libqi")
     return header
-
-
-async def _send(writer: asyncio.StreamWriter, header: _Header, payload: bytes) -> None:
-    """Send a message. Raises TimeoutError when the other side does not take it."""
-    writer.writelines((_HEADER.pack(*header), payload))
-    async with asyncio.timeout(_TALK_LIMIT):
-        await writer.drain()
 
 
 def _error(call: _Header, what: str) -> tuple[_Header, bytes]:

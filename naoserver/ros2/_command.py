@@ -37,8 +37,6 @@ _REMINDER: Final = 60.0
 """Seconds between two reports that it is waited for."""
 _END_LIMIT: Final = 2.0
 """Seconds within which the look at the router ends."""
-_REACHED: Final = 5.0
-"""Seconds after which others should reach the node."""
 
 _logger = logging.getLogger(__name__)
 
@@ -112,13 +110,15 @@ def serve(
     name: str,
     *,
     settings: Settings = DEFAULT_SETTINGS,
+    reach_limit: float = 5.0,
     **options: Any,  # noqa: ANN401
 ) -> Iterator[Telemetry]:
     """Show the robot of a communicator's realm as a ROS node within a `with` block.
 
-    `settings.connect` has the endpoint of the router of ROS, or of another node; `options` are those of
-    `ros2.Node`. Yields the telemetry, whose `look` is due several times a second. Raises AbsentError when
-    nothing answers there, GatewayError for a robot whose description has a fault.
+    `settings.connect` has the endpoint of the router of ROS, or of another node, by which others should reach
+    it within `reach_limit` s; `options` are those of `ros2.Node`. Yields the telemetry, whose `look` is due
+    several times a second. Raises AbsentError when nothing answers there, GatewayError for a robot whose
+    description has a fault.
     """
     described = DescribedRobot(communicator)
     reading = described.require(ClockPrx, "Clock").getTime()
@@ -143,17 +143,17 @@ def serve(
         commands = Commands(node, described, stamps, speeds)
         if own.connect:
             where = ", ".join(own.connect)
-            steps.enter_context(_reported_if_shut_out(commands.emergency_stop, where))
+            steps.enter_context(_reported_if_shut_out(commands.emergency_stop, where, reach_limit))
         yield telemetry
 
 
 @contextmanager
-def _reported_if_shut_out(service: Service, where: str) -> Iterator[None]:
+def _reported_if_shut_out(service: Service, where: str, limit: float) -> Iterator[None]:
     """Log a warning, within a `with` block, if others do not reach a service through the router."""
     end = threading.Event()
 
     def look() -> None:
-        deadline = time.monotonic() + _REACHED
+        deadline = time.monotonic() + limit
         with service.seen_from_outside() as is_seen:
             while not is_seen():
                 if end.wait(_CHECK_PERIOD):

@@ -11,11 +11,12 @@ from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.fake import FakeRobot
 from naoserver.fake.__main__ import app
 from naoserver.options import SafetyOptions, ServerOptions
-from tests.support.carriers import is_used, over_both
+from tests.support.carriers import LOCAL, NETWORK, is_used, over_both
 from tests.support.commands import run_here
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually, served_to_client, wait_for
+from tests.support.soak import cases
 from zenoh_ice import MarshalException, UnknownException
 
 DRIVER = """
@@ -88,7 +89,7 @@ def test_the_death_of_the_client_is_enough_the_timeout_need_not_pass(patient, ca
     assert any("HeadYaw" in event.message and "gone" in event.message for event in report.events)
 
 
-@over_both
+@pytest.mark.parametrize("carrier", cases([LOCAL], [NETWORK]))
 def test_a_behavior_that_hangs_while_the_head_turns_leaves_it_standing(nao, carrier):
     head = nao.proxy(PoseHeadPrx, "Head")
     with driver(nao) as behavior:
@@ -105,7 +106,7 @@ def test_a_behavior_that_hangs_while_the_head_turns_leaves_it_standing(nao, carr
             behavior.process.send_signal(signal.SIGCONT)
 
 
-@over_both
+@pytest.mark.parametrize("carrier", cases([NETWORK], [LOCAL]))
 def test_one_behaviors_death_does_not_stop_what_another_drives(patient):
     head = patient.proxy(PoseHeadPrx, "Head")
     with driver(patient) as first:

@@ -16,10 +16,11 @@ from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
 from naoserver.fake import FakeRobot
 from tests.integration.test_hfsm_component import start, turning
-from tests.support.carriers import is_used, over_both
+from tests.support.carriers import LOCAL, NETWORK, is_used
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import RobotClient, eventually, served_to_client, wait_for
+from tests.support.robot_server import RobotClient, clock_at, eventually, served_to_client, wait_for
+from tests.support.soak import cases, repeated
 from zenoh_ice import Communicator, ConnectionLostException, ObjectNotExistException, initialize
 
 UNCLEAN = "its server ended without warning"
@@ -58,16 +59,13 @@ def client(by_environment: None, endpoint: str) -> Iterator[Communicator]:
         yield communicator
 
 
-SERVERS = [
-    "naoserver.fake",
-    pytest.param(
-        "naoserver_sim",
-        marks=[pytest.mark.sim, pytest.mark.skipif(not find_spec("mujoco"), reason="no mujoco")],
-    ),
-]
+SIMULATION = pytest.param(
+    "naoserver_sim",
+    marks=[pytest.mark.sim, pytest.mark.skipif(not find_spec("mujoco"), reason="no mujoco")],
+)
 
 
-@pytest.mark.parametrize("command", SERVERS)
+@pytest.mark.parametrize("command", cases([SIMULATION], ["naoserver.fake"]))
 def test_a_robot_that_was_stopped_is_stopped_after_the_death_of_its_server(
     command: str, endpoint: str, client: Communicator
 ) -> None:
@@ -101,7 +99,7 @@ def test_a_real_robot_that_was_stopped_neither_moves_nor_stands_up_when_its_serv
             assert "a hand in the way" in known(client).getSafetyState().reason
 
 
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("end", cases([signal.SIGTERM], [signal.SIGINT]))
 def test_a_stop_outlasts_a_server_that_is_ended_and_only_a_stop_does(
     end: signal.Signals, endpoint: str, client: Communicator
 ) -> None:
@@ -131,7 +129,7 @@ def test_a_behavior_goes_on_only_after_a_reset_however_often_its_server_is_kille
             component.wait_for("pauses until commands are accepted again")
             kill(process)
         monitor = HfsmMonitorPrx.checkedCast(client.stringToProxy("Hfsm.turner"))
-        for _ in range(2):
+        for _ in range(repeated(test=1, soak=2)):
             with server("naoserver.fake", endpoint) as process:
                 safety = known(client)
                 sample = head.getPose.wait(timeout=EVENT_LIMIT)
@@ -147,7 +145,7 @@ def test_a_behavior_goes_on_only_after_a_reset_however_often_its_server_is_kille
             wait_for(head.getPose, lambda pose: pose.panSpeed > 0.05)
 
 
-@over_both
+@pytest.mark.parametrize("carrier", cases([LOCAL], [NETWORK]))
 def test_a_behavior_whose_server_was_killed_waits_for_somebody_to_look_at_the_robot(
     tmp_path: Path, carrier: str, endpoint: str, client: Communicator
 ) -> None:
@@ -186,8 +184,10 @@ def nao(by_environment: None) -> Iterator[RobotClient]:
         yield nao
 
 
-@over_both
-@pytest.mark.parametrize("burst", [1, 50])
+@pytest.mark.parametrize(
+    ("carrier", "burst"),
+    cases([(LOCAL, 50), (NETWORK, 1)], [pytest.param(LOCAL, 1), pytest.param(NETWORK, 50)]),
+)
 def test_the_joints_of_a_killed_commander_stop_on_their_way(
     nao: RobotClient, carrier: str, burst: int
 ) -> None:
@@ -212,16 +212,15 @@ def test_the_joints_of_a_killed_commander_stop_on_their_way(
         assert later.commands == there.commands
 
 
-def test_a_robot_whose_client_is_lost_on_the_way_to_a_posture_goes_on_into_the_safest(
-    nao: RobotClient,
-) -> None:
-    postures = nao.proxy(PosturesPrx, "Postures")
-    with nao.client() as other:
-        other.proxy(PosturesPrx, "Postures").goToPosture("StandZero", 1.0)
-        wait_for(postures.getPostureState, lambda state: state.progress > 0.2)
-    ended = wait_for(postures.getPostureState, lambda state: state.status is not ActionStatus.Moving)
-    assert (ended.status, ended.message) == (ActionStatus.Stopped, "the client that commanded it is gone")
-    assert postures.getPosture() == "Crouch"
+def test_a_robot_whose_client_is_lost_on_the_way_to_a_posture_goes_on_into_the_safest() -> None:
+    with served_to_client(FakeRobot(clock_at(3.0))) as nao:
+        postures = nao.proxy(PosturesPrx, "Postures")
+        with nao.client() as other:
+            other.proxy(PosturesPrx, "Postures").goToPosture("StandZero", 0.3)
+            wait_for(postures.getPostureState, lambda state: state.progress > 0.1)
+        ended = wait_for(postures.getPostureState, lambda state: state.status is not ActionStatus.Moving)
+        assert (ended.status, ended.message) == (ActionStatus.Stopped, "the client that commanded it is gone")
+        assert postures.getPosture() == "Crouch"
 
 
 def test_a_client_asks_whether_something_still_moves_because_it_commanded_it(nao: RobotClient) -> None:

@@ -17,7 +17,7 @@ from naoserver.fake import FakeRobot
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.limits import EVENT_LIMIT
-from tests.support.robot_server import eventually, served_to_client
+from tests.support.robot_server import HASTE, eventually, served_to_client
 from zenoh_ice import ObjectNotExistException
 
 pytestmark = pytest.mark.sim
@@ -115,7 +115,7 @@ def test_what_cannot_be_is_refused_with_the_value_named(scene):
 
 
 def test_a_robot_without_a_stage_serves_neither():
-    with served_to_client(FakeRobot()) as nao:
+    with served_to_client(FakeRobot(), timeout=HASTE) as nao:
         for proxy, identity in ((ScenePrx, "Scene"), (GroundTruthPrx, "GroundTruth")):
             with pytest.raises(ObjectNotExistException):
                 nao.proxy(proxy, identity)

@@ -11,8 +11,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.qi import _connections as connections_module
-from naoserver.qi._clients import Call, CallTable, Client
+from naoserver.qi._clients import Call, CallTable, Client, QiLimits
 from naoserver.qi._connections import LARGEST_MESSAGE, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.naoqi import connected
@@ -23,7 +22,8 @@ from zenoh_ice import WallClock
 
 DOOR, MOTION, FOREIGN = 90, 2, 40
 SIGNAL = 8  # the object of a subscriber
-IMPATIENT = 0.2
+IMPATIENT = 1.0
+"""Limit in s of a program that is to talk first: a busy machine must get to that."""
 POSTED = 100
 TOO_MANY = MOST_SHORT + 3
 
@@ -31,7 +31,7 @@ TOO_MANY = MOST_SHORT + 3
 class PlayedLibqi:
     """A libqi that answers when the test makes it answer, behind `Connections`."""
 
-    def __init__(self, steps: ExitStack) -> None:
+    def __init__(self, steps: ExitStack, limits: QiLimits) -> None:
         self.clients: list[Client] = []
         self.lost: list[Client] = []
         self.lose = self.lost.append
@@ -40,7 +40,7 @@ class PlayedLibqi:
         self._listening.settimeout(EVENT_LIMIT)
         url = f"tcp://127.0.0.1:{self._listening.getsockname()[1]}"
         offer = Offer(url, {MOTION: "ALMotion"}, DOOR, self._admit)
-        self.connections = Connections("tcp://127.0.0.1:0", offer, lambda client: self.lose(client))
+        self.connections = Connections("tcp://127.0.0.1:0", offer, lambda client: self.lose(client), limits)
         steps.callback(self.connections.close)
 
     def program(self, first):
@@ -65,9 +65,20 @@ class PlayedLibqi:
 
 
 @pytest.fixture
-def played():
+def limits():
+    """How long is waited for programs, and how many there may be."""
+    return QiLimits()
+
+
+@pytest.fixture
+def played(limits):
     with ExitStack() as steps:
-        yield PlayedLibqi(steps)
+        yield PlayedLibqi(steps, limits)
+
+
+def limited(**limits):
+    """Run a test with some limits."""
+    return pytest.mark.parametrize("limits", [QiLimits(**limits)], ids=["limited"])
 
 
 def answer(libqi):
@@ -174,31 +185,31 @@ def is_admitted(program):
     return program.silent
 
 
-def test_further_connections_are_closed_at_once(played, monkeypatch):
-    monkeypatch.setattr(connections_module, "MOST_CONNECTIONS", 2)
+@limited(connections=2)
+def test_further_connections_are_closed_at_once(played):
     with ExitStack() as steps:
         first, *_ = (steps.enter_context(Line.to(played.connections.url)) for _ in range(2))
         assert steps.enter_context(Line.to(played.connections.url)).ended
         assert first.silent
 
 
-def test_a_program_that_says_nothing_is_disconnected(played, monkeypatch):
-    monkeypatch.setattr(connections_module, "_TALK_LIMIT", IMPATIENT)
+@limited(talk=0.2)
+def test_a_program_that_says_nothing_is_disconnected(played):
     with Line.to(played.connections.url) as program:
         assert program.ended
 
 
-def test_a_program_that_takes_no_answers_is_lost(played, monkeypatch):
+@limited(talk=IMPATIENT)
+def test_a_program_that_takes_no_answers_is_lost(played):
     _, libqi = played.user()
-    monkeypatch.setattr(connections_module, "_TALK_LIMIT", IMPATIENT)
     with pytest.raises(OSError, match=r"reset|pipe"):
         flood(libqi)
     until(lambda: played.lost == played.clients)
 
 
-def test_a_program_is_lost_when_libqi_takes_nothing_more(played, monkeypatch):
+@limited(talk=IMPATIENT)
+def test_a_program_is_lost_when_libqi_takes_nothing_more(played):
     program, _ = played.user()
-    monkeypatch.setattr(connections_module, "_TALK_LIMIT", IMPATIENT)
     with pytest.raises(OSError, match=r"reset|pipe"):
         flood(program)
     until(lambda: played.lost == played.clients)
@@ -242,8 +253,8 @@ def test_a_program_is_lost_even_if_no_thread_can_start(played, monkeypatch):
     played.user()
 
 
-def test_closing_does_not_wait_for_ever_for_a_client_that_cannot_be_lost(played, monkeypatch, caplog):
-    monkeypatch.setattr(connections_module, "_END_LIMIT", IMPATIENT)
+@limited(end=0.2)
+def test_closing_does_not_wait_for_ever_for_a_client_that_cannot_be_lost(played, caplog):
     free = threading.Event()
     played.lose = lambda _client: free.wait(CALL_LIMIT)
     played.user()

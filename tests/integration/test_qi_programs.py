@@ -43,7 +43,7 @@ def upright(function: Callable[[Any], None]) -> Callable[[Any], None]:
 def session():
     with (
         ComponentProcess(
-            module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults", "--speed", "5")
+            module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults", "--speed", "20")
         ) as server,
         connected(server.wait_for(r"^ready: (\S+)")[1]) as session,
     ):

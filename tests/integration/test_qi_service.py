@@ -33,7 +33,7 @@ def server(*options):
 
 @pytest.fixture(scope="module")
 def url():
-    with server("--faults") as process:
+    with server("--faults", "--speed", "3") as process:
         yield process.wait_for(r"^ready: (\S+)")[1]
 
 
@@ -88,7 +88,7 @@ def test_long_calls_keep_nobody_waiting(motion):
 def test_a_walk_goes_on_without_being_renewed(motion):
     x = motion.getRobotPosition(True)[0]
     motion.move(0.15, 0.0, 0.0)
-    eventually_near(lambda: motion.getRobotPosition(True)[0], x + 0.2, 0.05)  # longer than the guard's 0.5 s
+    eventually_near(lambda: motion.getRobotPosition(True)[0], x + 0.45, 0.05)  # longer than the guard's 0.5 s
     motion.stopMove()
 
 

@@ -41,7 +41,7 @@ from tests.support.bodies import CART
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from tests.support.robot_server import RobotClient, eventually, served, served_to_client, wait_for
+from tests.support.robot_server import HASTE, RobotClient, eventually, served, served_to_client, wait_for
 from tests.support.security import routing
 from zenoh_ice import Settings, initialize
 from zenoh_ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
@@ -121,7 +121,7 @@ def gateway(
     """Serve a robot, and show it to ROS from this process, by a router or by its own server."""
     with (
         served_to_client(robot or FakeRobot(), options) as nao,
-        nao.client() as other,
+        nao.client(timeout=HASTE) as other,
         serve(other.communicator, "nao", settings=settings(router or nao.endpoint), **node) as telemetry,
         Node("tester", settings=settings(router or nao.endpoint)) as ros,
     ):
@@ -289,6 +289,7 @@ def test_a_stamped_velocity_drives_the_walk_in_the_robots_frame_only(shared: Rob
     assert motors.getV() == 0.0
     velocity.publish(header={"frame_id": "base_link"}, twist={"linear": {"x": 0.1}, "angular": {"z": 0.2}})
     eventually(lambda: (motors.getV(), motors.getW()) == pytest.approx((0.1, 0.2)))
+    velocity.publish(header={"frame_id": "base_link"})
     eventually(lambda: (motors.getV(), motors.getW()) == (0.0, 0.0))
 
 
@@ -318,7 +319,7 @@ def test_a_velocity_that_is_no_number_moves_nothing(shared: Robot) -> None:
 def test_it_walks_to_a_place_in_either_frame(shared: Robot) -> None:
     walk, encoders = shared.nao.proxy(WalkPrx, "Walk"), shared.nao.proxy(EncodersPrx, "Encoders")
     goal = shared.publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
-    ahead = {"x": 0.4, "y": 0.1}
+    ahead = {"x": 0.2, "y": 0.05}
     turn = {"w": math.cos(0.25), "z": math.sin(0.25)}
 
     def walks(frame: str) -> tuple[float, float, float]:
@@ -331,10 +332,10 @@ def test_it_walks_to_a_place_in_either_frame(shared: Robot) -> None:
         there = encoders.getEncodersData()
         return there.robotx, there.roboty, there.robottheta
 
-    assert walks("odom") == pytest.approx((0.4, 0.1, 0.5), abs=0.05)
+    assert walks("odom") == pytest.approx((0.2, 0.05, 0.5), abs=0.05)
     before = encoders.getEncodersData()
     cosine, sine = before.robotcos, before.robotsin
-    x, y = before.robotx + cosine * 0.4 - sine * 0.1, before.roboty + sine * 0.4 + cosine * 0.1
+    x, y = before.robotx + cosine * 0.2 - sine * 0.05, before.roboty + sine * 0.2 + cosine * 0.05
     assert walks("base_footprint") == pytest.approx((x, y, before.robottheta + 0.5), abs=0.05)
 
 
@@ -785,6 +786,7 @@ def test_the_speed_of_the_walk_is_a_parameter(shared: Robot) -> None:
     velocity.publish(linear={"x": 0.1}, angular={"z": 0.4})
     eventually(lambda: (motors.getV(), motors.getW()) == pytest.approx((0.05, 0.2)))
     assert set_parameter(shared, name, 3, double_value=1.0).successful
+    velocity.publish()
     eventually(lambda: (motors.getV(), motors.getW()) == (0.0, 0.0))
 
 
@@ -829,9 +831,13 @@ def test_a_motion_of_somebody_else_is_not_taken_for_the_goals_own(
 # The command
 
 
-def command(nao: RobotClient, *options: str) -> ComponentProcess:
+def command(nao: RobotClient, *options: str, timeout: float = HASTE) -> ComponentProcess:
     return ComponentProcess(
-        module("naoserver.ros2", "--connect", nao.endpoint, "--realm", nao.realm, *options)
+        module(
+            "naoserver.ros2",
+            *("--connect", nao.endpoint, "--realm", nao.realm, "--timeout", str(timeout)),
+            *options,
+        )
     )
 
 
@@ -858,7 +864,7 @@ def test_the_command_ends_cleanly_at_ctrl_c(shared: Robot) -> None:
 
 def test_the_command_waits_for_ros(shared: Robot) -> None:
     router = free_endpoint()
-    with command(shared.nao, "--name", "patient", "--ros", router, "--timeout", "2") as process:
+    with command(shared.nao, "--name", "patient", "--ros", router, timeout=2.0) as process:
         process.wait_for(f"waiting for ROS: start `nao router` or rmw_zenohd.*nothing answers at {router}")
         with routing(Settings(mode="router", connect=(), listen=(router,))):
             process.wait_for(r"^ready: /patient, ", START_LIMIT)
@@ -867,7 +873,7 @@ def test_the_command_waits_for_ros(shared: Robot) -> None:
 
 
 def test_the_command_ends_while_it_waits_for_ros(shared: Robot) -> None:
-    with command(shared.nao, "--ros", free_endpoint(), "--timeout", "2") as process:
+    with command(shared.nao, "--ros", free_endpoint(), timeout=2.0) as process:
         process.wait_for("waiting for ROS: ")
         process.process.send_signal(signal.SIGINT)
         assert process.wait(END_LIMIT) == 130
@@ -886,7 +892,9 @@ def test_it_goes_on_when_the_robot_server_was_restarted() -> None:
     with ExitStack() as first:
         first.enter_context(served(FakeRobot(), realm="again", endpoint=endpoint))
         with (
-            initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], realm="again") as communicator,
+            initialize(
+                connect=[endpoint], listen=["tcp/127.0.0.1:0"], realm="again", timeout=HASTE
+            ) as communicator,
             serve(communicator, "nao", settings=settings(endpoint)) as telemetry,
             Node("tester", settings=settings(endpoint)) as ros,
         ):

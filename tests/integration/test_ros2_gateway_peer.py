@@ -9,7 +9,7 @@ from naoserver.fake import FakeRobot
 from naoserver.ros2._command import serve
 from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
-from tests.support.robot_server import eventually, served_to_client
+from tests.support.robot_server import HASTE, eventually, served_to_client
 from tests.support.ros_peers import running_peer
 from tests.support.security import routing
 from zenoh_ice import Settings
@@ -37,7 +37,7 @@ def test_another_implementation_hears_the_robot_and_commands_it() -> None:
     settings = Settings(connect=(endpoint,), listen=("tcp/127.0.0.1:0",))
     with (
         routing(Settings(mode="router", listen=(endpoint,))),
-        served_to_client(robot) as nao,
+        served_to_client(robot, timeout=HASTE) as nao,
         serve(nao.communicator, "nao", settings=settings, domain=0) as telemetry,
         running_peer(endpoint, **ASKED) as peer,
     ):

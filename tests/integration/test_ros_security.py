@@ -120,12 +120,12 @@ def test_a_student_serves_nothing_in_the_name_of_the_robot(lab: Lab) -> None:
         assert "/node_of_student" not in operator.graph.nodes()
 
 
-def test_a_gateway_that_reaches_nobody_says_what_to_do(
-    lab: Lab, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("naoserver.ros2._command._REACHED", 0.2)
+def test_a_gateway_that_reaches_nobody_says_what_to_do(lab: Lab, caplog: pytest.LogCaptureFixture) -> None:
     student = lab.keys.settings("student")
-    with caplog.at_level(logging.WARNING), serve(lab.nao, "shut_out", settings=student):
+    with (
+        caplog.at_level(logging.WARNING),
+        serve(lab.nao, "shut_out", settings=student, reach_limit=0.2),
+    ):
         eventually(lambda: "needs ros_serve" in caplog.text)
     assert "/shut_out/emergency_stop" in caplog.text
     assert lab.keys.endpoint in caplog.text

@@ -12,6 +12,7 @@ import pytest
 
 from interfaces.jderobot import CameraPrx
 from naoserver.fake import FakeRobot
+from naoserver.options import ServerLimits, ServerOptions
 from naoserver.robot import Frame
 from naoserver.server import problem_of
 from tests.support.limits import FOREVER, START_LIMIT
@@ -56,12 +57,11 @@ class StuckCamera(FakeRobot):
         return super().capture(camera, width, height)
 
 
-def test_a_server_one_of_whose_jobs_hangs_does_not_work(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_one_of_whose_jobs_hangs_does_not_work() -> None:
     robot = StuckCamera()
-    with served_to_client(robot) as nao:
+    with served_to_client(robot, ServerOptions(limits=ServerLimits(progress=1.0))) as nao:
         try:
-            assert problem_of(nao.served_by, nao.assembly) == ""
-            monkeypatch.setattr("naoserver.jobs._PROGRESS_LIMIT", 1.0)
+            eventually(lambda: problem_of(nao.served_by, nao.assembly) == "")
             CameraPrx.checkedCast(nao.communicator.stringToProxy("Camera")).getImageData.subscribe(print)
             eventually(lambda: problem_of(nao.served_by, nao.assembly).endswith("hangs"))
         finally:
@@ -74,9 +74,8 @@ def test_a_server_that_answers_no_calls_does_not_work(monkeypatch: pytest.Monkey
         raise RuntimeError("can't start new thread")
 
     leave = threading.Event()
-    with served_to_client(FakeRobot()) as nao:
-        assert problem_of(nao.served_by, nao.assembly) == ""
-        monkeypatch.setattr("naoserver.server._ANSWER_LIMIT", 0.1)
+    with served_to_client(FakeRobot(), ServerOptions(limits=ServerLimits(answer=0.1))) as nao:
+        eventually(lambda: problem_of(nao.served_by, nao.assembly) == "")
         monkeypatch.setattr(UserCodeThread, "start", fail)
         for _ in range(MOST_THREADS):
             nao.served_by.pool.submit(lambda: leave.wait(FOREVER))

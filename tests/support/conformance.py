@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
@@ -21,9 +20,9 @@ from naoserver.server import serve
 from tests.support.limits import FOREVER
 from tests.support.present import present
 from tests.support.processes import free_endpoint
-from tests.support.robot_server import RobotClient, served_to_client
+from tests.support.robot_server import RobotClient, clock_at, served_to_client
 from tests.support.soak import cases
-from zenoh_ice import RobotClock, initialize
+from zenoh_ice import initialize
 
 __all__ = [
     "BODIES",
@@ -49,11 +48,6 @@ OVER_NAOQI: Final = 3.0
 """The same of a robot with NAOqi, whose every message takes its time."""
 PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity must last."""
-
-
-def clock_at(speed: float) -> RobotClock:
-    """Return a clock that runs faster than the wall's."""
-    return RobotClock(0.0, speed, simulated=False, silence=math.inf)
 
 
 @contextmanager

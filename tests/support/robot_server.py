@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, Final, TypeVar
 from uuid import uuid4
 
 from naoserver.assembly import Assembly
@@ -15,8 +16,11 @@ from naoserver.robot import Robot
 from naoserver.server import serve
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.processes import free_endpoint
-from zenoh_ice import Communicator, ObjectPrx, initialize
+from zenoh_ice import Communicator, ObjectPrx, RobotClock, initialize
 from zenoh_ice.proxy import StreamedCall
+
+HASTE: Final = CALL_LIMIT / 8.0
+"""Limit in s of the calls of a client that asks for what is not served: it waits for a tenth of it."""
 
 P = TypeVar("P", bound=ObjectPrx)
 V = TypeVar("V")
@@ -35,14 +39,15 @@ class ServedRobot:
     endpoint: str
 
     @contextmanager
-    def client(self) -> Iterator[RobotClient]:
-        """Open a client's session."""
+    def client(self, **settings: Any) -> Iterator[RobotClient]:
+        """Open a client's session, with further settings."""
         with initialize(
             realm=self.realm,
             listen=["tcp/127.0.0.1:0"],
             connect=[self.endpoint],
             clock="wall",
             lease=CALL_LIMIT,
+            **settings,
         ) as communicator:
             eventually(lambda: bool(communicator.identities()))  # on a busy machine word of them takes longer
             yield RobotClient(
@@ -89,10 +94,17 @@ def served(
 
 
 @contextmanager
-def served_to_client(robot: Robot, options: ServerOptions | None = None) -> Iterator[RobotClient]:
-    """Serve a robot, and open a session that calls it."""
-    with served(robot, options) as server, server.client() as client:
+def served_to_client(
+    robot: Robot, options: ServerOptions | None = None, **settings: Any
+) -> Iterator[RobotClient]:
+    """Serve a robot, and open a session that calls it, with further settings."""
+    with served(robot, options) as server, server.client(**settings) as client:
         yield client
+
+
+def clock_at(speed: float) -> RobotClock:
+    """Return a clock that runs faster than the wall's."""
+    return RobotClock(0.0, speed, simulated=False, silence=math.inf)
 
 
 def eventually(condition: Callable[[], bool], limit: float = MOVE_LIMIT) -> None:

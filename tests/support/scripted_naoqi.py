@@ -12,7 +12,7 @@ from naoserver.naoqi._connection import NaoqiLimits
 from naoserver.naoqi._link import CallFailed, CallTimeout, LinkLost
 from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot
 from tests.support.limits import CALL_LIMIT
-from tests.support.robot_server import eventually
+from tests.support.robot_server import clock_at, eventually
 
 __all__ = ["DEVICES", "PATIENT", "ScriptedNaoqi", "nao_memory"]
 
@@ -48,10 +48,12 @@ def nao_memory(*, newer: bool = True) -> dict[str, Any]:
 
 
 class ScriptedNaoqi:
-    """Answers calls from `answers`, and lists them; `limits` are those of its robots. Calls that are `held` are answered when released."""
+    """Answers calls from `answers`, and lists them; `limits` are those of its robots,
+    whose time passes at `speed`. Calls that are `held` are answered when released."""
 
-    def __init__(self, limits: NaoqiLimits = NaoqiLimits()) -> None:
+    def __init__(self, limits: NaoqiLimits | None = None, speed: float = 1.0) -> None:
         self.limits = limits
+        self.speed = speed
         self.memory = nao_memory()
         self.answers: dict[str, Any] = {
             "ALMemory.getDataListName": lambda: list(self.memory),
@@ -86,7 +88,9 @@ class ScriptedNaoqi:
     @contextmanager
     def robot(self, options: LifecycleOptions | None = None) -> Iterator[NaoqiRobot]:
         """Start the robot on this NAOqi; close it at the end."""
-        with closing(NaoqiRobot(self.connect, options, limits=self.limits)) as robot:
+        with closing(
+            NaoqiRobot(self.connect, options, clock=clock_at(self.speed), limits=self.limits)
+        ) as robot:
             robot.start()
             yield robot
 

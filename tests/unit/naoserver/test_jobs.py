@@ -8,6 +8,7 @@ import pytest
 
 from naoserver._servants.camera import WINDOW, RateMeter
 from naoserver.jobs import ControlLoop, JobThreads, Periodic
+from naoserver.options import ServerLimits
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
 from tests.support.stepped_clock import SteppedClock
@@ -15,9 +16,9 @@ from zenoh_ice import VirtualClock, WallClock
 
 
 @contextmanager
-def running(clock, *jobs):
+def running(clock, *jobs, limits=None):
     """Do jobs in threads; the clock may be advanced as soon as all of them wait for it."""
-    threads = JobThreads(jobs)
+    threads = JobThreads(jobs, limits)
     with threads:
         if isinstance(clock, SteppedClock):
             clock.wait_for_waiters(len({job.thread for job in jobs}))
@@ -154,8 +155,7 @@ def test_a_clock_that_has_ended_does_not_keep_a_thread_from_ending():
     assert "test" not in {thread.name for thread in threading.enumerate()}
 
 
-def test_a_job_goes_on_after_an_error_and_logs_it(monkeypatch, caplog):
-    monkeypatch.setattr("naoserver.jobs._RETRY_DELAY", 0.01)
+def test_a_job_goes_on_after_an_error_and_logs_it(caplog):
     went_on = threading.Event()
     calls = []
 
@@ -165,7 +165,8 @@ def test_a_job_goes_on_after_an_error_and_logs_it(monkeypatch, caplog):
             raise ValueError("no such luck")
         went_on.set()
 
-    with running(WallClock(), Periodic("test", WallClock(), lambda: 0.001, publish)):
+    job, soon = Periodic("test", WallClock(), lambda: 0.001, publish), ServerLimits(retry=0.01)
+    with running(WallClock(), job, limits=soon):
         assert went_on.wait(EVENT_LIMIT)
     assert "no such luck" in caplog.text
 

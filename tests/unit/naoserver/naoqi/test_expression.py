@@ -14,7 +14,7 @@ PLAY, SILENCE = "ALAudioPlayer.playSine", "ALAudioPlayer.stopAll"
 
 @pytest.fixture
 def naoqi():
-    return ScriptedNaoqi()
+    return ScriptedNaoqi(speed=4.0)
 
 
 def test_colored_lights_fade_in_color_and_others_in_brightness(naoqi):

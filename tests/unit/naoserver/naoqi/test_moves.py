@@ -19,7 +19,7 @@ MOVE, STOP, ACTIVE = "ALMotion.move", "ALMotion.stopMove", "ALMotion.moveIsActiv
 
 @pytest.fixture
 def naoqi():
-    return ScriptedNaoqi()
+    return ScriptedNaoqi(speed=4.0)
 
 
 def test_it_walks_in_si_units(naoqi):

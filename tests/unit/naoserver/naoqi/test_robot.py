@@ -17,7 +17,7 @@ LIFE = "ALAutonomousLife.setState"
 
 @pytest.fixture
 def naoqi():
-    return ScriptedNaoqi()
+    return ScriptedNaoqi(speed=4.0)
 
 
 def test_nothing_moves_unless_it_is_wished(naoqi):

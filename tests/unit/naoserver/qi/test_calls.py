@@ -1,12 +1,12 @@
 """The calls of clients: what is counted of them, and how they end with the server."""
 
 import threading
+from typing import Any
 
 import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.qi import _calls as calls_module
 from naoserver.qi._calls import Calls, Faults
 from naoserver.qi._clients import (
     MOST_WAITING,
@@ -15,6 +15,7 @@ from naoserver.qi._clients import (
     Call,
     CallTable,
     Client,
+    QiLimits,
     begins,
     urgent,
 )
@@ -94,8 +95,10 @@ def test_too_many_stops_of_a_program_are_refused_but_not_after_too_many_other_ca
     assert facade.short() == MOST_WAITING_URGENT
 
 
-def test_closing_does_not_wait_for_ever_for_a_call_that_hangs(calls, facade, service, monkeypatch, caplog):
-    monkeypatch.setattr(calls_module, "_END_LIMIT", IMPATIENT)
+def test_closing_does_not_wait_for_ever_for_a_call_that_hangs(client, service, caplog):
+    clock = WallClock()
+    calls = Calls(clock, CallTable(clock), Faults(), QiLimits(end=IMPATIENT))
+    facade: Any = calls.facade("Service", [service])(client)
     facade.hang()
     assert service.begun.wait(EVENT_LIMIT)
     calls.close()

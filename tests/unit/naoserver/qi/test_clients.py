@@ -7,10 +7,9 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi import _memory as memory_module
 from naoserver.qi._behaviors import ALBehaviorManager
 from naoserver.qi._clients import Call, Client, running
-from naoserver.qi._memory import MOST_CALLBACKS, MOST_KEYS
+from naoserver.qi._memory import MOST_CALLBACKS, MOST_KEYS, MOST_LEFT
 from naoserver.qi._sensors import ALSonar
 from naoserver.qi._sound import ALAudioPlayer, ALAudioRecorder
 from naoserver.qi._speech import ALTextToSpeech
@@ -250,16 +249,19 @@ def test_the_keys_of_one_client_leave_room_for_those_of_others_and_of_the_servic
     assert memory.getListData(["key 0", "one more", "ALTextToSpeech/TextDone"]) == ["new", 1, 1]
 
 
-def test_the_keys_of_lost_clients_stay_until_there_are_too_many(rig, memory, monkeypatch):
-    monkeypatch.setattr(memory_module, "MOST_LEFT", 3)
-    for name in ("a", "b"):
+def test_the_keys_of_lost_clients_stay_until_there_are_too_many(rig, memory):
+    names = "abcde"[: MOST_LEFT // MOST_KEYS + 1]
+    keys = [f"{name} {i}" for name in names for i in range(MOST_KEYS)][: MOST_LEFT + 1]
+    for name in names:
         client = Client(name)
-        for i in range(2):
-            by(rig, client, memory.insertData, f"{name} {i}", i)
+        for key in keys:
+            if key.startswith(name):
+                by(rig, client, memory.insertData, key, key)
         rig.access.lose(client)
-    assert memory.getListData(["a 0", "a 1", "b 0", "b 1"]) == [None, 1, 0, 1]
-    memory.removeData("a 1")
-    assert [key for key in memory.getDataListName() if key[1:2] == " "] == ["b 0", "b 1"]
+    assert memory.getListData(keys[:2]) == [None, keys[1]]
+    assert memory.getListData(keys[-2:]) == keys[-2:]
+    memory.removeData(keys[1])
+    assert [key for key in memory.getDataListName() if key[1:2] == " "] == sorted(keys[2:])
 
 
 def test_the_callbacks_of_a_client_are_few_and_end_with_it(rig, memory, ada, bob):
