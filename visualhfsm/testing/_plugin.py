@@ -145,6 +145,9 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         return behavior
 
     yield make
+    del request.node.stash[
+        _BEHAVIORS
+    ]  # pytest keeps the test until its end, and this all that a behavior saw
     for behavior in made:
         behavior.close()
 

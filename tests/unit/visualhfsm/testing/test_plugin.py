@@ -86,6 +86,26 @@ def test_a_document_leaves_no_module_behind(lamp: pytest.Pytester) -> None:
     lamp.runpytest().assert_outcomes(passed=3)
 
 
+def test_a_behavior_is_let_go_of_with_its_test(lamp: pytest.Pytester) -> None:
+    lamp.makepyfile(
+        """
+        import gc
+        import weakref
+
+        made = []
+
+        def test_a_behavior(behavior):
+            made.append(weakref.ref(behavior("lamp.xml")))
+
+        def test_nothing_is_kept(request):
+            assert request.session.items[0].name == "test_a_behavior", "pytest keeps the test itself"
+            gc.collect()
+            assert made[0]() is None
+        """
+    )
+    lamp.runpytest().assert_outcomes(passed=2)
+
+
 def test_a_failed_test_shows_the_timeline(lamp: pytest.Pytester) -> None:
     lamp.makepyfile(
         """
