@@ -83,8 +83,6 @@ def _is_installed(backend: str) -> bool:
     return False
 
 
-_FRAME_TIMEOUT: Final = 1.0  # s
-_SETUP_TIMEOUT: Final = 10.0  # s
 _VIRTUAL_WAITS: Final = (1.0,) * 60
 """Waits in s, in virtual time: while the process is stopped, only one of them passes."""
 _QUEUE_LENGTH: Final = 16
@@ -94,6 +92,16 @@ _SMALL: Final = (32, 24)
 # The passes that camera images omit: without a GPU, they cost more than all others together.
 # Shadows are drawn only in worlds whose light casts them.
 _FLAGS_OFF: Final = ("REFLECTION", "FOG", "HAZE")
+
+
+@dataclass(frozen=True, slots=True)
+class CameraLimits:
+    """How long others wait for the thread of the cameras, in s."""
+
+    frame: float = 1.0
+    """For an image, unless time is virtual."""
+    setup: float = 10.0
+    """For GL, before the first image, unless time is virtual; and for the end of the thread."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +133,9 @@ class CameraRenderer:
         sensor: ImageSensor | None = None,
         *,
         virtual: bool = False,
+        limits: CameraLimits = CameraLimits(),
     ) -> None:
+        self._limits = limits
         self._mj = mj
         self._cameras: Mapping[str, CameraFacts] = {camera.name: camera for camera in cameras}
         self._past = past
@@ -140,7 +150,7 @@ class CameraRenderer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Start the thread, and wait until it has set up GL or failed: at most 10 s, in virtual time longer.
+        """Start the thread, and wait until it has set up GL or failed, within the limits.
 
         MuJoCo blocks all other threads meanwhile. Without a thread, the next call tries again.
         """
@@ -155,7 +165,7 @@ class CameraRenderer:
                     _log.warning("%s", self._failure)
                     return
                 self._thread = thread
-        any(self._ready.wait(limit) for limit in self._waits(_SETUP_TIMEOUT))
+        any(self._ready.wait(limit) for limit in self._waits(self._limits.setup))
 
     def close(self) -> None:
         """Render the waiting requests, free GL, and wait until the thread has ended."""
@@ -164,15 +174,15 @@ class CameraRenderer:
             thread = self._thread
         if thread is not None and thread.is_alive():
             with contextlib.suppress(queue.Full):
-                self._requests.put(None, timeout=_SETUP_TIMEOUT)
-            thread.join(_SETUP_TIMEOUT)
+                self._requests.put(None, timeout=self._limits.setup)
+            thread.join(self._limits.setup)
             if thread.is_alive():
-                _log.error("the camera thread did not end within %g s", _SETUP_TIMEOUT)
+                _log.error("the camera thread did not end within %g s", self._limits.setup)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Return an image of the newest state, or with a `sensor` of one that is as old as its latency.
 
-        Waits at most 1 s altogether, and 10 s for GL at its first use; in virtual time a minute for each.
+        Waits no longer than the limits, for GL and for the image; in virtual time a minute for each.
         Raises HardwareFailure when there is no such camera or size, no GL library, or no image in time.
         """
         self._check(camera, width, height)
@@ -182,17 +192,17 @@ class CameraRenderer:
         if self._failure is not None:
             raise HardwareFailure(self._failure)
         if not self._ready.is_set():
-            limit = sum(self._waits(_SETUP_TIMEOUT))
+            limit = sum(self._waits(self._limits.setup))
             raise HardwareFailure(f"{camera}: GL was not set up within {limit:g} s")
         request = _Request(camera, width, height)
-        deadline = time.monotonic() + _FRAME_TIMEOUT
+        deadline = time.monotonic() + self._limits.frame
         with contextlib.suppress(queue.Full):
-            self._requests.put(request, timeout=_FRAME_TIMEOUT)
+            self._requests.put(request, timeout=self._limits.frame)
             for limit in self._waits(max(0.0, deadline - time.monotonic())):
                 if wait([request.frame], limit).done:
                     return request.frame.result()
         request.frame.cancel()
-        limit = sum(self._waits(_FRAME_TIMEOUT))
+        limit = sum(self._waits(self._limits.frame))
         raise HardwareFailure(f"{camera}: no image of {width}x{height} within {limit:g} s")
 
     def _waits(self, limit: float) -> Sequence[float]:

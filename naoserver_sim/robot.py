@@ -38,13 +38,14 @@ from naoserver_sim._simulator import (
 from naoserver_sim._stage import SimulatedStage
 from naoserver_sim._way import Way, way_of
 from naoserver_sim.appearance import Lamps
-from naoserver_sim.cameras import CameraRenderer, put_cameras
+from naoserver_sim.cameras import CameraLimits, CameraRenderer, put_cameras
 from naoserver_sim.model import DeviceIndex, Model, build_standing
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
 
 _SEED: Final = 0
 """That of the noise in virtual time, which is the same each time unless a seed is given."""
+_CAMERA_LIMITS: Final = CameraLimits()
 
 
 class SimulatedDevice:
@@ -127,6 +128,7 @@ class SimulatedRobot(SimulatedDevice):
     `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
     `noise`, senses, pictures and gears are as imperfect as those of a real robot, with random numbers from
     the seed. Without a seed they are different each time, and with a virtual clock the same each time.
+    `camera_limits` say how long callers wait for images.
     """
 
     postures: OwnPostures | None = None
@@ -142,6 +144,7 @@ class SimulatedRobot(SimulatedDevice):
         posture: str | None = None,
         clock: VirtualClock | None = None,
         body: Body | None = None,
+        camera_limits: CameraLimits = _CAMERA_LIMITS,
     ) -> None:
         body = body or find_body(DEFAULT_BODY)
         world = world or load_world(DEFAULT_WORLD)
@@ -190,7 +193,13 @@ class SimulatedRobot(SimulatedDevice):
             sensor = ImageSensor(PictureNoise(), body.cameras, seed, data.qpos)
             simulator.watchers.append(partial(sensor.look, qpos=data.qpos))
         self._renderer = CameraRenderer(
-            model.mj, model.cameras, simulator.past, lamps, sensor, virtual=clock is not None
+            model.mj,
+            model.cameras,
+            simulator.past,
+            lamps,
+            sensor,
+            virtual=clock is not None,
+            limits=camera_limits,
         )
         self.mechanisms: Final = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()

@@ -13,7 +13,6 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from importlib.util import find_spec
 from itertools import count
 from logging.handlers import RotatingFileHandler
 from typing import Any, Final
@@ -28,7 +27,7 @@ from tests.support.carriers import COLLOCATED, LOCAL, LOCAL_SOCKETS, NETWORK
 from tests.support.costs import Costs
 from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
-from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
+from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.soak import LEFT_TO_SOAK, SOAKS, repeated
 from zenoh_ice import Communicator, ObjectAdapter, initialize
@@ -111,7 +110,7 @@ def pytest_collection_modifyitems(
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, object]:
-    """Remove environment variables that would change the tests, and let calls and images take longer."""
+    """Remove environment variables that would change the tests, and let calls take longer."""
     if not session.items:  # pytest-xdist runs the tests in other processes
         return (yield)
     with pytest.MonkeyPatch.context() as patch:
@@ -131,15 +130,10 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
         ):
             if signal.getsignal(number) is signal.SIG_IGN:
                 signal.signal(number, handler)
-        # A busy machine may delay calls by 2 s, and images of a simulation beyond their time limit.
+        # A busy machine may delay calls by 2 s.
         patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))
         # For each command that a test runs, typer would otherwise build its app with all subcommands again.
         patch.setattr("typer.testing._get_command", lru_cache(maxsize=16)(typer.main.get_command))
-        if find_spec("mujoco") and any(each.get_closest_marker("gl") for each in session.items):
-            from naoserver_sim import cameras
-
-            patch.setattr(cameras, "_FRAME_TIMEOUT", EVENT_LIMIT)
-            patch.setattr(cameras, "_SETUP_TIMEOUT", START_LIMIT)
         return (yield)
 
 

@@ -14,6 +14,7 @@ from naoserver.parts import Stance
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
+from tests.support.camera_limits import PATIENT_CAMERAS
 from tests.support.motion_rig import MotionRig
 from tests.support.robot_server import HASTE, served_to_client, wait_for
 from visualhfsm.testing import BehaviorFailed
@@ -26,7 +27,7 @@ FIXED = {"LWristYaw", "RWristYaw", "LHand", "RHand"}
 
 @pytest.fixture(scope="module")
 def nao():
-    with served_to_client(SimulatedRobot(speed=4.0, body=H21)) as nao:
+    with served_to_client(SimulatedRobot(speed=4.0, body=H21, camera_limits=PATIENT_CAMERAS)) as nao:
         yield nao
 
 

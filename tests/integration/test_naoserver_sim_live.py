@@ -3,14 +3,15 @@
 import colorsys
 import math
 import threading
-import time
 
 import numpy as np
 import pytest
 
 from naoserver.errors import HardwareFailure
 from naoserver_sim.robot import SimulatedRobot
-from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
+from tests.support.camera_limits import PATIENT_CAMERAS
+from tests.support.limits import EVENT_LIMIT
+from tests.support.waiting import until
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -19,16 +20,9 @@ FOCAL = 160 / math.tan(math.radians(56.3 / 2))
 """Focal length of the head's cameras at 320 x 240 in pixels."""
 
 
-def wait_until(condition, limit=MOVE_LIMIT):
-    deadline = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen"
-        time.sleep(0.01)
-
-
 @pytest.fixture
 def running():
-    robot = SimulatedRobot(speed=5.0, skin=False)
+    robot = SimulatedRobot(speed=5.0, skin=False, camera_limits=PATIENT_CAMERAS)
     robot.start()
     yield robot
     robot.close()
@@ -58,7 +52,7 @@ def ball_pixels(pixels, red, green):
 
 class TestTime:
     def test_physics_runs_by_itself_and_ends_with_close(self, running):
-        wait_until(lambda: running.clock.now() > 1.0)
+        until(lambda: running.clock.now() > 1.0)
         running.close()
         last = running.read()
         assert not [thread for thread in threading.enumerate() if thread.name in {"physics", "cameras"}]
@@ -97,7 +91,7 @@ class TestTime:
         for thread in threads:
             thread.join()
         places = [[joint.name for joint in running.joints].index(name) for name in joints]
-        wait_until(lambda: all(abs(running.read().commands[place] - 0.3) < 1e-9 for place in places))
+        until(lambda: all(abs(running.read().commands[place] - 0.3) < 1e-9 for place in places))
 
 
 @pytest.mark.gl
@@ -193,11 +187,11 @@ class TestWithoutGL:
         robot = SimulatedRobot(speed=5.0, skin=False)
         robot.start()
         try:
-            wait_until(lambda: robot.clock.now() > 0.2)
+            until(lambda: robot.clock.now() > 0.2)
             for _ in range(2):
                 with pytest.raises(HardwareFailure, match="libegl1"):
                     robot.capture("Camera", 320, 240)
             robot.command_positions({"HeadYaw": 0.3}, {"HeadYaw": 5.0})
-            wait_until(lambda: robot.read().positions[0] > 0.25)
+            until(lambda: robot.read().positions[0] > 0.25)
         finally:
             robot.close()

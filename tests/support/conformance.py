@@ -62,8 +62,10 @@ def simulated(options: ServerOptions | None, body: Body = H25) -> Iterator[Robot
     """Serve the simulated robot."""
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
     from naoserver_sim.robot import SimulatedRobot
+    from tests.support.camera_limits import PATIENT_CAMERAS
 
-    with served_to_client(SimulatedRobot(speed=SPEED, skin=False, body=body), options) as nao:
+    robot = SimulatedRobot(speed=SPEED, skin=False, body=body, camera_limits=PATIENT_CAMERAS)
+    with served_to_client(robot, options) as nao:
         yield nao
 
 

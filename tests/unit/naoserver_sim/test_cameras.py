@@ -7,6 +7,7 @@ import pytest
 from naoserver.errors import HardwareFailure
 from naoserver_sim import cameras
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.camera_limits import PATIENT_CAMERAS
 from tests.support.limits import FOREVER
 from zenoh_ice import VirtualClock
 
@@ -74,7 +75,7 @@ def test_without_a_thread_there_are_no_images_and_the_next_one_tries_again(monke
 
 @pytest.mark.gl
 def test_an_image_takes_no_longer_than_its_limit_whatever_waits_before_it(monkeypatch):
-    with closing(SimulatedRobot(skin=False)) as robot:
+    with closing(SimulatedRobot(skin=False, camera_limits=PATIENT_CAMERAS)) as robot:
         robot.capture("Camera", 320, 240)
         moments = iter((0.0, FOREVER))  # before and after the wait for a place in the queue
         monkeypatch.setattr(cameras, "time", SimpleNamespace(monotonic=lambda: next(moments)))
@@ -83,7 +84,7 @@ def test_an_image_takes_no_longer_than_its_limit_whatever_waits_before_it(monkey
 
 
 @pytest.mark.gl
-def test_virtual_time_waits_for_an_image_that_takes_too_long_for_real_time(monkeypatch):
-    monkeypatch.setattr(cameras, "_FRAME_TIMEOUT", 0.001)  # a place in the queue is there at once
-    with closing(SimulatedRobot(clock=VirtualClock(), skin=False)) as robot:
+def test_virtual_time_waits_for_an_image_that_takes_too_long_for_real_time():
+    limits = cameras.CameraLimits(frame=0.001)  # a place in the queue is there at once
+    with closing(SimulatedRobot(clock=VirtualClock(), skin=False, camera_limits=limits)) as robot:
         assert robot.capture("Camera", 320, 240).width == 320
