@@ -1,4 +1,4 @@
-"""The digest of a simulation's trace: `python -m tests.support.simulation_trace SEED BODY` prints it."""
+"""The digests of simulations' traces: `python -m tests.support.simulation_trace SEED BODY...` prints them."""
 
 from __future__ import annotations
 
@@ -60,4 +60,6 @@ def trace(seed: int | None, name: str = DEFAULT_BODY, *, period: float = 0.1, se
 
 
 if __name__ == "__main__":
-    sys.stdout.write(trace(int(sys.argv[1]), sys.argv[2]) + "\n")
+    seed, *names = sys.argv[1:]
+    for name in names:
+        sys.stdout.write(f"{name} {trace(int(seed), name)}\n")

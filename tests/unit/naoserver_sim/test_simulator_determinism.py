@@ -13,7 +13,10 @@ from tests.support.simulation_trace import trace
 pytestmark = pytest.mark.sim
 
 
-@pytest.fixture(scope="module", params=["H25", "T1", "G1", "Cart"])
+BODIES = ["H25", "T1", "G1", "Cart"]
+
+
+@pytest.fixture(scope="module", params=BODIES)
 def body(request):
     return request.param
 
@@ -23,9 +26,11 @@ def first(body):
     return trace(3, body)
 
 
-def test_the_same_seed_is_the_same_trace_also_in_another_process(first, body):
-    elsewhere = subprocess.run(
-        [sys.executable, "-m", "tests.support.simulation_trace", "3", body],
+@pytest.fixture(scope="module")
+def elsewhere():
+    """The traces of the same seed in another process, by body."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.support.simulation_trace", "3", *BODIES],
         cwd=REPOSITORY,
         env={**os.environ, "PYTHONHASHSEED": "17"},
         capture_output=True,
@@ -33,7 +38,11 @@ def test_the_same_seed_is_the_same_trace_also_in_another_process(first, body):
         timeout=RUN_LIMIT,
         check=True,
     )
-    assert first == elsewhere.stdout.strip()
+    return dict(line.split() for line in done.stdout.splitlines())
+
+
+def test_the_same_seed_is_the_same_trace_also_in_another_process(first, body, elsewhere):
+    assert first == elsewhere[body]
 
 
 def test_another_seed_is_another_trace():

@@ -16,6 +16,7 @@ from naoserver_sim.learning import ENVIRONMENTS
 from naoserver_sim.learning._environment import PERIOD
 from naoserver_sim.learning._tasks import arm_of, hand_at, motors_of, part_of_height
 from naoserver_sim.model import build_model
+from tests.support.soak import cases
 
 pytestmark = pytest.mark.sim
 
@@ -65,7 +66,7 @@ def test_the_same_seed_is_the_same_episode_bit_by_bit_whatever_was_before(make, 
     assert other != first[: len(other)]
 
 
-@pytest.mark.parametrize("body", ["T1", "G1"])
+@pytest.mark.parametrize("body", cases(["T1"], ["G1"]))
 @pytest.mark.parametrize("name", ["Walk", "Reach", "StandUp"])
 def test_a_humanoid_learns_the_same_episode_bit_by_bit(make, name, body):
     used, fresh = make(name, body=body), make(name, body=body)
