@@ -11,26 +11,30 @@ import pytest
 from tests.support.examples import examples
 from tests.support.limits import RUN_LIMIT
 from tests.support.processes import REPOSITORY, module
-from tests.support.virtual_trace import trace
+from tests.support.soak import cases, repeated
+from tests.support.virtual_trace import BEGINS, trace
 
 pytestmark = [pytest.mark.sim, pytest.mark.gl]
 
-LONGEST_PAUSE = 2.0  # s
+LONG_PAUSE = 1.2  # s, longer than one wait for a picture
+LONGEST_PAUSE = repeated(0.2, soak=2.0)  # s
+SECONDS = repeated(3.0, soak=6.0)
+"""How long a run lasts in its own time."""
 TIMES = range(examples(1))
 
 
-@pytest.fixture(scope="module", params=["H25", "G1"])
+@pytest.fixture(scope="module", params=cases(["H25"], ["G1"]))
 def body(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
 @pytest.fixture(scope="module")
 def undisturbed(body: str) -> str:
-    return trace(body)
+    return trace(body, SECONDS)
 
 
-def run(*arguments: str) -> subprocess.Popen[str]:
-    command = module("tests.support.virtual_trace", *arguments)
+def run(body: str, *arguments: str) -> subprocess.Popen[str]:
+    command = module("tests.support.virtual_trace", body, str(SECONDS), *arguments)
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=REPOSITORY
     )
@@ -50,16 +54,21 @@ def test_it_is_the_same_when_its_process_is_stopped_now_and_then(
     body: str, undisturbed: str, number: int
 ) -> None:
     numbers = random.Random(number)
+    pause = LONG_PAUSE
     with run(body) as process:
         try:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            assert process.stdout.readline() == BEGINS
             while not ended(process, numbers.uniform(0.05, 0.5)):
                 process.send_signal(signal.SIGSTOP)
-                ended(process, numbers.uniform(0.05, LONGEST_PAUSE))
+                ended(process, pause)
                 process.send_signal(signal.SIGCONT)
+                pause = numbers.uniform(0.05, LONGEST_PAUSE)
+            output, errors = process.stdout.read(), process.stderr.read()
         finally:
             process.kill()
-        output, errors = process.communicate()
-    assert output.strip() == undisturbed, errors
+    assert output == undisturbed + "\n", errors
 
 
 @pytest.mark.parametrize("number", TIMES)
@@ -69,4 +78,4 @@ def test_it_is_the_same_when_clocks_on_the_wall_jump(body: str, undisturbed: str
             output, errors = process.communicate(timeout=RUN_LIMIT)
         finally:
             process.kill()
-    assert output.strip() == undisturbed, errors
+    assert output == BEGINS + undisturbed + "\n", errors

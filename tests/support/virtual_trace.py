@@ -1,6 +1,7 @@
-"""The digest of a virtual run with pictures: `python -m tests.support.virtual_trace BODY` prints it.
+"""The digest of a virtual run with pictures: `python -m tests.support.virtual_trace BODY SECONDS` prints it.
 
-With a further argument, which is a seed, the clocks on the wall jump ahead while it runs, by up to minutes.
+Before, it says that it begins. With a further argument, which is a seed, the clocks on the wall jump ahead while
+it runs, by up to minutes.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from naoserver_sim.world import Start, load_world
 from tests.support.places import ROOT
 from visualhfsm.simulation import simulate
 
-__all__ = ["trace"]
+__all__ = ["BEGINS", "trace"]
+
+BEGINS: Final = "it begins\n"
 
 _CLOCKS: Final = ("monotonic", "perf_counter", "time")
 _JUMPS: Final = (0.05, 0.7, 3.0, 15.0, 70.0)
@@ -26,7 +29,7 @@ _SHARE: Final = 0.05
 """Share of the looks at a clock before which time jumps."""
 
 
-def trace(body: str, seconds: float = 6.0) -> str:
+def trace(body: str, seconds: float) -> str:
     """Return the digest of what a robot of a body, with noise, sees and does in the beginning of a match.
 
     Each tenth of a second counts its state, its picture, and the calls and states of the behavior.
@@ -71,7 +74,9 @@ def let_clocks_jump(seed: int) -> None:
 
 
 if __name__ == "__main__":
-    name, *late = sys.argv[1:]
+    name, seconds, *late = sys.argv[1:]
     for each in late:
         let_clocks_jump(int(each))
-    sys.stdout.write(trace(name) + "\n")
+    sys.stdout.write(BEGINS)
+    sys.stdout.flush()
+    sys.stdout.write(trace(name, float(seconds)) + "\n")

@@ -10,7 +10,8 @@ import pytest
 from naoserver.bodies import find_body
 from naoserver.body import read_body
 from naoserver.errors import RobotError
-from naoserver_sim.self_collision import MARGIN, BodyShapes, find_table, limb_pairs
+from naoserver_sim.self_collision import MARGIN, BodyShapes, app, find_table, limb_pairs
+from tests.support.commands import run_here
 from tests.support.limits import RUN_LIMIT
 from tests.support.present import present
 
@@ -213,9 +214,6 @@ def test_the_command_prints_entries_of_a_facts_file(tmp_path):
     ],
 )
 def test_the_command_refuses_what_it_does_not_know(arguments, reported):
-    done = subprocess.run(
-        [sys.executable, "-m", "naoserver_sim.self_collision", *arguments],
-        capture_output=True, text=True, timeout=RUN_LIMIT, check=False,
-    )  # fmt: skip
+    done = run_here(app, "self_collision", *arguments, expected=(RobotError,))
     assert done.returncode == 1
     assert reported in done.stderr
