@@ -28,7 +28,7 @@ DRAWN = """<VisualHFSM><SubAutomata id="1" idFather="0">
 <state id="1" initial="true" x="100" y="100"><name>walkToEnd</name><posx>100</posx><posy>100</posy>
 <idSubautomataSon>2</idSubautomataSon><child>3</child><history>restart</history><entry>a = 1</entry></state>
 <state id="2" final="true"><name>end</name><posx>400</posx><posy>100</posy><code>b = 2</code><exit>c = 3</exit></state>
-<state id="3"><name>look around</name><posx>250.5</posx><posy>320</posy></state>
+<state id="3"><name>Süd-Öffnung prüfen</name><posx>250.5</posx><posy>320</posy></state>
 <transition id="1"><origin>1</origin><destiny>2</destiny><name>late</name><trans type="time">1500</trans>
 <posx>250</posx><posy>40</posy><transcode>d = 4</transcode></transition>
 <transition id="2"><origin>1</origin><destiny>2</destiny><trans type="event">goal</trans><guard>self.fit</guard></transition>
@@ -39,7 +39,8 @@ DRAWN = """<VisualHFSM><SubAutomata id="1" idFather="0">
 <transition id="7"><origin>3</origin><destiny>2</destiny><priority>1</priority><trans type="time">30</trans>
 <posx>500</posx><posy>400</posy></transition>
 <annotation id="1" kind="note"><posx>100</posx><posy>380</posy><width>120</width><height>24</height><text>first
-it looks around until somebody comes</text></annotation>
+it looks around until somebody comes
+  ¿Dónde está el balón? Où va-t-il ? Näher heran, größer! Где мяч? Πού είναι; 足球在哪里</text></annotation>
 <annotation id="2" kind="frame"><posx>40</posx><posy>-40</posy><width>500</width><height>300</height><text>all of it</text></annotation>
 </SubAutomata>
 <SubAutomata id="2" idFather="1"><state id="4" initial="true"><name>one</name></state></SubAutomata>
@@ -440,7 +441,7 @@ def test_python_draws_what_the_page_exports(shown: EditorPage) -> None:
     document = parse_document(DRAWN.encode(), Path("drawn.xml"), Diagnostics())
     assert document is not None
     drop(shown, "drawn.xml", DRAWN)
-    shown.expect_states("walkToEnd", "end", "look around")
+    shown.expect_states("walkToEnd", "end", "Süd-Öffnung prüfen")
     shown.page.evaluate("window.print = () => {}")
     shown.press("Control+e")
     shown.page.get_by_role("button", name="The whole component").click()

@@ -3,14 +3,6 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-// Letters of half their size.
-const context = {
-  font: "",
-  measureText(text) {
-    return {width: (text.length * Number.parseFloat(this.font.split(" ")[1])) / 2};
-  },
-};
-Object.assign(globalThis.document, {createElement: () => ({getContext: () => context})});
 const {fitTitle, linesOf, neededHeight, occupied, titleSize, SIZE} = await import(
   new URL("canvas/annotation-text.js", STATIC).href
 );

@@ -13,7 +13,7 @@ from visualhfsm._editing.nodes import FARTHEST_PLACE
 from .arcs import Box
 from .elements import element, moved
 from .symbols import Colors
-from .text import shortened, width, wrapped
+from .text import BOLD, shortened, width, wrapped
 
 COLORS: Final = MappingProxyType(
     {
@@ -62,7 +62,7 @@ def occupied(annotation: Annotation) -> list[Box]:
         Box(side[0] - _BORDER, side[1] - _BORDER, side[2] + _BORDER, side[3] + _BORDER) for side in sides
     ]
     if title := _title_of(annotation, right - left):
-        wide = 2 * _PADDING + width(title, _SIZE)
+        wide = 2 * _PADDING + width(title, BOLD * _SIZE)
         boxes.insert(0, Box(left, top, left + wide, top + _TITLE_AT + _DESCENT + _BORDER))
     return boxes
 
@@ -113,7 +113,7 @@ def _drawn(annotation: Annotation) -> Element:
 
 
 def _title_of(frame: Annotation, wide: float) -> str:
-    return shortened(" ".join(frame.text.text.split()), _SIZE, wide - 2 * _PADDING)
+    return shortened(" ".join(frame.text.text.split()), BOLD * _SIZE, wide - 2 * _PADDING)
 
 
 def _title(frame: Annotation, wide: float, colors: Colors) -> list[Element]:

@@ -1,7 +1,7 @@
 """Texts of a picture: how wide they are, and how names fit into circles.
 
-Nothing measures a font here: the widths are those of DejaVu Sans, the widest of the fonts that a picture
-names, so that a text fits in each of them.
+No font is measured, here or in the page, so that both break a text into the same lines on every machine:
+the widths are those of DejaVu Sans, the widest of the fonts that a picture names, so a text fits in each.
 """
 
 from __future__ import annotations
@@ -10,24 +10,23 @@ import math
 import unicodedata
 from collections.abc import Sequence
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from .arcs import RADIUS
+from .letter_widths import LETTER_WIDTHS
 
 FAMILY: Final = "Inter, system-ui, 'DejaVu Sans', Arial, sans-serif"
 
-_FIRST: Final = 32
-_WIDTHS: Final = (
-    *(318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337),
-    *(636, 636, 636, 636, 636, 636, 636, 636, 636, 636, 337, 337, 838, 838, 838, 531),
-    *(1000, 684, 686, 698, 770, 632, 575, 775, 752, 295, 295, 656, 557, 863, 748, 787),
-    *(603, 787, 695, 635, 611, 732, 684, 989, 685, 611, 685, 390, 337, 390, 838, 500),
-    *(500, 613, 635, 550, 635, 615, 352, 635, 634, 278, 278, 579, 278, 974, 634, 612),
-    *(635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525, 636, 337, 636, 838),
+_WIDTHS: Final = MappingProxyType(
+    {letter: wide / 1000 for wide, letters in LETTER_WIDTHS.items() for letter in letters}
 )
-"""Widths of the characters of ASCII from the space on, in thousandths of the size."""
 _WIDE: Final = 1.0
 """Width of all other characters, some of which are narrower: ideographs fill a square."""
+_WITHOUT_WIDTH: Final = frozenset({"Mn", "Me", "Cf"})
+"""Categories of characters that take no room: accents, and what joins characters."""
+BOLD: Final = 1.14
+"""How many times as wide as other letters bold ones are."""
 _SIZES: Final = (13.0, 12.0, 11.0, 10.0)
 _LINE: Final = 1.16
 _MOST_LINES: Final = 3
@@ -142,11 +141,9 @@ def spoken_time(milliseconds: str) -> str:
 @lru_cache(maxsize=4096)
 def _width(character: str) -> float:
     """Return the width of a character, as a part of the size."""
-    if unicodedata.combining(character):
+    if unicodedata.category(character) in _WITHOUT_WIDTH:
         return 0.0
-    base = unicodedata.normalize("NFD", character)[0]
-    index = ord(base) - _FIRST
-    return _WIDTHS[index] / 1000 if 0 <= index < len(_WIDTHS) else _WIDE
+    return _WIDTHS.get(unicodedata.normalize("NFD", character)[0], _WIDE)
 
 
 def _words(text: str) -> list[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tools.fonts.letter_widths import FILES, letter_widths, written
+from visualhfsm._drawing.letter_widths import LETTER_WIDTHS
 from visualhfsm._drawing.text import fit_circle, shortened, spoken_time, width
 
 
@@ -14,6 +16,14 @@ def test_widths_grow_with_the_size_and_count_every_character() -> None:
     assert width("áñ", 12) == width("an", 12) == width("a\u0301n\u0303", 12)  # accents take no room
     assert width("\u8db3\u7403", 12) == 24
     assert width("\n\U0010ffff", 12) > 0
+    assert width("Ελλάδα Москва", 12) < 12 * 12
+    assert width("a\N{NO-BREAK SPACE}b", 12) == width("a b", 12)
+    assert width("a\N{ZERO WIDTH JOINER}b", 12) == width("ab", 12)
+
+
+def test_the_widths_are_those_of_the_font_and_the_page_has_the_same() -> None:
+    assert letter_widths() == LETTER_WIDTHS
+    assert tuple(each.read_text("utf-8") for each in FILES) == written()
 
 
 def test_long_texts_are_shortened_at_their_end() -> None:

@@ -5,12 +5,11 @@
  * @import {Box} from "./geometry.js"
  */
 
-import {shortened, width, wrapped} from "./text.js";
+import {BOLD, shortened, width, wrapped} from "./text.js";
 
 export const SIZE = 13; // of letters
 export const LINE = 18;
 export const PADDING = 10;
-const WEIGHT = 600; // of a title
 const TITLE_AT = 7; // the top of the letters of a title, from the top of its frame
 const DESCENT = 0.3; // of a line below its foot, as a part of the size of its letters
 const MOST_LINES = 200; // for which a note grows
@@ -68,23 +67,23 @@ export function fitTitle(text, {left, right, top, bottom}, wanted, inTheWay = ()
   for (let size = wanted; size > SIZE * 1.01; size *= STEP) {
     const foot = TITLE_AT + size;
     const box = {left: left + PADDING, right: right - PADDING, top, bottom: top + foot + DESCENT * size};
-    const whole = width(title, size, WEIGHT);
+    const whole = width(title, BOLD * size);
     box.right = Math.min(box.right, box.left + whole);
     const room = Math.min(...inTheWay(box).map((each) => each.left - PADDING), right - PADDING) - box.left;
     if (box.bottom > bottom) continue;
     if (whole <= room) return {line: title, size, foot};
-    if (room > (FEW * size) / 2) cut ??= {line: shortened(title, size, room, WEIGHT), size, foot};
+    if (room > (FEW * size) / 2) cut ??= {line: shortened(title, BOLD * size, room), size, foot};
     if (cut && size < smallest) return cut;
   }
   const room = right - left - 2 * PADDING;
-  return cut ?? {line: shortened(title, SIZE, room, WEIGHT), size: SIZE, foot: TITLE_AT + SIZE};
+  return cut ?? {line: shortened(title, BOLD * SIZE, room), size: SIZE, foot: TITLE_AT + SIZE};
 }
 
 /** The box around a title. @param {string} text @param {Box} frame @returns {Box} */
 function titleBox(text, frame) {
   const {line, foot} = fitTitle(text, frame, SIZE);
   const {left, top} = frame;
-  const right = left + 2 * PADDING + width(line, SIZE, WEIGHT);
+  const right = left + 2 * PADDING + width(line, BOLD * SIZE);
   return {left, right, top, bottom: top + foot + DESCENT * SIZE + BORDER};
 }
 

@@ -56,7 +56,7 @@ function placement(automaton) {
   );
   const between = arcs.filter(({origin, destination}) => origin !== destination);
   for (const {id, origin, destination, name} of between) {
-    const wide = Math.min(WIDEST_LABEL, width(name, 12, 500) + 20);
+    const wide = Math.min(WIDEST_LABEL, width(name, 12) + 20);
     graph.setEdge(String(origin), String(destination), {width: wide, height: LABEL_HEIGHT, labelpos: "c"}, String(id));
   }
   const areas = addAnnotations(graph, automaton);

@@ -53,7 +53,7 @@ export class Rename {
     const {scale} = this.canvas.viewport;
     const {x, y} = this.canvas.viewport.toWindow(place);
     const size = Math.max(11, Math.min(20, SIZE * scale));
-    const wide = Math.max(RADIUS * 1.9 * scale, width(this.input.value, size, 500) * 1.1 + 20, 70);
+    const wide = Math.max(RADIUS * 1.9 * scale, width(this.input.value, size) * 1.1 + 20, 70);
     const {style} = this.input;
     style.fontSize = `${size}px`;
     style.width = `${wide}px`;

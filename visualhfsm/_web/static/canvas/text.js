@@ -1,9 +1,20 @@
-/** Fit texts into the drawing: widths are measured once and remembered. */
+/**
+ * Fit texts into the drawing. No font is measured: Python and the page break a text into the same lines on every machine,
+ * by the widths of the letters of the widest font that a picture names.
+ */
 
-import {required} from "../required.js";
 import {RADIUS} from "./geometry.js";
+import {LETTER_WIDTHS} from "./letter-widths.js";
 
-const FAMILY = '"Inter", system-ui, "Segoe UI", "Helvetica Neue", "DejaVu Sans", Arial, sans-serif';
+const WIDTHS = new Map(
+  Object.entries(LETTER_WIDTHS).flatMap(([wide, letters]) =>
+    Array.from(letters, (letter) => /** @type {[string, number]} */ ([letter, Number(wide) / 1000])),
+  ),
+);
+const WIDE = 1; // of all other characters, some of which are narrower: ideographs fill a square
+const WITHOUT_WIDTH = /[\p{Mn}\p{Me}\p{Cf}]/u; // accents, and what joins characters
+/** How many times as wide as other letters bold ones are. */
+export const BOLD = 1.14;
 const SIZES = [13, 12, 11, 10];
 /**
  * Sizes and numbers of lines, the best first: a single line may be a little smaller than several.
@@ -20,26 +31,26 @@ const MARGIN = 5; // between a name and its state's rim
 const RING_MARGIN = 10;
 const ELLIPSIS = "…";
 
-/** @type {CanvasRenderingContext2D | undefined} */
-let measuring;
-/** @type {Map<string, number>} */
-const widths = new Map();
 /** @type {Map<string, {lines: string[], size: number}>} */
 const fits = new Map();
 const REMEMBERED = 20_000;
 
-/** Width of a text in pixels. @param {string} text @param {number} size */
-export function width(text, size, weight = 400) {
-  const key = `${weight} ${size} ${text}`;
-  let known = widths.get(key);
+/** Width of a character, as a part of the size. @param {string} character */
+function widthOf(character) {
+  let known = WIDTHS.get(character);
   if (known === undefined) {
-    const context = (measuring ??= required(document.createElement("canvas").getContext("2d"), "canvas"));
-    context.font = `${weight} ${size}px ${FAMILY}`;
-    known = context.measureText(text).width;
-    if (widths.size > REMEMBERED) widths.clear();
-    widths.set(key, known);
+    const [base] = character.normalize("NFD");
+    known = WITHOUT_WIDTH.test(character) ? 0 : (WIDTHS.get(base) ?? WIDE);
+    if (WIDTHS.size < REMEMBERED) WIDTHS.set(character, known);
   }
   return known;
+}
+
+/** Width of a text in pixels. @param {string} text @param {number} size */
+export function width(text, size) {
+  let sum = 0;
+  for (const each of text) sum += widthOf(each);
+  return sum * size;
 }
 
 /**
@@ -49,15 +60,9 @@ export function width(text, size, weight = 400) {
  * @param {number} size
  * @param {number} wanted
  */
-export function shortened(text, size, wanted, weight = 400) {
-  if (width(text, size, weight) <= wanted) return text;
-  let [low, high] = [0, text.length];
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if (width(text.slice(0, middle).trimEnd() + ELLIPSIS, size, weight) <= wanted) low = middle;
-    else high = middle - 1;
-  }
-  return text.slice(0, low).trimEnd() + ELLIPSIS;
+export function shortened(text, size, wanted) {
+  if (width(text, size) <= wanted) return text;
+  return text.slice(0, fitting(text, size, wanted, width(ELLIPSIS, size))).trimEnd() + ELLIPSIS;
 }
 
 /**
@@ -102,11 +107,10 @@ function fit(name, radius) {
           .join("")
           .trim(),
         size,
-        500,
       ) <= room
     )
       taken++;
-    rest.push(shortened((line < 2 ? left.slice(0, taken) : left).join("").trim(), size, room, 500));
+    rest.push(shortened((line < 2 ? left.slice(0, taken) : left).join("").trim(), size, room));
     left = line < 2 ? left.slice(taken) : [];
   }
   return {lines: rest, size};
@@ -118,7 +122,7 @@ function broken(words, size, count, radius) {
   let current = "";
   for (const word of words) {
     const longer = current + word;
-    if (current && width(longer.trim(), size, 500) > chord(lines.length, count, size, radius)) {
+    if (current && width(longer.trim(), size) > chord(lines.length, count, size, radius)) {
       lines.push(current.trim());
       current = word;
     } else {
@@ -127,7 +131,7 @@ function broken(words, size, count, radius) {
   }
   lines.push(current.trim());
   if (lines.length > count) return undefined;
-  return lines.every((line, index) => width(line, size, 500) <= chord(index, lines.length, size, radius))
+  return lines.every((line, index) => width(line, size) <= chord(index, lines.length, size, radius))
     ? lines
     : undefined;
 }
@@ -163,7 +167,7 @@ export function wrapped(text, size, room) {
   /** @type {string[]} */
   const lines = [];
   for (const paragraph of text.replaceAll("\r\n", "\n").split("\n")) {
-    let line = "\u00a0".repeat(paragraph.length - paragraph.trimStart().length);
+    let line = "\u00a0".repeat(/^ */.exec(paragraph)?.[0].length ?? 0);
     let hasWord = false;
     for (const word of paragraph.split(/\s+/).filter(Boolean)) {
       let longer = hasWord ? `${line} ${word}` : line + word;
@@ -171,8 +175,9 @@ export function wrapped(text, size, room) {
         lines.push(line);
         longer = word;
       }
-      while (longer.length > 1 && width(longer, size) > room) {
-        const taken = fitting(longer, size, room);
+      while (width(longer, size) > room) {
+        const taken = fitting(longer, size, room) || Array.from(longer)[0].length;
+        if (taken === longer.length) break;
         lines.push(longer.slice(0, taken));
         longer = longer.slice(taken);
       }
@@ -184,9 +189,19 @@ export function wrapped(text, size, room) {
   return lines;
 }
 
-/** How many characters of a text fit, at least one. @param {string} text @param {number} size @param {number} room */
-function fitting(text, size, room) {
-  let taken = text.length - 1;
-  while (taken > 1 && width(text.slice(0, taken), size) > room) taken--;
+/**
+ * How much of a text fits, in units of JavaScript, where some pixels are used already.
+ *
+ * @param {string} text
+ * @param {number} size
+ * @param {number} room
+ */
+function fitting(text, size, room, used = 0) {
+  let taken = 0;
+  for (const each of text) {
+    used += widthOf(each) * size;
+    if (used > room) break;
+    taken += each.length;
+  }
   return taken;
 }

@@ -371,10 +371,10 @@ function textsOf(fullName, fullDetail) {
   /** @type {Text[]} */
   const texts = [];
   for (const widest of WIDTHS) {
-    const name = shortened(fullName, NAME, widest, 500);
+    const name = shortened(fullName, NAME, widest);
     const detail = shortened(fullDetail, DETAIL, widest);
     const lines = Number(Boolean(name)) + Number(Boolean(detail));
-    const nameWidth = name && width(name, NAME, 500) + 6;
+    const nameWidth = name && width(name, NAME) + 6;
     const wide = lines ? Math.max(nameWidth || 0, width(detail, DETAIL) + 6) : 0;
     const text = {name, detail, width: wide, height: lines * LINE + 2, nameWidth: nameWidth || 0};
     const former = texts[texts.length - 1];
