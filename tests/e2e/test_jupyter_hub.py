@@ -169,11 +169,14 @@ def ports(processes: list[psutil.Process]) -> set[int]:
 
 def sockets(processes: list[psutil.Process]) -> set[Path]:
     """Return the Unix sockets in folders that processes have; those in /proc are deleted, and have no place."""
-    return {
-        Path(each.laddr)
-        for process in processes
-        for each in process.net_connections("unix")
-        if each.laddr and not each.laddr.startswith("/proc/self/")
+    files = {
+        str(file.readlink()) for process in processes for file in Path(f"/proc/{process.pid}/fd").iterdir()
+    }
+    lines = (line.split(maxsplit=7) for line in Path("/proc/net/unix").read_text("utf-8").splitlines())
+    return {  # psutil finds none whose path has spaces
+        Path(words[7])
+        for words in lines
+        if len(words) == 8 and f"socket:[{words[6]}]" in files and not words[7].startswith("/proc/self/")
     }
 
 

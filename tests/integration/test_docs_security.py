@@ -25,7 +25,7 @@ def commands(folder: Path) -> list[list[str]]:
     page = (DOCS / "how-to/security.md").read_text("utf-8")
     block = re.search(r"## In five commands\n.*?```sh\n(.*?)```", page, re.S)
     assert block is not None
-    text = block[1].replace("robotlab.local", "127.0.0.1").replace("keys", str(folder))
+    text = block[1].replace("robotlab.local", "127.0.0.1").replace("keys", shlex.quote(str(folder)))
     return [shlex.split(line, comments=True) for line in text.splitlines()]
 
 

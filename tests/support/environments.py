@@ -22,11 +22,14 @@ from tests.support.places import ROOT
 __all__ = ["copy_packages", "make_environment"]
 
 OURS: Final = "visualhfsm"
-SCRIPT: Final = """#!{python}
+SCRIPT: Final = """#!/bin/sh
+'''exec' "{python}" "$0" "$@"
+' '''
 import sys
 from {module} import {function}
 sys.exit({function}())
 """
+"""A program as pip writes it where the path of Python has spaces: a shell reads the first lines, Python a text."""
 
 
 def copy_packages(folder: Path, *, checkout: bool = False) -> None:

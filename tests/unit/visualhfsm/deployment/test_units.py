@@ -92,7 +92,8 @@ def test_a_unit_has_limits_and_may_change_nothing_of_the_system(units: dict[str,
 
 def test_words_of_a_command_reach_it_as_they_are(units: dict[str, str]) -> None:
     (line,) = re.findall("^ExecStart=(.*)$", units["lab-ball.service"], re.M)
-    assert line == rf'{sys.executable} -c "a b" "q\"\\" "50%%" "$$HOME" "two\nlines" ""'
+    python = f'"{sys.executable}"' if " " in sys.executable else sys.executable
+    assert line == rf'{python} -c "a b" "q\"\\" "50%%" "$$HOME" "two\nlines" ""'
     assert 'Environment=PYTHONUNBUFFERED=1 "A=x y%%" "B=$C"' in units["lab-ball.service"].splitlines()
 
 
