@@ -29,7 +29,7 @@ FACTOR: Final = float(os.environ.setdefault("TEST_PATIENCE", "20"))
 EVENT_LIMIT: Final = 1.0 * FACTOR
 """A thread, or a communicator on loopback, does or notices something within this many s."""
 
-CALL_LIMIT: Final = 2.0 * FACTOR
+CALL_LIMIT: Final = 1.0 * FACTOR
 """A call ends, or the loss of a peer that hangs is noticed: `timeout` and `lease` of the settings."""
 
 START_LIMIT: Final = 3.0 * FACTOR
