@@ -26,7 +26,7 @@ check = Leaks.check
 def check_briefly(self, scope):
     '''Wait for the end of what is left only where nothing is.'''
     file = os.environ["PYTEST_CURRENT_TEST"].partition("::")[0]
-    return check(self, scope, limit={FOREVER} if file in ("test_clean.py", "test_locked.py") else 0.2)
+    return check(self, scope, limit={FOREVER} if file in ("test_clean.py", "test_locked.py") else 0.1)
 
 Leaks.check = check_briefly
 """

@@ -16,6 +16,7 @@ from tests.support.processes import free_endpoint
 from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
 from tests.support.robot_server import eventually, served
 from tests.support.security import routing
+from tests.support.soak import cases
 from zenoh_ice import Settings, initialize
 from zenoh_ice.limits import Limits
 from zenoh_ros2 import Node, Sender, Types
@@ -92,7 +93,7 @@ def test_after_a_restart_of_the_router_they_find_each_other_again() -> None:
             opened.close()
 
 
-@pytest.mark.parametrize(("ours", "others"), [("client", "peer"), ("peer", "client")])
+@pytest.mark.parametrize(("ours", "others"), cases([("client", "peer")], [pytest.param("peer", "client")]))
 def test_what_is_known_by_a_router_is_gone_with_it_and_comes_back_with_it(ours: Mode, others: Mode) -> None:
     endpoint = free_endpoint()
     routed = Settings(mode="router", connect=(), listen=(endpoint,))

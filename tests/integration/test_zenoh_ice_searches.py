@@ -154,9 +154,9 @@ def test_short_limit_does_not_wait_for_a_long_one(make_communicator: Callable[..
 def test_calls_of_nobody_are_reported_together(
     endpoint: str, make_communicator: Callable[..., Communicator]
 ) -> None:
-    """Each waits for a second from when it was made, not after the one before it."""
-    pair = limited_pair(endpoint, make_communicator, Limits(token_delay=0.25, longest_grace=0.0))
+    """Each waits for half a second from when it was made, not after the one before it."""
+    pair = limited_pair(endpoint, make_communicator, Limits(token_delay=0.125, longest_grace=0.0))
     absent = NotebookPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
     futures = [absent.note.begin("lost") for _ in range(40)]
-    assert not wait(futures, CALL_LIMIT / 2).not_done
+    assert not wait(futures, CALL_LIMIT / 4).not_done
     assert {type(future.exception()) for future in futures} == {ObjectNotExistException}

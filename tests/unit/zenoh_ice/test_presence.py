@@ -76,6 +76,13 @@ def explained(presence: Presence) -> SystemException:
 
 
 @at_once
+def test_a_call_with_a_long_limit_looks_little_longer_for_a_servant_that_is_not_there() -> None:
+    presence, transport = make_presence(limits=Limits(longest_grace=0.02))
+    transport.token_delay = 0.001
+    assert not presence.wait_for(HEAD, None, 100 * FOREVER)
+
+
+@at_once
 def test_a_call_of_a_servant_that_is_away_is_explained_at_once() -> None:
     presence, transport = make_presence(limits=Limits(loss_notice=FOREVER))
     transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0)).close()
