@@ -19,7 +19,7 @@ HASTY: Final = Limits(token_delay=0.05, longest_grace=0.0)
 
 def limited(**limits: Any) -> pytest.MarkDecorator:
     """Run a test with other limits of what its fixtures make of their fixture `limits`."""
-    return pytest.mark.parametrize("limits", [Limits(**limits)], ids=["limited"])
+    return pytest.mark.parametrize("limits", [Limits(**limits)], ids=[pytest.HIDDEN_PARAM])
 
 
 def limited_pair(endpoint: str, make_communicator: Callable[..., Communicator], limits: Limits) -> Pair:
