@@ -13,6 +13,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from urllib.parse import urljoin
 
 import psutil
@@ -235,10 +236,10 @@ def checks() -> Iterator[None]:
 
 
 @pytest.fixture
-def private(tmp_path: Path) -> Path:
-    folder = tmp_path / "private"
-    folder.mkdir(mode=0o700)
-    return folder
+def private() -> Iterator[Path]:
+    """A folder of the user alone with a short name: the path of a socket has at most 107 bytes."""
+    with TemporaryDirectory(prefix="s") as folder:
+        yield Path(folder)
 
 
 def test_a_proxy_of_the_same_user_needs_no_token_at_a_socket(root: Path, private: Path) -> None:

@@ -12,6 +12,8 @@ import urllib.error
 import urllib.request
 from http.cookiejar import CookieJar
 from pathlib import Path
+from shlex import quote
+from urllib.parse import unquote
 
 import psutil
 import pytest
@@ -112,14 +114,12 @@ def test_without_a_command_it_is_the_editor_and_the_browser_gets_a_page_that_oth
 ) -> None:
     launched_path = tmp_path / "launched_path"
     browser = tmp_path / "browser"
-    browser.write_text(
-        f"#!{sys.executable}\nimport sys, pathlib\npathlib.Path({str(launched_path)!r}).write_text(sys.argv[1])\n"
-    )
+    browser.write_text(f'#!/bin/sh\nprintf %s "$1" > {quote(str(launched_path))}\n')
     browser.chmod(0o755)
     runtime = tmp_path / "runtime"
     runtime.mkdir(mode=0o700)
     environment = {
-        "BROWSER": f"{browser} %s",
+        "BROWSER": f"{quote(str(browser))} %s",
         "XDG_STATE_HOME": str(tmp_path),
         "XDG_RUNTIME_DIR": str(runtime),
         "VISUALHFSM_CONNECT": free_endpoint(),
@@ -128,7 +128,7 @@ def test_without_a_command_it_is_the_editor_and_the_browser_gets_a_page_that_oth
         printed = process.wait_for(ADDRESS)[0]
         process.wait_for("Ctrl-C ends it")
         launched = content(launched_path, "file://.*[.]html$")
-        page = Path(launched.removeprefix("file://"))
+        page = Path(unquote(launched.removeprefix("file://")))
         assert page.is_relative_to(runtime)
         assert [each.stat().st_mode & 0o777 for each in (page, page.parent)] == [0o600, 0o700]
         found = re.search(ADDRESS, page.read_text())

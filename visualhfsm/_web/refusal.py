@@ -11,6 +11,7 @@ import logging
 import secrets
 import time
 from collections import Counter
+from collections.abc import Callable
 from typing import Final
 
 from starlette.datastructures import Headers
@@ -89,14 +90,15 @@ def _answer(headers: Headers, status: int, heading: Message, reason: Message, *m
 class RefusalLog:
     """Logs each reason once a minute, with the number of those in between. Used on one event loop."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
         self._until: dict[str, float] = {}
         self._unsaid: Counter[str] = Counter()
 
     def add(self, reason: object) -> None:
         """Log a reason, which contains no text of the request, unless it was just logged."""
         text = str(reason)
-        now = time.monotonic()
+        now = self._clock()
         if now < self._until.get(text, 0.0):
             self._unsaid[text] += 1
             return

@@ -36,11 +36,10 @@ def test_a_viewer_is_not_sent_to_a_terminal() -> None:
 
 
 def test_a_reason_is_logged_again_only_after_a_while_with_their_number(
-    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     now = 0.0
-    monkeypatch.setattr("visualhfsm._web.refusal.time.monotonic", lambda: now)
-    log = RefusalLog()
+    log = RefusalLog(lambda: now)
     for _ in range(3):
         log.add("no cookie")
     log.add("another host")
