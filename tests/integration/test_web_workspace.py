@@ -103,6 +103,19 @@ def test_the_outcome_is_there_when_the_answer_comes(window: Window) -> None:
     assert names(window) == ["wait", "go", "stop"]
 
 
+@pytest.mark.parametrize(("within", "steps"), [(FOREVER, 1), (-1.0, 3)])
+def test_like_changes_are_one_step_as_long_as_the_limits_say(root: Path, within: float, steps: int) -> None:
+    with editor(root, merge_within=within) as running, running.window() as window:
+        window.ask("open", path="robot.xml")
+        for code in ("a", "ab", "abc"):
+            command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": code}
+            window.ask("do", tab=1, command=command)
+        for _ in range(steps):
+            window.ask("undo", tab=1)
+        with pytest.raises(Refused, match="nothing to undo"):
+            window.ask("undo", tab=1)
+
+
 def test_windows_see_each_others_changes(running: Editor, window: Window) -> None:
     with running.window() as other:
         assert names(other) == ["wait", "go"]
@@ -536,7 +549,7 @@ def test_requests_that_wait_do_not_fill_the_memory(root: Path, monkeypatch: pyte
 def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of_a_process(
     root: Path,
 ) -> None:
-    limits = Limits(component_end_seconds=0.1)
+    limits = Limits(component_end_seconds=0.1, operation_seconds=FOREVER)
     let_go, still, ended = threading.Event(), threading.Event(), threading.Event()
 
     class Repeated(NoService):
