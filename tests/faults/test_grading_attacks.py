@@ -149,6 +149,7 @@ ATTACKS: Final = {
         control=False,
     ),
     "reads the passwords": Attack("open('/etc/shadow').read()", "its code raised FileNotFoundError: ", control=False),
+    "reads the environment of others": Attack("open('/proc/1/environ').read()", "its code raised FileNotFoundError: ", control=False),
     "reads homes": Attack("import os\nos.listdir('/home')", "its code raised FileNotFoundError: "),
     "writes marks": Attack(
         "with open({folder!r} + '/marks.csv', 'w') as marks:\n    marks.write('ana,10')",
@@ -328,7 +329,7 @@ elif not met:
         except BaseException as error:
             met[str(number)] = f"its code raised {type(error).__name__}: {error}"
 """
-"""What happened to each is told by the submission itself."""
+"""The submission itself says what happened to each."""
 MANY_AT_ONCE: Final = -2
 CONTROLS_AT_ONCE: Final = -1
 
@@ -485,7 +486,7 @@ for path in sys.argv[2:]:
         os._exit(0 if good(path) else 3)
     print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
-"""The first document is not good; each other one runs in a process of its own."""
+"""The first document is not good; each other one runs in a separate process."""
 
 
 def patient(folder: Path, code: str) -> Path:

@@ -1,6 +1,6 @@
 """Whatever is killed while trials run, or fills up, the same command goes on, and its table is as undisturbed.
 
-In `make test` each fault comes once, and those of clusters and of single processes, which tests of their own cause,
+In `make test` each fault comes once, and those of clusters and of single processes, which other tests cause,
 not at all; in `make soak` each of them comes at thirty random moments, and many trials end their process, too.
 """
 
