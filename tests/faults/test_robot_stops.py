@@ -89,7 +89,7 @@ def test_a_real_robot_that_was_stopped_neither_moves_nor_stands_up_when_its_serv
 ) -> None:
     from tests.support.conformance import fake_as_naoqi
 
-    with fake_as_naoqi() as url:
+    with fake_as_naoqi(speed=3.0) as url:
         stand = ("--robot", url, "--start", "stand")
         with server("naoserver.naoqi", endpoint, *stand) as process:
             known(client).emergencyStop("a hand in the way")

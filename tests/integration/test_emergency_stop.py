@@ -63,7 +63,7 @@ class ScriptedRobot:
     def __init__(self, session: zenoh.Session, realm: str = "nao", token: str = "") -> None:
         self.sent: list[Sent] = []
         self.stops: list[Answer] = [(True, STOPPED)]
-        self.joints: list[Answer] = []
+        self.joints: list[Answer] = [joints(0.0)]
         self._declared: list[Any] = [
             session.declare_queryable(f"{realm}/Safety/emergencyStop", self._stop),
             session.declare_queryable(
@@ -191,6 +191,7 @@ class TestRepetition:
         self, endpoint: str, scripted: ScriptedRobot
     ) -> None:
         scripted.stops = [error("the left arm does not answer"), error("again"), (True, STOPPED)]
+        scripted.joints = []  # whoever says nothing of them is believed, in the end
         assert stop(endpoint).code == 0
         assert len(scripted.sent) >= 3, "or more, over another link"
 

@@ -31,7 +31,7 @@ SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
 @pytest.fixture(scope="module")
 def url():
-    with fake_as_naoqi() as url:
+    with fake_as_naoqi(speed=3.0) as url:
         yield url
 
 

@@ -22,7 +22,7 @@ def served():
         endpoint,
         "--no-skin",
         "--speed",
-        "2",
+        "4",
         "--body",
         "H21",
         "--qi",

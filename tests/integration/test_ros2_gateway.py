@@ -793,15 +793,24 @@ def test_the_speed_of_the_walk_is_a_parameter(shared: Robot) -> None:
 # Others beside ROS
 
 
-def test_a_text_that_somebody_drops_ends_its_goal(shared: Robot) -> None:
+def test_a_text_that_somebody_drops_ends_its_goal(
+    shared: Robot, robot: FakeRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert robot.voice is not None
+    said, say = list[str](), robot.voice.say
+
+    def noting(text: str) -> None:
+        say(text)
+        said.append(text)
+
+    monkeypatch.setattr(robot.voice, "say", noting)
     speech = shared.nao.proxy(SpeechPrx, "Speech")
     speech.stop()
     speech.say("a text that takes long to say " * 20)
     eventually(lambda: speech.getSpeech().speaking)
     count = speech.getSpeech().count
     goal = shared.action("naoqi_bridge_msgs/action/SpeechWithFeedback", "/speech_action").send(say="late")
-    eventually(lambda: goal.status is Status.EXECUTING)
-    time.sleep(0.1)
+    eventually(lambda: goal.status is Status.EXECUTING and "late" in said)
     speech.stop()
     goal.result(MOVE_LIMIT)
     assert goal.status is Status.ABORTED

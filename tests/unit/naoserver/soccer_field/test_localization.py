@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from naoserver.soccer_field.localization import Localizer, Pose
 from naoserver.soccer_field.model import POST_RADIUS, Field
+from tests.support.soak import cases
 
 FIELD = Field()
 WIDTH, HEIGHT, FOCAL = 320, 240, 272.0
@@ -217,16 +218,20 @@ def look_to_all_sides(localizer: Localizer, pose, **how):
 
 @pytest.mark.parametrize(
     ("truth", "start"),
-    [
-        ((-0.75, 0.0, 1.6), (-0.75, 0.0, 0.0)),  # turned
-        ((-0.75, 0.0, -3.0), (-0.75, 0.0, 0.0)),
-        ((-0.75, 0.0, 0.0), (-1.75, 0.0, 0.2)),
-        ((-0.75, 0.0, 0.0), (-0.75, 1.0, -0.2)),
-        ((3.3, -0.8, 0.4), (-0.75, 0.0, 0.0)),  # anywhere
-        ((-2.5, 1.5, -1.5), (-0.75, 0.0, 0.0)),
-        ((-1.5, -2.8, 1.6), (-0.75, 0.0, 0.0)),  # at the side line
-        ((1.5, 1.0, 0.3), (-0.75, 0.0, 0.0)),  # carried away
-    ],
+    cases(
+        [
+            ((-0.75, 0.0, -3.0), (-0.75, 0.0, 0.0)),  # turned
+            ((-0.75, 0.0, 0.0), (-0.75, 1.0, -0.2)),
+            ((3.3, -0.8, 0.4), (-0.75, 0.0, 0.0)),  # anywhere
+            ((-1.5, -2.8, 1.6), (-0.75, 0.0, 0.0)),  # at the side line
+            ((1.5, 1.0, 0.3), (-0.75, 0.0, 0.0)),  # carried away
+        ],
+        [
+            pytest.param((-0.75, 0.0, 1.6), (-0.75, 0.0, 0.0)),
+            pytest.param((-0.75, 0.0, 0.0), (-1.75, 0.0, 0.2)),
+            pytest.param((-2.5, 1.5, -1.5), (-0.75, 0.0, 0.0)),
+        ],
+    ),
 )
 def test_a_lost_robot_that_looks_to_all_sides_finds_its_place(truth, start):
     localizer = Localizer(FIELD, start)
