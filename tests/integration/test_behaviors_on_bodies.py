@@ -71,7 +71,7 @@ def test_it_looks_everywhere_for_a_lost_ball_as_far_as_its_neck_reaches(
     assert not b.robot.state.fallen
 
 
-@pytest.mark.parametrize("body", cases(["H25", "G1"], ["H21", "T1"]))
+@pytest.mark.parametrize("body", cases(["T1"], ["H25", "H21", "G1"]))
 def test_it_looks_everywhere_while_it_walks_and_turns(behavior: MakeBehavior, body: str) -> None:
     b = behavior("behaviors/follow_ball.xml", robot="sim", body=body, camera="drawn")
     b.robot.ball("green").place(pan=math.pi, distance=3.0)
@@ -84,7 +84,7 @@ def test_it_looks_everywhere_while_it_walks_and_turns(behavior: MakeBehavior, bo
     assert not b.robot.state.fallen
 
 
-@pytest.mark.parametrize("body", cases(["H21", "T1"], ["H25", "G1"]))
+@pytest.mark.parametrize("body", cases(["H21"], ["H25", "T1", "G1"]))
 def test_it_follows_a_ball_and_dances_in_turn(behavior: MakeBehavior, body: str) -> None:
     b = behavior("behaviors/dance_and_follow.xml", robot="sim", body=body)
     b.advance(7.9)

@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -78,6 +78,13 @@ def server(folder: Path, body: str) -> Iterator[dict[str, str]]:
         }
 
 
+@pytest.fixture(scope="module")
+def cart(folder: Path) -> Iterator[dict[str, str]]:
+    """The cart of the page, which several tests use; the environment of its clients."""
+    with server(folder, "my_robot.toml") as environment:
+        yield environment
+
+
 def printed(folder: Path, program: str, environment: dict[str, str]) -> str:
     """Return what a program of the page prints."""
     done = subprocess.run(
@@ -93,18 +100,11 @@ def printed(folder: Path, program: str, environment: dict[str, str]) -> str:
     return done.stdout.rstrip()
 
 
-def test_the_cart_does_what_the_page_says(folder: Path) -> None:
-    with server(folder, "my_robot.toml") as environment:
-        assert printed(folder, "drive.py", environment) == OUTPUTS["drive.py"]
-
-
-def test_the_papers_behavior_follows_the_ball_with_its_head(folder: Path) -> None:
-    with server(folder, "my_robot.toml") as environment, ExitStack() as started:
-        behavior = [sys.executable, str(ROOT / "behaviors/follow_ball.py")]
-        started.enter_context(ComponentProcess(behavior, environment, folder))
-        communicator = started.enter_context(
-            initialize(realm="own", connect=[environment["VISUALHFSM_CONNECT"]])
-        )
+def test_the_papers_behavior_follows_the_ball_with_its_head(folder: Path, cart: dict[str, str]) -> None:
+    with (
+        ComponentProcess([sys.executable, str(ROOT / "behaviors/follow_ball.py")], cart, folder),
+        initialize(realm="own", connect=[cart["VISUALHFSM_CONNECT"]]) as communicator,
+    ):
         head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
         truth = GroundTruthPrx.checkedCast(communicator.stringToProxy("GroundTruth"))
         ball = truth.getGroundTruth().objects["BallGreen"].position
@@ -113,19 +113,22 @@ def test_the_papers_behavior_follows_the_ball_with_its_head(folder: Path) -> Non
         until(lambda: abs(head.getPose().pan - bearing) < FOLLOWS, MOVE_LIMIT)
 
 
-def test_a_behavior_says_before_it_starts_what_the_cart_lacks(folder: Path) -> None:
-    with server(folder, "my_robot.toml") as environment:
-        done = subprocess.run(
-            [sys.executable, str(ROOT / "behaviors/dance.py")],
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=RUN_LIMIT,
-            check=False,
-        )
+def test_a_behavior_says_before_it_starts_what_the_cart_lacks(cart: dict[str, str]) -> None:
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "behaviors/dance.py")],
+        env=cart,
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
+    )
     assert done.returncode != 0
     assert "cannot start" in done.stderr
     assert {"RightShoulderMotors", "LeftElbowMotors"} <= set(re.findall(r"\w+", done.stderr))
+
+
+def test_the_cart_does_what_the_page_says(folder: Path, cart: dict[str, str]) -> None:
+    assert printed(folder, "drive.py", cart) == OUTPUTS["drive.py"]
 
 
 def test_the_lamp_of_a_urdf_does_what_the_page_says(folder: Path) -> None:

@@ -70,7 +70,7 @@ def test_watch_joints(environment: dict[str, str]) -> None:
 @pytest.mark.parametrize("name", ["turn_head", "save_image", "watch_joints"])
 def test_without_a_robot_an_example_says_how_to_start_one(name: str) -> None:
     nowhere = {
-        "VISUALHFSM_CONNECT": free_endpoint(), "VISUALHFSM_TIMEOUT": "1", "PYTHONPATH": str(REPOSITORY)
+        "VISUALHFSM_CONNECT": free_endpoint(), "VISUALHFSM_TIMEOUT": "0.2", "PYTHONPATH": str(REPOSITORY)
     }  # fmt: skip
     with ComponentProcess(command(name), nowhere) as example:
         assert example.wait() == 1
