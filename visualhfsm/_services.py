@@ -39,25 +39,18 @@ class ServiceLimits:
 
     silence: float = 1.0
     """A component sends its next snapshot, of ten per second; after that it is shown as silent."""
-
     appearance: float = 5.0
     """A robot's server that is ready is seen in the realm."""
-
     interruption: float = 5.0
     """A component's process ends after SIGINT, at which it stops the robot; then it gets SIGTERM."""
-
     termination: float = 3.0
     """A component's process ends after SIGTERM; then it is killed."""
-
     component_end: float = 2.0
     """A component ends at STOP; then the robot is stopped again."""
-
     stop_answer: float = 1.0
     """The robot answers to being stopped; then it is stopped again."""
-
     stop_repetition: float = 8.0
     """The robot confirms one of the stops that are repeated: less than a request of the page may take."""
-
     standstill: float = STILL_LIMIT
     """The joints are still after a confirmed stop."""
 
