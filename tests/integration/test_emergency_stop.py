@@ -191,7 +191,7 @@ class TestRepetition:
         self, endpoint: str, scripted: ScriptedRobot
     ) -> None:
         scripted.stops = [error("the left arm does not answer"), error("again"), (True, STOPPED)]
-        scripted.joints = []  # whoever says nothing of them is believed, in the end
+        scripted.joints = []  # a robot that says nothing of them is believed, in the end
         assert stop(endpoint).code == 0
         assert len(scripted.sent) >= 3, "or more, over another link"
 

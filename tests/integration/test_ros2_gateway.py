@@ -901,9 +901,7 @@ def test_it_goes_on_when_the_robot_server_was_restarted() -> None:
     with ExitStack() as first:
         first.enter_context(served(FakeRobot(), realm="again", endpoint=endpoint))
         with (
-            initialize(
-                connect=[endpoint], listen=["tcp/127.0.0.1:0"], realm="again", timeout=HASTE
-            ) as communicator,
+            initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], realm="again") as communicator,
             serve(communicator, "nao", settings=settings(endpoint)) as telemetry,
             Node("tester", settings=settings(endpoint)) as ros,
         ):

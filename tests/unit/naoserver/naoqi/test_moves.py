@@ -149,7 +149,9 @@ def refusing(times, operation):
     return answer
 
 
-def test_a_stop_that_is_refused_is_repeated_until_it_is_not(naoqi, caplog):
+def test_a_stop_that_is_refused_is_repeated_until_it_is_not(caplog):
+    # So slow that it does not also walk on for long enough to be stopped for that.
+    naoqi = ScriptedNaoqi(speed=0.3)
     naoqi.answers[ACTIVE] = True
     with naoqi.robot() as robot:
         robot.walker.command(WalkVelocity(forward=0.05))
