@@ -13,7 +13,7 @@ pytest.importorskip("qi")
 
 from naoserver.qi._clients import Call, CallTable, Client, QiLimits
 from naoserver.qi._connections import LARGEST_MESSAGE, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
-from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
 from tests.support.qi_messages import CALL, ERROR, POST, REPLY, Line, Message, text
@@ -185,7 +185,7 @@ def is_admitted(program):
     return program.silent
 
 
-@limited(connections=2)
+@limited(connections=2, talk=FOREVER)
 def test_further_connections_are_closed_at_once(played):
     with ExitStack() as steps:
         first, *_ = (steps.enter_context(Line.to(played.connections.url)) for _ in range(2))
