@@ -29,7 +29,7 @@ def grey(value, size=(240, 320)):
 
 
 def developed(sensor, picture, time=0.0, *, turning=STILL, mean=118.0, camera="Camera"):
-    return sensor.develop(picture, camera, time, np.array(turning), lambda _: mean).astype(int)
+    return sensor.develop(picture, camera, time, np.array(turning), lambda _: mean).astype(np.int16)
 
 
 @pytest.mark.parametrize("size", [(120, 160), (240, 320), (480, 640), (960, 1280)])

@@ -201,7 +201,7 @@ def test_a_mesh_in_the_folder_of_the_compiler_is_found(write, tmp_path):
 
 
 def test_large_meshes_are_coarsened_and_it_is_said(write, tmp_path, caplog):
-    whole = cone(150.0, 300.0, sides=1000, rings=60)
+    whole = cone(150.0, 300.0, sides=500, rings=60)
     write_stl(tmp_path / "meshes/visual/base.stl", whole)
     write_stl(tmp_path / "meshes/collision/base.stl", cone(0.1, 0.2, sides=6))
     body = write(ARM)
