@@ -139,7 +139,7 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     expect(shown.transition("many")).to_have_attribute("aria-label", re.compile("condition false"))
     expect(rows.filter(has_text="look")).to_have_attribute("data-live", "active")
 
-    shown.state("wait").locator(".body").hover()  # why not
+    shown.hover(shown.state("wait").locator(".body"), shows=tooltip)  # why not
     expect(tooltip).to_contain_text("many")
     shown.page.mouse.move(5, 5)
     expect(tooltip).to_have_count(0)

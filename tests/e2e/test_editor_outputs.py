@@ -47,6 +47,14 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 </VisualHFSM>
 """
 
+MARK_AGAIN = """async (code) => {
+  const {EditorView, forEachDiagnostic, setDiagnostics} = await import("codemirror");
+  const view = EditorView.findFromDOM(code);
+  const marks = [];
+  forEachDiagnostic(view.state, (each) => marks.push(each));
+  view.dispatch(setDiagnostics(view.state, marks));
+}"""
+
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
@@ -154,11 +162,25 @@ def test_a_variable_of_the_automaton_above_is_handed_up_by_a_click(shown: Editor
     shown.state("look").wait_for()
     code = edit(shown, "look")
     shown.press("Control+a")
-    shown.insert("turns = 1")
-    marked = code.locator(".cm-lintRange").first
-    marked.wait_for()
-    marked.hover()
-    shown.page.get_by_role("button", name="Hand turns up as an output").click()
+    shown.insert("turns = 1\npass")
+    hand_up = shown.page.get_by_role("button", name="Hand turns up as an output")
+    shown.hover(code.locator(".cm-lintRange", has_text="turns"), shows=hand_up)
+
+    # The bubble below a mouse that rests stays while another mark comes, and while the same marks are found again.
+    open_now = hand_up.element_handle()
+    with shown.editor.window() as other:
+        command = {"command": "setStateCode", "automaton": 2, "state": 1, "part": "code"}
+        other.ask("do", tab=1, command={**command, "text": "turns = 1\nself.nothing()"})
+        code.locator(".cm-lintRange", has_text="nothing").wait_for()
+        assert open_now.is_visible()
+        other.ask("do", tab=1, command={**command, "text": "turns = 1\npass"})
+        expect(code.locator(".cm-lintRange")).to_have_text(["turns"])
+    expect(shown.page.locator(".cm-lint-marker")).to_have_count(1)
+    marked = code.locator(".cm-lintRange").element_handle()
+    in_gutter = shown.page.locator(".cm-lint-marker").element_handle()
+    code.evaluate(MARK_AGAIN)
+    assert [each.is_visible() for each in (open_now, marked, in_gutter)] == [True] * 3
+    hand_up.click()
     expect(code.locator(".cm-lintRange")).to_have_count(0)
     root, below = saved(shown, path).automata
     assert [(each.name, each.type.text, each.default.text) for each in below.outputs] == [

@@ -163,8 +163,7 @@ def test_the_shelf_of_the_project_follows_its_folder(shown: EditorPage, root: Pa
         found = shown.page.get_by_role("option", name=f"{name}, cannot be used")
         expect(found).to_have_attribute("aria-disabled", "true")
         found.scroll_into_view_if_needed()
-        found.hover()
-        expect(shown.page.locator(".shelf-about .trouble")).to_contain_text(reason)
+        shown.hover(found, shows=shown.page.locator(".shelf-about .trouble", has_text=reason))
         found.click(force=True)  # it is disabled, and draws nothing
     ready(shown, "count up").click()
     shown.expect_states("wait", "go", "count up")
@@ -179,8 +178,9 @@ def test_what_the_robot_lacks_is_said(shown: EditorPage) -> None:
     shown.page.evaluate(SERVED, ["Safety", "Head", "Walk", "Leds"])
     lacks = shown.page.get_by_role("option", name="Look for a ball, this robot has no camera")
     expect(lacks).to_contain_class("lacking")
-    lacks.hover()
-    expect(shown.page.locator(".shelf-about .trouble")).to_have_text("This robot has no camera.")
+    trouble = shown.page.locator(".shelf-about .trouble")
+    shown.hover(lacks, shows=trouble)
+    expect(trouble).to_have_text("This robot has no camera.")
     expect(ready(shown, "Walk to")).not_to_contain_class("lacking")
     lacks.click()  # it may be meant for another robot
     expect(shown.state("look for a ball")).to_have_count(1)

@@ -20,6 +20,7 @@ from playwright.sync_api import (
     Locator,
     Page,
     Playwright,
+    TimeoutError,  # noqa: A004 - Playwright's
     expect,
     sync_playwright,
 )
@@ -65,6 +66,8 @@ FLAGS: Final = (
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
 EXPERIMENTAL_RULES: Final = ("label-content-name-mismatch",)
 """Rules that axe leaves out by default."""
+POINTED_AT: Final = 3.0
+"""After so many s without an effect a person points at something again."""
 COLOR_RULES: Final = ("color-contrast", "link-in-text-block")
 """All rules of axe about colors except the one of level AAA, which axe leaves out by default."""
 
@@ -245,6 +248,17 @@ class EditorPage:
     def button(self, name: str) -> Locator:
         """The button with a name."""
         return self.page.get_by_role("button", name=name, exact=True)
+
+    def hover(self, locator: Locator, shows: Locator) -> None:
+        """Point at an element until that shows another one; like a person, come again if it doesn't."""
+        deadline = time.monotonic() + PAGE_LIMIT
+        while True:
+            locator.hover()
+            with contextlib.suppress(TimeoutError):
+                shows.wait_for(timeout=POINTED_AT * 1000)
+                return
+            assert time.monotonic() < deadline, f"{locator} shows nothing"
+            self.page.mouse.move(0, 0)
 
     def choose_in(self, menu: str, item: str) -> None:
         """Choose an item of a menu of the header, or of *Actions* on the canvas."""

@@ -1,12 +1,13 @@
 /**
  * Help from the server while typing Python: completion, parameters of calls, explanations of names, and marks.
  *
- * @import {CompletionContext, Diagnostic, EditorState, Text, Tooltip} from "codemirror"
+ * @import {CompletionContext, Diagnostic, Text, Tooltip, Transaction} from "codemirror"
  * @import {Completions, NameExplanation, Place, Problem, Signature} from "../protocol.js"
  * @typedef {{complete: Completions, explain: NameExplanation, signature: Signature, lint: Problem[]}} Wanted
  */
 
 import {
+  EditorState,
   EditorView,
   StateEffect,
   StateField,
@@ -15,6 +16,7 @@ import {
   forEachDiagnostic,
   hoverTooltip,
   linter,
+  setDiagnosticsEffect,
   showTooltip,
 } from "codemirror";
 import {store} from "../store.js";
@@ -52,10 +54,48 @@ export function assistance({tab, place, problems}) {
     linter((view) => help.lint(view, problems), {
       delay: LINT_AFTER,
       needsRefresh: ({transactions}) => transactions.some((each) => each.effects.some((effect) => effect.is(recheck))),
+      hideOn: (transaction, from, to) => takesAway(transaction, from, to),
     }),
+    lastMarks,
+    EditorState.transactionFilter.of((transaction) => (setsTheSame(transaction) ? [] : transaction)),
     hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500}),
     signatures(help),
   ];
+}
+
+/** The marks that a transaction sets, if it does nothing else. @param {Transaction} transaction */
+function marksOf({effects, docChanged}) {
+  return docChanged ? undefined : effects.find((each) => each.is(setDiagnosticsEffect))?.value;
+}
+
+/**
+ * Whether marks are set, and one is gone of those at some code: else their bubble stays open under the mouse.
+ *
+ * @param {Transaction} transaction
+ * @param {number} from
+ * @param {number} to
+ */
+function takesAway(transaction, from, to) {
+  const marks = marksOf(transaction);
+  if (!marks) return null;
+  let isGone = false;
+  forEachDiagnostic(transaction.startState, (each, start, end) => {
+    if (start <= from && to <= end && !marks.includes(each)) isGone = true;
+  });
+  return isGone;
+}
+
+/** The marks that were set last, as long as their text is the same. */
+const lastMarks = StateField.define({
+  create: () => /** @type {readonly Diagnostic[] | undefined} */ (undefined),
+  update: (marks, transaction) => marksOf(transaction) ?? (transaction.docChanged ? undefined : marks),
+});
+
+/** Whether nothing is done but to draw the same marks anew. @param {Transaction} transaction */
+function setsTheSame(transaction) {
+  const marks = marksOf(transaction);
+  const last = transaction.startState.field(lastMarks, false);
+  return marks && marks.length === last?.length && marks.every((each, index) => each === last[index]);
 }
 
 /**
@@ -162,11 +202,35 @@ class Help {
     const marks = new Map();
     for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
     await learnFixes([...marks.values()]);
+    if (view.state.doc !== doc) return []; // too late: these would be marks of an earlier text
     const {automaton = 0} = this.place;
-    return [...marks.values()]
-      .map((each) => asMark(doc, each, automaton, items))
-      .sort((one, other) => one.from - other.from);
+    return this.#kept(
+      [...marks.values()]
+        .map((each) => asMark(doc, each, automaton, items))
+        .sort((one, other) => one.from - other.from),
+    );
   }
+
+  /**
+   * Marks, of which those that say what an earlier one said are that one: its open bubble and its buttons stay.
+   *
+   * @param {Diagnostic[]} marks
+   */
+  #kept(marks) {
+    const earlier = this.#marks;
+    this.#marks = new Map();
+    for (const mark of marks) {
+      const {from, to, severity, message, actions = []} = mark;
+      const key = JSON.stringify([from, to, severity, message, ...actions.map(({name}) => name)]);
+      const known = earlier.get(key) ?? mark;
+      known.actions?.forEach((action, index) => Object.assign(action, actions[index]));
+      this.#marks.set(key, known);
+    }
+    return [...this.#marks.values()];
+  }
+
+  /** The last marks, by what they say. @type {Map<string, Diagnostic>} */
+  #marks = new Map();
 
   /**
    * The last problems found, with their text and the document's revision.
