@@ -145,9 +145,8 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         return behavior
 
     yield make
-    del request.node.stash[
-        _BEHAVIORS
-    ]  # pytest keeps the test until its end, and this all that a behavior saw
+    # pytest keeps each test until the end of its run, and a behavior keeps all that it saw.
+    del request.node.stash[_BEHAVIORS]
     for behavior in made:
         behavior.close()
 
