@@ -28,7 +28,10 @@ def repeated(test: T, soak: T) -> T:
 
 
 def cases(test: Iterable[Any], soak: Iterable[Any]) -> list[Any]:
-    """Return the parameters of a test: those that `make test` runs, and those that only `make soak` adds."""
+    """Return the parameters of a test: those that `make test` runs, and those that only `make soak` adds.
+
+    Several values for several names are a `pytest.param`.
+    """
     return [*test, *map(_soaked, soak)]
 
 
