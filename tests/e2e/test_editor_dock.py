@@ -13,6 +13,7 @@ from interfaces.nao import SoundsPrx, SpeechPrx
 from tests.support.browser import Box, EditorPage, new_context, shared_address
 from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
 from tests.support.robot_server import eventually
+from tests.support.soak import cases
 
 SEVERAL_FRAMES = """async () => {
     for (let frame = 0; frame < 4; frame++) await new Promise(requestAnimationFrame);
@@ -85,7 +86,7 @@ def test_what_the_robot_does_not_cover_stays_uncovered_when_the_canvas_shrinks(s
     assert not Box.of(go).overlaps(Box.of(dock(shown)))
 
 
-@pytest.mark.parametrize(("width", "height"), [(1024, 700), (683, 900)])
+@pytest.mark.parametrize(("width", "height"), cases([(1024, 700)], [pytest.param(683, 900)]))
 def test_the_robot_covers_no_hint_on_an_empty_canvas(shown: EditorPage, width: int, height: int) -> None:
     page = shown.page
     show(shown)

@@ -19,6 +19,7 @@ from tests.support.monitor import (
     run,
     status,
 )
+from tests.support.soak import cases
 
 FLOOD = DOCUMENT.replace(
     "count += 1\n", "while True:\n    count += 1\n    print('flood', count, 'x' * 200)\n"
@@ -45,7 +46,7 @@ WATCH = """() => {
 }"""
 
 
-@pytest.mark.parametrize("key", ["Shift+F5", "Control+Shift+Space"])
+@pytest.mark.parametrize("key", cases(["Control+Shift+Space"], ["Shift+F5"]))
 def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(
     browser: Browser, tmp_path: Path, key: str
 ) -> None:
@@ -69,7 +70,7 @@ def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(
             assert client.proxy(SafetyPrx, "Safety").getSafetyState().stopped
 
 
-@pytest.mark.parametrize("key", ["Shift+F5", "Control+Shift+Space"])
+@pytest.mark.parametrize("key", cases(["Shift+F5"], ["Control+Shift+Space"]))
 def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
     browser: Browser, tmp_path: Path, key: str
 ) -> None:

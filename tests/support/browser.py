@@ -31,6 +31,7 @@ from codegen.hfsm.document import Document
 from tests.support.editor import Editor
 from tests.support.limits import PAGE_LIMIT, START_LIMIT
 from tests.support.page_coverage import PAGE_COVERAGE, recorded
+from tests.support.soak import SOAKS
 
 __all__ = [
     "NO_CHROMIUM",
@@ -377,15 +378,17 @@ class EditorPage:
             assert self.names() == list(names)
             raise
 
-    def violations(self, *areas: str) -> list[str]:
+    def violations(self, *areas: str, in_both_themes: bool = SOAKS) -> list[str]:
         """Return what axe finds wrong in the page, or in those of some areas that are shown.
 
-        It checks the theme that is shown. In the other one only colors differ, so it checks only the colors there.
-        The page stays in that theme, because drawing it once more takes time, too.
+        It checks the theme that is shown, and on demand the other one. There only colors differ, so it checks only
+        the colors. The page stays in that theme, because drawing it once more takes time, too.
         """
         if self.page.evaluate("!window.axe"):
             self.page.evaluate(AXE.read_text("utf-8"))
         found = self._violations(areas, {"rules": {each: {"enabled": True} for each in EXPERIMENTAL_RULES}})
+        if not in_both_themes:
+            return found
         self._change_theme()
         return found + self._violations(areas, {"runOnly": COLOR_RULES})
 
@@ -447,7 +450,12 @@ def idle_windows(browser: Browser) -> list[Page]:
 
 def new_context(browser: Browser, language: str | None = None) -> BrowserContext:
     """Return a context without any memory."""
-    return browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme="light", locale=language)
+    return browser.new_context(
+        viewport={"width": 1280, "height": 800},
+        color_scheme="light",
+        reduced_motion="reduce",
+        locale=language,
+    )
 
 
 @contextlib.contextmanager
