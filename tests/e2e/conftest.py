@@ -13,6 +13,7 @@ from tests.support.browser import EditorPage, chromium_on_demand, editor_page
 from tests.support.editor import DOCUMENT, Editor, editor, shared_checks
 from tests.support.expecting import awaited_elements
 from tests.support.processes import REPOSITORY
+from visualhfsm._sessions.session import MERGE_WITHIN
 
 
 @pytest.fixture(scope="package", autouse=True)
@@ -60,9 +61,15 @@ def path(root: Path) -> Path:
 
 
 @pytest.fixture
-def running(root: Path, path: Path) -> Iterator[Editor]:
+def merge_within() -> float:
+    """Within how many seconds like changes are one step; tests that count steps say it."""
+    return MERGE_WITHIN
+
+
+@pytest.fixture
+def running(root: Path, path: Path, merge_within: float) -> Iterator[Editor]:
     """An editor with the document."""
-    with editor(root, path) as running:
+    with editor(root, path, merge_within=merge_within) as running:
         yield running
 
 
@@ -83,8 +90,8 @@ def behaviors(root: Path) -> Path:
 
 
 @pytest.fixture
-def start_page(browser: Browser, behaviors: Path) -> Iterator[EditorPage]:
+def start_page(browser: Browser, behaviors: Path, merge_within: float) -> Iterator[EditorPage]:
     """The start page of an editor that has the behaviors of the paper in its folder."""
-    with editor(behaviors) as running, editor_page(browser, running) as shown:
+    with editor(behaviors, merge_within=merge_within) as running, editor_page(browser, running) as shown:
         shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
         yield shown

@@ -12,7 +12,6 @@ from codegen.hfsm import read_document
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import editor
 from tests.support.limits import FOREVER
-from visualhfsm._sessions import session
 
 LEAST_MOVE = 3.0  # pixels
 COUNT_CHANGES = """() => {
@@ -244,11 +243,9 @@ def test_copies_carry_their_sub_tree_into_another_automaton_and_editor_and_broke
         other.expect_states("follow", "search", "followBall")
 
 
-def test_all_is_done_with_the_keyboard_alone(
-    shown: EditorPage, root: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("merge_within", [FOREVER])
+def test_all_is_done_with_the_keyboard_alone(shown: EditorPage, root: Path) -> None:
     # Arrows move what is selected as one step.
-    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     shown.state("dance").focus()
     before = shown.middle_of("dance")
     for _ in range(3):

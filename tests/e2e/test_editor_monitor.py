@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Route, WebSocketRoute, expect
+from playwright.sync_api import Browser, WebSocketRoute, expect
 
 from hfsm_runtime.recording_file.reader import RecordingFile
 from tests.support.browser import EditorPage, new_context, shared_address
@@ -190,15 +190,10 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
 def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(
     browser: Browser, served: tuple[ServedRobot, Editor]
 ) -> None:
-    waiting: list[Route] = []
     with monitor_page(browser, served[1], cached=False) as shown:
-        shown.page.route("**/panels/output.js", lambda route: waiting.append(route))
-        with shown.page.expect_request("**/panels/output.js"):
-            shown.press("Alt+o")
+        asked = shown.held("**/panels/output.js", lambda: shown.press("Alt+o"))
         run(shown)
-        while not waiting:
-            shown.page.wait_for_timeout(20)
-        waiting[0].continue_()
+        asked.continue_()
         output = shown.page.locator("hfsm-output")
         expect(output.locator(".list-tools > span").first).to_have_text("Running")
         expect(output.locator(".line")).to_have_count(0)

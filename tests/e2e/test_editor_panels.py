@@ -8,17 +8,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Route, WebSocketRoute, expect
+from playwright.sync_api import Browser, Locator, WebSocketRoute, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, NoService, editor, services
 from tests.support.limits import FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, show_list, undo_names
 from visualhfsm._code_help.service import CodeHelp
-from visualhfsm._sessions import session
 
-INTERACTION_DELAY = 100
-"""Milliseconds after which CodeMirror's list takes keys for sure; those of the first 75 are the text's."""
 CAMERA = """
   <config>
     <iceinterface>
@@ -35,6 +32,14 @@ def path(root: Path) -> Path:
     return path
 
 
+def until_selected(shown: EditorPage, option: Locator) -> None:
+    """Press a key until it leads to an option: in the first moment of a list keys are the text's."""
+    deadline = time.monotonic() + PAGE_LIMIT
+    while option.get_attribute("aria-selected") is None:
+        assert time.monotonic() < deadline
+        shown.press("ArrowDown")
+
+
 # ------------------------------------------------------------------------------------------------ code
 
 
@@ -48,8 +53,8 @@ def test_nothing_of_codemirror_is_loaded_before_the_first_code(browser: Browser,
         assert [url for url in loaded if "codemirror" in url]
 
 
-def test_code_is_typed_in_named_steps(shown: EditorPage, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
+@pytest.mark.parametrize("merge_within", [FOREVER])
+def test_code_is_typed_in_named_steps(shown: EditorPage, path: Path) -> None:
     code = edit(shown, "wait")
 
     # A burst of typing is one step.
@@ -95,15 +100,10 @@ def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
 ) -> None:
     shown = fresh
     # What is typed before the panel is there is typed into it.
-    waiting: list[Route] = []
-    shown.page.route("**/panels/editor.js", lambda route: waiting.append(route))
     shown.state("wait").locator(".body").click()
-    with shown.page.expect_request("**/panels/editor.js"):
-        shown.press("Shift+Enter")
+    asked = shown.held("**/panels/editor.js", lambda: shown.press("Shift+Enter"))
     shown.type("sti = 1\n")  # each of which does something on the canvas
-    while not waiting:
-        shown.page.wait_for_timeout(20)
-    waiting[0].continue_()
+    asked.continue_()
     code = shown.page.get_by_role("textbox", name="Code of the state wait")
     expect(code).to_be_focused()
     lines = code.locator(".cm-line")
@@ -295,8 +295,7 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         expect(options).to_have_count(1)
         info.wait_for()
         expect(info).to_contain_text("newest image")
-        shown.page.wait_for_timeout(INTERACTION_DELAY)
-        shown.press("Enter")
+        options.first.click()
         expect(code).to_contain_text("self.eye.getImageData")
         shown.type("(")
         signature.wait_for()
@@ -309,12 +308,13 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         shown.insert("\n''.")
         options.first.wait_for()
         expect(options.first).to_have_text(re.compile("^capitalize"))
-        shown.page.wait_for_timeout(INTERACTION_DELAY)
+        until_selected(shown, options.nth(1))
         for _ in range(4):
             shown.press("PageDown")  # to options whose documentation did not come along
         info.wait_for()
         expect(info).to_contain_text("Return")
-        shown.press("Escape")
+        shown.press("Enter")
+        expect(code).to_contain_text(re.compile(r"''\.\w"))
 
         # A word that nothing else begins with is not offered once it is there.
         shown.press("Control+a", "Delete")

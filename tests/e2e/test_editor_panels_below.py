@@ -17,7 +17,6 @@ from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
 from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._running import RunningComponents
-from visualhfsm._sessions import session
 from zenoh_ice import Settings
 
 
@@ -169,11 +168,11 @@ def test_enter_in_the_search_shows_hit_after_hit_and_the_focus_stays(shown: Edit
     expect(search).to_be_focused()
 
 
+@pytest.mark.parametrize("merge_within", [FOREVER])
 def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_meanwhile(
-    shown: EditorPage, running: Editor, monkeypatch: pytest.MonkeyPatch
+    shown: EditorPage, running: Editor
 ) -> None:
     # A click on an undo step goes back to that point.
-    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     edit(shown, "wait")
     shown.insert("\nspeed = 1")
     # Not `check`, which looks at once: what was typed comes first, and draws the box once more as it was.
@@ -199,7 +198,6 @@ def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_mean
         panel.get_by_role("button", name="Close the panel").click()
 
     # Every panel that was hidden shows what changed meanwhile.
-    monkeypatch.setattr(session, "MERGE_WITHIN", 0.0)
     page = shown.page
     shown.press("Control+m")
     expect(below).to_contain_text("1 Warning")

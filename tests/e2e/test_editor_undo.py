@@ -9,13 +9,10 @@ from tests.support.browser import editor_page
 from tests.support.editor import Editor
 from tests.support.limits import FOREVER
 from tests.support.panels import edit, undo_names
-from visualhfsm._sessions import session
 
 
-def test_undo_and_redo_show_what_they_change(
-    browser: Browser, running: Editor, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
+@pytest.mark.parametrize("merge_within", [FOREVER])
+def test_undo_and_redo_show_what_they_change(browser: Browser, running: Editor) -> None:
     with editor_page(browser, running) as shown:
         # In a code field they say so, if it is elsewhere.
         there = edit(shown, "wait")

@@ -20,6 +20,7 @@ from playwright.sync_api import (
     Locator,
     Page,
     Playwright,
+    Route,
     TimeoutError,  # noqa: A004 - Playwright's
     expect,
     sync_playwright,
@@ -260,6 +261,18 @@ class EditorPage:
                 return
             assert time.monotonic() < deadline, f"{locator} shows nothing"
             self.page.mouse.move(0, 0)
+
+    def held(self, path: str, ask: Callable[[], None]) -> Route:
+        """Do what asks for a file, and return the request for it, which is not answered yet."""
+        waiting: list[Route] = []
+        self.page.route(path, lambda route: waiting.append(route))
+        with self.page.expect_request(path):
+            ask()
+        deadline = time.monotonic() + PAGE_LIMIT
+        while not waiting:
+            assert time.monotonic() < deadline, f"nothing asks for {path}"
+            self.page.wait_for_timeout(20)
+        return waiting[0]
 
     def choose_in(self, menu: str, item: str) -> None:
         """Choose an item of a menu of the header, or of *Actions* on the canvas."""
