@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import Box, EditorPage, editor_page, saved
 from tests.support.editor import editor
+from tests.support.panels import undo_names
 
 COLUMNS = 40
 STATES = 1200
@@ -16,8 +18,8 @@ MIDDLE = STATES // 2 + COLUMNS // 2
 CHAIN = 320
 
 
-@pytest.fixture
-def path(root: Path) -> Path:
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     states = "".join(
         f'<state id="{number}" initial="{str(number == 1).lower()}"><posx>{number % COLUMNS * 240}</posx>'
         f"<posy>{number // COLUMNS * 200}</posy><name>state {number}</name></state>"
@@ -27,9 +29,33 @@ def path(root: Path) -> Path:
         '<transition id="1"><posx>120</posx><posy>0</posy><origin>1</origin><destiny>2</destiny>'
         '<name>go</name><trans type="time">1</trans></transition>'
     )
-    path = root / "large.xml"
+    path = tmp_path_factory.mktemp("large") / "root" / "large.xml"
+    path.parent.mkdir()
     path.write_text(f'<VisualHFSM><SubAutomata id="1" idFather="0">{states}{arc}</SubAutomata></VisualHFSM>')
     return path
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, path: Path) -> Iterator[EditorPage]:
+    """The page with the automaton, which takes long to open."""
+    with editor(path.parent, path) as running, editor_page(browser, running) as opened:
+        opened.page.locator("hfsm-canvas .state").first.wait_for()
+        yield opened
+
+
+@pytest.fixture
+def shown(opened: EditorPage) -> Iterator[EditorPage]:
+    """The page as it was opened."""
+    yield opened
+    opened.page.locator("hfsm-canvas .surface").focus()
+    opened.press("Escape", "Escape")
+    undo = opened.button("Undo")
+    for _ in undo_names(opened):
+        undo.click()
+    expect(undo).to_be_disabled()
+    opened.page.evaluate("document.querySelector('hfsm-app').showSide('')")
+    opened.page.evaluate("document.querySelector('hfsm-app').showBottom('')")
+    opened.button("Fit").click()
 
 
 def place_of(shown: EditorPage, number: int) -> tuple[float, float]:

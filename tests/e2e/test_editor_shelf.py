@@ -11,6 +11,7 @@ from playwright.sync_api import Locator, expect
 from codegen.hfsm.document import Document
 from tests.support.browser import EditorPage, saved
 from tests.support.processes import REPOSITORY
+from tests.support.soak import cases
 
 OWN = """<VisualHFSM>
   <description>Count to a number. It counts aloud, in the log.</description>
@@ -208,7 +209,7 @@ def test_the_shelf_is_closed_and_stays_so(shown: EditorPage) -> None:
     expect(search(shown)).to_be_focused()
 
 
-@pytest.mark.parametrize("width", [1440, 683])
+@pytest.mark.parametrize("width", cases([683], [1440]))
 def test_the_shelf_is_accessible(shown: EditorPage, width: int) -> None:
     shown.resize(width, 760)
     shown.press("a")

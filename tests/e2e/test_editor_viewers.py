@@ -11,6 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.support.browser import EditorPage, new_context, shared_address
 from tests.support.editor import Editor
+from tests.support.soak import cases
 
 
 @pytest.fixture
@@ -79,7 +80,7 @@ def test_a_page_that_looks_on_shows_only_what_its_viewer_can_use(viewer: Page) -
     expect(tabs).to_have_text([re.compile(each) for each in ("Problems", "Search", "Output", "Timeline")])
 
 
-@pytest.mark.parametrize("width", [1440, 390])
+@pytest.mark.parametrize("width", cases([390], [1440]))
 def test_axe_finds_nothing_on_the_page_of_viewers(
     browser: Browser, running: Editor, shown: EditorPage, width: int
 ) -> None:
