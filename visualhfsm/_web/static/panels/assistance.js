@@ -91,7 +91,7 @@ const lastMarks = StateField.define({
   update: (marks, transaction) => marksOf(transaction) ?? (transaction.docChanged ? undefined : marks),
 });
 
-/** Whether nothing is done but to draw the same marks anew. @param {Transaction} transaction */
+/** Whether nothing is done but to set the same marks again. @param {Transaction} transaction */
 function setsTheSame(transaction) {
   const marks = marksOf(transaction);
   const last = transaction.startState.field(lastMarks, false);
