@@ -449,7 +449,11 @@ def editor_page(
     with window(browser, origin, width, height, cached=cached, language=language) as page:
         with recorded(page):
             shown = EditorPage(page, editor)
-            yield shown
+            try:
+                yield shown
+            except BaseException as error:
+                error.add_note(f"what the page has logged: {shown.mishaps}")
+                raise
             assert not shown.mishaps, shown.mishaps
         shown.leave()
 
