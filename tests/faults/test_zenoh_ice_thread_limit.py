@@ -18,7 +18,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_both
 from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
-from tests.support.processes import ComponentProcess, module
+from tests.support.processes import STEADY, ComponentProcess, module
 from tests.support.waiting import call_until_it_works, until
 from zenoh_ice import BusyException, Communicator, Sample
 from zenoh_ice._threads import UserCodeThread
@@ -55,9 +55,9 @@ def together(body: JointsPrx) -> list[Future[Any]]:
 def test_a_robot_server_that_can_start_no_thread_answers_every_call_and_stops(
     endpoint: str, make_communicator: MakeCommunicator, carrier: str
 ) -> None:
-    with ComponentProcess(
-        module("naoserver.fake", "--listen", endpoint), {LOCAL_SOCKETS: str(carrier == LOCAL).lower()}
-    ) as server:
+    # Without threads a lost link would not come back.
+    environment = STEADY | {LOCAL_SOCKETS: str(carrier == LOCAL).lower()}
+    with ComponentProcess(module("naoserver.fake", "--listen", endpoint), environment) as server:
         server.wait_for("ready")
         client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         safety = SafetyPrx.checkedCast(client.stringToProxy("Safety"))

@@ -184,7 +184,11 @@ def test_the_component_finds_its_interfaces_wherever_it_is_started(project: Path
     assert "Traceback" not in done.stderr
 
 
-def test_its_test_passes_wherever_pytest_is_started(project: Path, pytester: pytest.Pytester) -> None:
+def test_its_test_passes_wherever_pytest_is_started(
+    project: Path, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [each for each in sys.modules if each == "lamp" or each.startswith("interfaces.home")]:
+        monkeypatch.delitem(sys.modules, name)  # of another project, which an earlier test used
     for folder in (project, project / "tests"):
         os.chdir(folder)
         pytester.runpytest_inprocess("-p", "no:cacheprovider", "-p", "no:anyio").assert_outcomes(passed=1)
