@@ -169,6 +169,7 @@ def test_other_data_is_refused(data: object) -> None:
         Message.from_data(data)
 
 
+@pytest.mark.slow
 def test_templates_are_literals_so_that_they_are_found() -> None:
     computed = [
         f"{path.relative_to(REPOSITORY)}:{call.lineno}"

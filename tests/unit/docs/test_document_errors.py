@@ -6,6 +6,8 @@ import contextlib
 import io
 from pathlib import Path
 
+import pytest
+
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from codegen.hfsm.codes import Code
@@ -29,6 +31,7 @@ def test_every_code_is_reported_somewhere() -> None:
     assert {code for code in Code if f"Code.{code.name}" not in sources} == set()
 
 
+@pytest.mark.slow
 def test_an_example_brings_its_code_alone(tmp_path: Path) -> None:
     wrong = {}
     for code, section in SECTIONS.items():

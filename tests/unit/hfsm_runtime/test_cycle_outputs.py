@@ -292,6 +292,7 @@ class Watch(Observer):
         return [(at, known) for at, known in self.seen if sum(each < at for each in self.below) != known]
 
 
+@pytest.mark.slow
 def test_threads_hand_up_in_the_order_of_the_times_however_long_code_takes() -> None:
     child, above = Child(), Above()
 

@@ -475,6 +475,7 @@ def in_order(trace: list[Line]) -> list[Line]:
     return ordered
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(plans(), OUTSIDE)
 def test_the_runtime_does_what_the_reference_does(plan: Plan, outside: Outside) -> None:

@@ -93,6 +93,7 @@ def leaves_after(seconds: float, child: Automaton) -> Automaton:
     return automaton(1, "root", states, [after(seconds, 1, 2), after(0.05, 2, 1)], period=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", ["root", "child"])
 def test_what_the_parent_leaves_at_the_same_time_does_not_happen_below(late: str) -> None:
     with running_late(leaves_after(0.1, child_of(0.05, 0.1)), late, 0.03) as (runtime, entered):
@@ -100,12 +101,14 @@ def test_what_the_parent_leaves_at_the_same_time_does_not_happen_below(late: str
         assert entered.never("c", runtime)
 
 
+@pytest.mark.slow
 def test_a_parent_that_is_late_by_several_periods_of_its_child_comes_first() -> None:
     with running_late(leaves_after(0.1, child_of(0.01, 0.11)), "root", 0.04) as (runtime, entered):
         eventually(lambda: entered.often("B"))
         assert entered.never("c", runtime)
 
 
+@pytest.mark.slow
 def test_a_child_that_finishes_late_has_finished_when_a_later_cycle_asks() -> None:
     states = [
         State(id=1, name="A", children=(child_of(0.02, 0.08, final=True),), restart=True),
@@ -118,6 +121,7 @@ def test_a_child_that_finishes_late_has_finished_when_a_later_cycle_asks() -> No
         assert entered.never("too late", runtime)
 
 
+@pytest.mark.slow
 def test_grandparents_come_first() -> None:
     middle = automaton(
         3, "middle", [State(id=1, name="m", children=(child_of(0.05, 0.1),), restart=True)], period=0.05

@@ -25,6 +25,7 @@ from zenoh_ice import WallClock
 COMPONENTS = DATA / "components"
 
 
+@pytest.mark.slow
 def test_cycles_keep_to_their_schedule() -> None:
     with running(automaton(1, "root", [State(id=1, name="a")], period=0.02)) as runtime:
         eventually(lambda: runtime.component_time.now() > 500_000_000 and runtime.tree.root.cycles > 1)
@@ -310,6 +311,7 @@ def test_a_sleep_on_a_thread_of_the_users_own_lasts_until_the_component_ends() -
     threads[0].join(EVENT_LIMIT)
 
 
+@pytest.mark.slow
 def test_functions_of_a_document_may_be_called_like_those_of_every_component() -> None:
     runtime = Runtime(load(COMPONENTS / "own_names.py"), WallClock())
     runtime.start()

@@ -22,6 +22,7 @@ HASTY = RuntimeLimits(hand_over=0.02)
 """Nobody waits long for a cycle that a test lets last."""
 
 
+@pytest.mark.slow
 def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old() -> None:
     inside: list[str] = []
     faults: list[list[str]] = []

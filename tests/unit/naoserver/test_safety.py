@@ -253,6 +253,7 @@ def test_a_joint_that_has_its_way_free_keeps_its_speed():
     assert rig.move({"LAnklePitch": -0.75}, {"LAnklePitch": 1.9}).limitations == []
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(40))
 @given(
     st.lists(

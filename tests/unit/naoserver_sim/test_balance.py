@@ -45,6 +45,7 @@ def largest_tilt(rig, motion, seconds=5.0):
     return largest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [ONE_LEG, KICK], ids=["one leg", "kick"])
 def test_it_stands_a_motion_that_it_cannot_stand_unaided(motion):
     with standing() as rig:
@@ -55,12 +56,14 @@ def test_it_stands_a_motion_that_it_cannot_stand_unaided(motion):
         assert largest_tilt(rig, motion) > UPRIGHT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_it_stands_on_one_leg_with_the_noise_of_sensors(seed):
     with standing(noise=True, seed=seed) as rig:
         assert largest_tilt(rig, ONE_LEG) < UPRIGHT
 
 
+@pytest.mark.slow
 def test_the_setpoints_are_those_that_were_commanded():
     with standing() as rig:
         largest_tilt(rig, ONE_LEG)
@@ -69,6 +72,7 @@ def test_the_setpoints_are_those_that_were_commanded():
         assert rig.robot.balancer.support() is Support.LEGS
 
 
+@pytest.mark.slow
 def test_an_emergency_stop_holds_the_joints_and_it_goes_on_balancing():
     with standing() as rig:
         call = rig.begin(rig.motion.angleInterpolation, *ONE_LEG)
@@ -96,6 +100,7 @@ def test_limp_legs_are_not_corrected():
         assert measured["LAnkleRoll"] == pytest.approx(setpoints["LAnkleRoll"], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_motions_postures_and_walks_of_the_server_are_left_as_they_are():
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, world=load_world("empty"), skin=False)

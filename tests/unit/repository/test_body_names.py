@@ -97,6 +97,7 @@ def found() -> tuple[dict[str, frozenset[str]], dict[str, set[str]]]:
     return of_parts, of_bodies
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "known"), [(0, SPELLED), (1, NAMED)], ids=["joints and links", "bodies"])
 def test_no_other_file_names_the_parts_of_a_body_or_the_bodies_of_a_nao(kind, known):
     unknown = {file: sorted(names)[:5] for file, names in found()[kind].items() if file not in known}

@@ -14,6 +14,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+import pytest
+
 from tests.support.places import ROOT
 
 TESTS: Final = ROOT / "tests"
@@ -91,6 +93,7 @@ def imported_by_tests() -> frozenset[str]:
     return frozenset(found)
 
 
+@pytest.mark.slow
 def test_the_tests_of_a_module_are_found() -> None:
     lost = {
         str(module)

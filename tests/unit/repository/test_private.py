@@ -9,6 +9,7 @@ from functools import cache
 from typing import Final
 
 import grimp
+import pytest
 
 from tests.support.places import ROOT
 
@@ -61,6 +62,7 @@ def is_used_elsewhere(module: str) -> bool:
     )
 
 
+@pytest.mark.slow
 def test_what_no_other_package_uses_begins_with_an_underscore() -> None:
     public = (module for module in graph().modules if not is_private(module) and "." in module)
     left = [

@@ -56,6 +56,7 @@ def test_a_translation_has_the_same_code_pictures_and_figures(page: str) -> None
     assert len(re.findall("^## ", spanish, re.M)) == len(re.findall("^## ", english, re.M))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_a_translation_calls_what_is_on_the_page_by_its_translated_name(page: str) -> None:
     with (FOLDER / "es" / "page.po").open("rb") as file:

@@ -188,6 +188,7 @@ def test_every_state_of_the_shelf_has_an_example() -> None:
     assert sorted(EXAMPLES) == sorted(path.stem for path in SHELF.glob("*.xml"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_state_and_what_is_drawn_of_it_have_no_problems(
     shelf: Project, drawings: Project, name: str

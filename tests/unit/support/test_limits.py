@@ -77,6 +77,7 @@ def test_what_is_none_is_not(code: str) -> None:
     assert list(literal_limits(ast.parse(code))) == []
 
 
+@pytest.mark.slow
 def test_limits_of_waits_are_named() -> None:
     texts = {
         path.relative_to(ROOT): path.read_text("utf-8")

@@ -36,6 +36,7 @@ def test_it_stands_still_until_it_is_advanced() -> None:
         clock.advance(-0.1)
 
 
+@pytest.mark.slow
 def test_it_does_not_drift() -> None:
     clock = SteppedClock()
     for _ in range(100_000):

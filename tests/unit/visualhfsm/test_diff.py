@@ -127,6 +127,7 @@ def test_without_a_repository_it_says_so(folder: Path, monkeypatch: pytest.Monke
     assert "git is not installed: name two files" in diff("old.xml", cwd=folder).stderr
 
 
+@pytest.mark.slow
 def test_git_shows_differences_with_it(repository: Path) -> None:
     (repository / "later.xml").rename(repository / "old.xml")
     (repository / "added.xml").write_text(BEFORE)

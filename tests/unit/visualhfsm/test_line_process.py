@@ -47,6 +47,7 @@ def test_each_question_is_answered_with_a_line(process: LineProcess) -> None:
     assert process.ask(b"print", START_LIMIT) == b"tnirp"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("question", "limit"), [(b"end", START_LIMIT), (b"wait", 0.01), (b"flood", START_LIMIT)]
 )
@@ -68,6 +69,7 @@ def test_a_process_that_does_not_read_is_given_up_at_the_limit(
         deaf.ask(b"x" * (1 << 20), 0.1)  # a pipe holds 64 kB
 
 
+@pytest.mark.slow
 def test_what_a_process_takes_to_start_does_not_count(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

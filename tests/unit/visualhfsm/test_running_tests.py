@@ -72,6 +72,7 @@ def test_the_tests_of_a_document_are_those_in_files_that_name_it(path: Path) -> 
     go(path, work)
 
 
+@pytest.mark.slow
 def test_what_tests_pass_is_counted_and_files_that_come_change_and_go_later_are_noticed(path: Path) -> None:
     async def work(tests: Tests) -> None:
         await tests.service.refresh(tests.source)
@@ -111,6 +112,7 @@ def test_what_tests_pass_is_counted_and_files_that_come_change_and_go_later_are_
     go(path, work)
 
 
+@pytest.mark.slow
 def test_a_failure_has_its_reason_and_timeline_and_the_state_where_it_failed(path: Path) -> None:
     path.with_name("test_bad.py").write_text(BAD)
 
@@ -129,6 +131,7 @@ def test_a_failure_has_its_reason_and_timeline_and_the_state_where_it_failed(pat
     go(path, work)
 
 
+@pytest.mark.slow
 def test_a_file_that_cannot_be_imported_says_why(path: Path) -> None:
     path.with_name("test_bad.py").write_text("import nowhere_at_all\n" + BAD)
 
@@ -139,6 +142,7 @@ def test_a_file_that_cannot_be_imported_says_why(path: Path) -> None:
     go(path, work)
 
 
+@pytest.mark.slow
 def test_what_a_test_writes_among_the_results_is_no_result(path: Path) -> None:
     writes = 'import sys\n(file,) = [each[15:] for each in sys.argv if each.startswith("--hfsm-results")]\n'
     path.with_name("test_bad.py").write_text(
@@ -153,6 +157,7 @@ def test_what_a_test_writes_among_the_results_is_no_result(path: Path) -> None:
     go(path, work)
 
 
+@pytest.mark.slow
 def test_tests_are_stopped_and_what_is_done_is_kept(path: Path) -> None:
     path.with_name("test_last.py").write_text("# waits.xml\ndef test_it():\n    while True: pass\n")
 

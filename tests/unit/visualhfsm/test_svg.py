@@ -109,6 +109,7 @@ def test_names_of_others_are_text_and_nothing_else() -> None:
     assert not re.search(r"url\(|href|style", text.replace("&lt;a href", ""))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(20))
 @given(document=documents)
 def test_every_document_has_a_picture(document: Document) -> None:

@@ -182,6 +182,7 @@ def join(thread: threading.Thread) -> None:
     assert not thread.is_alive()
 
 
+@pytest.mark.slow
 @at_once
 def test_sleeps_scale_with_the_rate() -> None:
     slow = RobotClock(0.0, 0.1, simulated=True)

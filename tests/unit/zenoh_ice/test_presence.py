@@ -103,6 +103,7 @@ def test_word_of_a_loss_that_comes_after_the_end_of_a_call_explains_it() -> None
     assert "is offline" in str(error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noticed", [True, False], ids=["first", "late"])
 def test_a_call_whose_server_was_replaced_meanwhile_is_not_called_denied(noticed: bool) -> None:
     """The token of the new server may come before the end of the old one's."""

@@ -20,6 +20,7 @@ def warnings(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.WARNING)
 
 
+@pytest.mark.slow
 def test_who_is_not_connected_for_a_while_says_so(caplog: pytest.LogCaptureFixture) -> None:
     with closing(AbsenceWarning(lambda: False, HERE, DELAY)):
         assert not caplog.text

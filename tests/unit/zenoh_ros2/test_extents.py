@@ -18,6 +18,7 @@ def extents(types: Types) -> Extents:
     return Extents(types._store.fielddefs)
 
 
+@pytest.mark.slow
 def test_no_recorded_message_is_larger_than_its_type_allows(types: Types, extents: Extents) -> None:
     fixed = 0
     for recorded in MESSAGES:

@@ -53,6 +53,7 @@ def test_the_domain_is_that_of_the_environment(monkeypatch: pytest.MonkeyPatch) 
         assert node.time(1_500_000_000).nanosec == 500_000_000
 
 
+@pytest.mark.slow
 def test_a_node_without_a_router_says_so(caplog: pytest.LogCaptureFixture) -> None:
     endpoint, brief = free_endpoint(), NodeLimits(first_link=0.2)
     with Node("alone", settings=Settings(connect=(endpoint,)), domain=DOMAIN, limits=brief) as node:

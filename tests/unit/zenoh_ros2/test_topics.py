@@ -107,6 +107,7 @@ def test_a_slow_callback_loses_the_oldest() -> None:
         assert subscription.lost == 7
 
 
+@pytest.mark.slow
 def test_a_closed_subscription_calls_nobody() -> None:
     with two_nodes() as (robot, tool):
         held, go_on, seen = threading.Event(), threading.Event(), list[str]()

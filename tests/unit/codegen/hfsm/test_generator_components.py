@@ -24,6 +24,7 @@ DOUBTFUL = {"tolerated": {"W510", "W511", "W512", "W513"}}
 behaviors: dict[str, Callable[[VirtualRun], None]] = {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_a_component_is_what_the_generator_makes_now(name: str) -> None:
     diagnostics = Diagnostics()

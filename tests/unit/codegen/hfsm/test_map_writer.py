@@ -60,6 +60,7 @@ def check(path: Path) -> SourceMap:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
 def test_each_line_of_code_leads_to_its_line(path: Path) -> None:
     check(path)

@@ -8,6 +8,7 @@ from tests.support.examples import examples
 from tests.support.slice_fuzz import Fuzzer, examine
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_hostile_input_is_refused_with_a_reason_or_compiled(tmp_path: Path, seed: int) -> None:
     fuzzer = Fuzzer(seed)

@@ -57,6 +57,7 @@ def check_any_values(structs: list[type[msgspec.Struct]]) -> None:
     round_trip()
 
 
+@pytest.mark.slow
 def test_any_value_crosses_the_wire(package: ModuleType) -> None:
     structs = structs_of(package)
     for first in range(0, len(structs), TOGETHER):

@@ -14,6 +14,7 @@ CASES = all_cases()
 needs_reference = pytest.mark.skipif(not AVAILABLE, reason="slice2py of zeroc-ice is not installed")
 
 
+@pytest.mark.slow
 def test_every_case_has_the_verdict_it_is_known_for(tmp_path: Path) -> None:
     wrong = []
     for number, case in enumerate(CASES):

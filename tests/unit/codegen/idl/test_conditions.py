@@ -53,6 +53,7 @@ def test_what_is_no_condition_is_refused_with_a_reason(condition: str, message: 
         evaluate(condition.split())
 
 
+@pytest.mark.slow
 def test_long_conditions_are_evaluated() -> None:
     assert evaluate([*(["-"] * 100_000), "1"])
     assert evaluate([*(["1", "+"] * 100_000), "1"])

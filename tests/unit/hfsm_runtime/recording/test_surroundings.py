@@ -37,6 +37,7 @@ def written() -> Written:
     return Written()
 
 
+@pytest.mark.slow
 def test_a_robot_without_a_world_is_recorded_by_its_joints(written: Written) -> None:
     with (
         served_to_client(FakeRobot()) as nao,
@@ -75,6 +76,7 @@ def test_a_simulation_is_recorded_with_its_world_and_a_thing_where_it_was_put(wr
     assert written.of(RobotPose)[-1].torso == pytest.approx([0, 0, 0.32, 0, 0, 0, 1], abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_gone_is_recorded_as_unknown(written: Written) -> None:
     with (
         served_to_client(FakeRobot()) as nao,

@@ -122,6 +122,7 @@ def test_calls_are_remembered_with_their_times(b) -> None:
         _ = first.speed
 
 
+@pytest.mark.slow
 def test_a_stream_begins_with_the_first_question(b) -> None:
     assert b.component.Head.getPose.latest() is None
     b.advance(0.1)

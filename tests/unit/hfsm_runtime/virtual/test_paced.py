@@ -150,6 +150,7 @@ def test_code_that_waits_ends_with_the_component() -> None:
             run.clock.sleep(1.0)
 
 
+@pytest.mark.slow
 def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
     hanging: Hanging, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -266,6 +267,7 @@ def test_a_reload_right_after_a_cycle_doubles_none() -> None:
     assert times == pytest.approx([0.1 * number for number in range(len(times))])
 
 
+@pytest.mark.slow
 def test_who_waits_for_a_state_waits_while_a_refused_command_pauses_it() -> None:
     def refuse() -> None:
         raise CommandRefusedException("stopped")

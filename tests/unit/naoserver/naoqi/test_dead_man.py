@@ -72,6 +72,7 @@ def test_the_death_of_the_server_stops_walk_posture_and_joints(naoqi: ScriptedNa
     assert is_stopped(naoqi)
 
 
+@pytest.mark.slow
 def test_a_server_that_hangs_is_enough_and_is_guarded_again_when_it_goes_on(naoqi: ScriptedNaoqi) -> None:
     with guarded(naoqi) as server:
         server.say(b".")
@@ -95,6 +96,7 @@ def test_a_server_that_never_reached_the_robot_leaves_it_alone(naoqi: ScriptedNa
     assert naoqi.calls == []
 
 
+@pytest.mark.slow
 def test_what_the_robot_refuses_is_repeated(naoqi: ScriptedNaoqi) -> None:
     def refuse_first() -> None:
         if len(naoqi.called(WALK)) == 1:
@@ -120,6 +122,7 @@ def test_a_robot_that_does_not_name_its_joints_at_first_is_stopped_wholly(naoqi:
     assert is_stopped(naoqi)
 
 
+@pytest.mark.slow
 def test_a_robot_that_cannot_be_reached_at_first_is_stopped_when_it_can(naoqi: ScriptedNaoqi) -> None:
     naoqi.reachable = False
     with guarded(naoqi) as server:

@@ -97,6 +97,7 @@ def test_a_stop_ends_the_sound_with_its_further_tones(naoqi):
     assert len(naoqi.called(PLAY)) == len(naoqi.called(SILENCE)) == 1
 
 
+@pytest.mark.slow
 def test_a_sound_ends_with_its_server_and_when_the_robot_is_lost(naoqi):
     naoqi.held.add(PLAY)
     with naoqi.robot() as robot:
@@ -164,6 +165,7 @@ def test_a_posture_that_was_stopped_says_so(naoqi):
         eventually(lambda: robot.postures.progress().message == "it was stopped")
 
 
+@pytest.mark.slow
 def test_a_stop_that_does_not_end_the_way_into_a_posture_is_repeated(naoqi, caplog):
     def end_at_the_third():
         if len(naoqi.called(STOP)) == 1:
@@ -183,6 +185,7 @@ def test_a_stop_that_does_not_end_the_way_into_a_posture_is_repeated(naoqi, capl
     assert "goes on into a posture though it was stopped" in caplog.text
 
 
+@pytest.mark.slow
 def test_a_way_into_a_posture_of_before_is_ended_each_time_the_robot_is_found(naoqi):
     naoqi.held.add(GO)
     with naoqi.robot() as robot:

@@ -129,6 +129,7 @@ def refuse_first(naoqi, operation):
     naoqi.answers[operation] = answer
 
 
+@pytest.mark.slow
 def test_a_hold_that_is_refused_is_repeated(naoqi, caplog):
     refuse_first(naoqi, HOLD)
     with naoqi.robot() as robot:
@@ -154,6 +155,7 @@ def test_a_hold_that_is_refused_does_not_undo_a_newer_command(naoqi):
         assert naoqi.called(SET)[-1][:2] == (["HeadYaw"], [0.7])
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_closed_before_it_has_stopped_is_stopped_first(naoqi):
     refuse_first(naoqi, HOLD)
     with naoqi.robot() as robot:

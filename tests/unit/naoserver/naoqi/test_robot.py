@@ -59,6 +59,7 @@ def test_a_robot_that_was_stopped_stays_as_it_is_at_the_end(naoqi):
     assert naoqi.called(LIFE) == [("disabled",)], "a robot with its own life would move"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("refused", "releases"), [(False, 1), (True, 0)])
 def test_the_dead_mans_switch_is_released_only_when_the_robot_has_stopped(naoqi, refused, releases):
     released = []

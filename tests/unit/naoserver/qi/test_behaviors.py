@@ -198,6 +198,7 @@ def lose_program(rig, call):
     rig.access.lose(call.call.client)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", [stop_speech, lose_program])
 @pytest.mark.parametrize("text", [f"^start({HEY}) {LONG} ^start({NOD})", f"^run({HEY}) ^run({NOD})"])
 def test_a_text_that_is_stopped_stops_its_animations(rig, manager, speech, text, stop):

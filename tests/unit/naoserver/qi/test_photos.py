@@ -70,6 +70,7 @@ def test_no_photo_leaves_the_disk(rig, disk, photos, tmp_path, folder):
     assert set(tmp_path.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_photos_are_few(rig, photos):
     photos.setResolution(8)
     photos.setCaptureInterval(0)

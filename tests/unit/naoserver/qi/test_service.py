@@ -71,6 +71,7 @@ def operations(tmp_path_factory):
     rig.close()
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(25))
 @given(st.lists(FOREIGN, min_size=6, max_size=6))
 def test_anything(operations, values):

@@ -82,6 +82,7 @@ def test_a_motion_of_the_legs_is_balanced_and_one_of_the_arms_changes_nothing(si
     assert balancer.support() is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("leg", "share"), [("LLeg", 0.55), ("RLeg", 0.55), ("Legs", 0.4)])
 def test_the_weight_goes_over_a_foot_and_both_stay_on_the_floor(simulated, body, leg, share):
     assert result(simulated, body.wbGoToBalance, leg, 1.5) is True
@@ -93,6 +94,7 @@ def test_the_weight_goes_over_a_foot_and_both_stay_on_the_floor(simulated, body,
     assert (right if leg == "RLeg" else left) / (left + right) > share
 
 
+@pytest.mark.slow
 def test_it_kicks_with_one_foot_while_it_balances_over_the_other(simulated, body):
     effectors = simulated.access.service(EffectorMotion)
     assert result(simulated, body.wbGoToBalance, "LLeg", 1.5)
@@ -138,6 +140,7 @@ def test_a_stop_ends_the_way_to_balance_and_chooses_no_foot(simulated, body):
     assert simulated.robot.balancer.support() is Support.LEGS
 
 
+@pytest.mark.slow
 def test_a_program_that_is_lost_on_one_leg_leaves_a_robot_that_stands(simulated):
     client = Client("lost")
     call = simulated.begin(simulated.motion.angleInterpolation, *ONE_LEG, client=client)
@@ -150,6 +153,7 @@ def test_a_program_that_is_lost_on_one_leg_leaves_a_robot_that_stands(simulated)
         assert simulated.robot.state().torso_tilt < UPRIGHT
 
 
+@pytest.mark.slow
 def test_a_way_to_a_posture_is_not_balanced_whatever_a_program_sends(simulated, body):
     motion, balancer = simulated.motion, simulated.robot.balancer
     posture = simulated.begin(simulated.postures.goToPosture, "Crouch", 0.5)

@@ -66,6 +66,7 @@ def test_it_begins_where_the_joints_are(types):
     assert at_once.from_positions([0.5]) is at_once
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "points", "code", "words"),
     [

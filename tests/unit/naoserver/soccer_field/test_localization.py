@@ -216,6 +216,7 @@ def look_to_all_sides(localizer: Localizer, pose, **how):
             localizer.see(camera.image, camera.floor_point)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("truth", "start"),
     cases(
@@ -244,6 +245,7 @@ def test_a_lost_robot_that_looks_to_all_sides_finds_its_place(truth, start):
     assert localizer.confidence > 0.6
 
 
+@pytest.mark.slow
 def test_pictures_before_a_walk_count_where_they_were_taken():
     localizer = Localizer(FIELD, (-0.75, 0.0, 0.0))
     look_to_all_sides(localizer, (-2.0, 1.5, 0.5))
@@ -255,6 +257,7 @@ def test_pictures_before_a_walk_count_where_they_were_taken():
     assert turn < 0.04
 
 
+@pytest.mark.slow
 def test_of_two_halves_that_look_the_same_it_takes_the_nearer_one():
     for start, truth in (((-1.0, 0.5, 0.3), PLACES[1]), ((1.0, -0.5, 0.3 - math.pi), PLACES[1])):
         localizer = Localizer(FIELD, start)

@@ -72,6 +72,7 @@ def ids(catalog: Catalog) -> set[Any]:
     return {message.id for message in catalog if message.id}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("domain", "language"), ALL)
 def test_a_catalog_has_the_texts_of_the_code_and_no_others(
     domain: Domain, language: str, extracted: Callable[[Domain], Catalog]
@@ -137,6 +138,7 @@ def rules() -> dict[str, list[list[str]]]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("language", PLURALS)
 def test_the_plural_forms_are_those_of_browsers(language: str, rules: dict[str, list[list[str]]]) -> None:
     catalog = added(DOMAINS[0], language)
@@ -170,6 +172,7 @@ def test_a_catalog_that_is_damaged_is_named(tmp_path: Path) -> None:
         DOMAINS[0].catalog_of("es", tmp_path)
 
 
+@pytest.mark.slow
 def test_a_language_is_added_by_one_command_and_its_texts(tmp_path: Path, domains: list[Domain]) -> None:
     (tmp_path / "visualhfsm" / "_languages").mkdir(parents=True)
     static = tmp_path / "visualhfsm" / "_web" / "static"

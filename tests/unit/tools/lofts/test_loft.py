@@ -23,6 +23,7 @@ def read(file: Path) -> tuple[list[str], np.ndarray]:
     return [line for line in lines if not line.startswith("v ")], vertices
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lofts", sorted(TOOL.parent.glob("*.toml")), ids=lambda file: file.stem)
 def test_the_meshes_are_current(lofts: Path, tmp_path: Path) -> None:
     made = tmp_path / "made.obj"

@@ -52,6 +52,7 @@ def test_a_part_that_takes_too_long_or_has_no_report_has_failed(tmp_path: Path) 
     assert (soak.results["hangs"].tests, soak.results["hangs"].failed) == (0, 1)
 
 
+@pytest.mark.slow
 def test_every_test_is_in_one_part() -> None:
     files = [each for command in all_parts().values() for each in command if each.endswith(".py")]
     assert sorted(files) == sorted(

@@ -54,6 +54,7 @@ def test_interfaces_are_offered_without_those_that_cannot_be_used(typed: TypedCo
     assert {"wrong", "worse"}.isdisjoint(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "wanted"),
     [

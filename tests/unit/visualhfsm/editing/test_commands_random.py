@@ -48,6 +48,7 @@ ODD = Document(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [tree(), Document(), ODD], ids=["tree", "empty", "odd"])
 @settings(
     max_examples=examples(7),

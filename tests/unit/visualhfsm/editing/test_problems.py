@@ -173,6 +173,7 @@ def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks:
     assert (problem.severity, "by the model checker" in problem.message) == ("warning", True)
 
 
+@pytest.mark.slow
 def test_a_check_that_takes_too_long_is_reported() -> None:
     impatient = CheckProcess(patience=0.0)
     (problem,) = impatient.check(clean(), None).problems
@@ -180,6 +181,7 @@ def test_a_check_that_takes_too_long_is_reported() -> None:
     impatient.close()
 
 
+@pytest.mark.slow
 def test_closing_ends_a_check_that_is_running() -> None:
     process = CheckProcess()
     process.check(clean(), None)

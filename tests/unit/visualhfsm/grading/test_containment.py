@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.grading import Containment
 from visualhfsm.trials import Plan, Success
 from visualhfsm.trials._trial import run_trial
 
 
+@pytest.mark.slow
 def test_a_contained_trial_has_the_outcome_of_any_other(tmp_path: Path) -> None:
     path = tmp_path / "waits.xml"
     waits = state(1, "waiting", "count += 1", initial=True)
@@ -22,6 +25,7 @@ def test_a_contained_trial_has_the_outcome_of_any_other(tmp_path: Path) -> None:
         assert run_trial(plan, 1, simulate=containment.simulate) == run_trial(plan, 1)
 
 
+@pytest.mark.slow
 def test_a_contained_error_is_in_the_words_of_the_document_too(tmp_path: Path) -> None:
     path = tmp_path / "fails.xml"
     above = sub(1, 0, state(1, "play", initial=True, child=2), variables="count = 0")
@@ -55,6 +59,7 @@ OUTPUTS = document(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_outputs_stay_at_the_far_end_and_are_handed_up_there(tmp_path: Path) -> None:
     path = tmp_path / "outputs.xml"
     path.write_text(OUTPUTS, encoding="utf-8")

@@ -86,6 +86,7 @@ def waits(milliseconds: int, code: str = "") -> str:
     )
 
 
+@pytest.mark.slow
 def test_a_state_in_time_earns_its_points_and_the_same_ones_twice(folder: Path) -> None:
     marks = grade(folder, waits(1300))
     assert grade(folder, waits(1300)) == marks
@@ -98,6 +99,7 @@ def test_a_state_in_time_earns_its_points_and_the_same_ones_twice(folder: Path) 
     assert (marks.points, marks.of, marks.reason) == (6.5, 7.0, "")
 
 
+@pytest.mark.slow
 def test_the_page_names_the_worst_trial_by_the_number_that_the_command_for_trials_takes(folder: Path) -> None:
     plan = folder / "trials.toml"
     drawn = TRIALS.replace("at = 1.0", "at = [1.0, 2.0]").replace("runs = 1", "runs = 2\nseed = 1")
@@ -116,6 +118,7 @@ def test_the_page_names_the_worst_trial_by_the_number_that_the_command_for_trial
     assert "trial 2 of 2" in page.read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_words_are_in_the_language_that_is_asked_for(folder: Path) -> None:
     marks = grade(folder, waits(1300), "es")
     assert [each.words for each in marks.earned] == [
@@ -126,6 +129,7 @@ def test_words_are_in_the_language_that_is_asked_for(folder: Path) -> None:
     assert marks.earned[0].asks == "Termina poco después"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("milliseconds", "words"),
     [
@@ -138,11 +142,13 @@ def test_a_state_too_late_earns_nothing(folder: Path, milliseconds: int, words: 
     assert (earned.points, earned.words) == (0.0, words)
 
 
+@pytest.mark.slow
 def test_a_state_that_is_current_already_counts_at_once(folder: Path) -> None:
     earned = grade(folder, waits(500)).earned[0]
     assert (earned.points, earned.words) == (4.0, "is in `done` when the ball is gone; asked: within 0.5 s")
 
 
+@pytest.mark.slow
 def test_what_the_plan_asks_pupils_for_does_not_end_a_trial(folder: Path) -> None:
     with (folder / "trials.toml").open("a", encoding="utf-8") as file:
         file.write('\n[success]\nstate = "done"\n')
@@ -150,6 +156,7 @@ def test_what_the_plan_asks_pupils_for_does_not_end_a_trial(folder: Path) -> Non
     assert marks.earned[2].words == "31 moments"
 
 
+@pytest.mark.slow
 def test_code_that_fails_ends_a_trial_without_points(folder: Path) -> None:
     marks = grade(folder, waits(1300, "1 / 0"))
     assert marks.points == 0.0
@@ -159,6 +166,7 @@ def test_code_that_fails_ends_a_trial_without_points(folder: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_what_a_submission_writes_into_reasons_controls_no_terminal(folder: Path) -> None:
     (folder / "judge.py").write_text("def good(run):\n    return 0.5, run.calls()[0].text\n", "utf-8")
     speech = "<iceinterface><nameinterface>Speech</nameinterface><interface>Speech</interface></iceinterface>"
@@ -168,6 +176,7 @@ def test_what_a_submission_writes_into_reasons_controls_no_terminal(folder: Path
     assert marks.summary.isprintable()
 
 
+@pytest.mark.slow
 def test_a_document_that_cannot_be_run_has_no_points_and_a_reason(folder: Path) -> None:
     marks = grade(folder, waits(1300, "if :"))
     assert (marks.points, marks.of) == (0.0, 7.0)
@@ -184,6 +193,7 @@ def test_a_reason_in_one_line_has_no_excerpt_of_the_document(folder: Path) -> No
     )
 
 
+@pytest.mark.slow
 def test_a_judge_that_fails_is_a_fault_of_the_exercise_and_no_end(folder: Path) -> None:
     (folder / "judge.py").write_text("def good(run):\n    return run.nothing\n", "utf-8")
     marks = grade(folder, waits(1300))
@@ -192,6 +202,7 @@ def test_a_judge_that_fails_is_a_fault_of_the_exercise_and_no_end(folder: Path) 
     assert "AttributeError" in marks.earned[2].words
 
 
+@pytest.mark.slow
 def test_a_judge_that_returns_something_else_is_refused(folder: Path) -> None:
     (folder / "judge.py").write_text("def good(run):\n    return 2.0, 'well'\n", "utf-8")
     with pytest.raises(GradingError, match=r"judge.py:good: it must return a share from 0 to 1"):

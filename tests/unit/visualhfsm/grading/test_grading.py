@@ -42,6 +42,7 @@ def points(exercise: Exercise, mistake: str, tmp_path: Path) -> float:
     return Grader(exercise, alone, "en", unsafe=True).grade(path.stem).points
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "mistake"), list(documents()))
 def test_each_document_earns_what_is_expected(name: str, mistake: str, tmp_path: Path) -> None:
     """With physics one trial of each plan must do: `visualhfsm grade NAME --check` runs all."""

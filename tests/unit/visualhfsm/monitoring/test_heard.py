@@ -140,6 +140,7 @@ def refusals_in(module: ast.Module) -> Iterator[str]:
                     yield text.format(*WORDS.get(text, ["7"] * len(parts)))
 
 
+@pytest.mark.slow
 def test_every_refusal_of_a_robot_is_known() -> None:
     found = list(refusals())
     assert len(found) > 30

@@ -23,6 +23,7 @@ from visualhfsm import (
 CODE = Place(kind="state", automaton=1, id=1, part="code")
 
 
+@pytest.mark.slow
 def test_problems_have_places_and_are_found_once_a_version(document: OpenDocument) -> None:
     heard: list[Any] = []
     document.subscribe(heard.append)

@@ -43,6 +43,7 @@ def states(document: OpenDocument) -> list[str]:
 # -- changes -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_change_says_what_is_new_and_is_undone(document: OpenDocument) -> None:
     before = states(document)
     change = document.apply(AddState(automaton=1, x=0, y=0, name="new"))
@@ -189,6 +190,7 @@ def test_a_file_that_is_no_document_is_reported_until_it_is_one_again(
     assert [each.state for each in heard if hasattr(each, "state")] == ["changed", "deleted", "same"]
 
 
+@pytest.mark.slow
 def test_of_several_commands_that_are_too_large_together_none_is_applied(document: OpenDocument) -> None:
     before = document.version
     escaped = "#" + "<" * 1_000_000

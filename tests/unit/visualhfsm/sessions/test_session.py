@@ -201,6 +201,7 @@ def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> Non
     assert step_names(session.undo_steps) == []
 
 
+@pytest.mark.slow
 def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession) -> None:
     most = 1_000_000  # characters that one text may have; a file has five for each `&`
     for _ in range(MAX_SIZE // (5 * most)):

@@ -43,6 +43,7 @@ def own(folder: Path) -> list[ReadyState]:
     return [each for each in Shelves(folder.parent).states() if each.own]
 
 
+@pytest.mark.slow
 def test_a_file_needs_nothing_but_a_name(folder: Path) -> None:
     (folder / "Doors_and_more").mkdir()
     (folder / "Doors_and_more" / "knock_twice.xml").write_text(WORTHWHILE.format(shelf=""))

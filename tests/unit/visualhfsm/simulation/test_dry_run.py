@@ -72,6 +72,7 @@ def test_a_dry_run_has_the_body_that_was_chosen() -> None:
         eventually(lambda: math.isclose(run.joints()[pan], 0.5, abs_tol=1e-3))
 
 
+@pytest.mark.slow
 def test_a_command_expires_by_the_time_of_the_dry_run() -> None:
     with tried(Turns()) as run:
         run.set_speed(0.2)

@@ -66,6 +66,7 @@ def lines(push: TestsPush) -> dict[tuple[str, int], tuple[tuple[int, ...], ...]]
     return {(each.place.part, each.place.id): (each.passed, each.missed, each.failed) for each in push.code}
 
 
+@pytest.mark.slow
 def test_lines_of_code_are_passed_missed_or_marked_as_failed(path: Path) -> None:
     async def work(tests: Tests) -> None:
         found = await tests.run("behaviors/test_waits.py::test_it_waits")
@@ -103,6 +104,7 @@ def test_lines_of_code_are_passed_missed_or_marked_as_failed(path: Path) -> None
     go(path, work)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("what", "words"),
     cases(

@@ -86,6 +86,7 @@ def test_a_document_leaves_no_module_behind(lamp: pytest.Pytester) -> None:
     lamp.runpytest().assert_outcomes(passed=3)
 
 
+@pytest.mark.slow
 def test_a_behavior_is_let_go_of_with_its_test(lamp: pytest.Pytester) -> None:
     lamp.makepyfile(
         """

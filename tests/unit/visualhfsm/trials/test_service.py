@@ -91,6 +91,7 @@ def done(push: TrialsPush) -> int:
     return push.view.share.trials if push.view is not None else 0
 
 
+@pytest.mark.slow
 def test_the_plan_is_read_and_its_trials_run_and_the_command_goes_on_with_their_outcomes(path: Path) -> None:
     async def work(trials: Trials) -> None:
         looked = await trials.look(source(path))
@@ -111,6 +112,7 @@ def test_the_plan_is_read_and_its_trials_run_and_the_command_goes_on_with_their_
     go(work)
 
 
+@pytest.mark.slow
 def test_it_stops_with_what_is_done_goes_on_there_and_ends_with_its_tab(path: Path) -> None:
     async def work(trials: Trials) -> None:
         await trials.service.run(source(path), Choices(runs=100_000))
@@ -137,6 +139,7 @@ def test_it_stops_with_what_is_done_goes_on_there_and_ends_with_its_tab(path: Pa
     go(work)
 
 
+@pytest.mark.slow
 def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path, tmp_path: Path) -> None:
     async def work(trials: Trials) -> None:
         former = await trials.run(source(path))
@@ -163,6 +166,7 @@ def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path, t
     assert path.read_text() == WAITS  # changes that are not saved run, too
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plan", "text", "words"),
     cases(
@@ -194,6 +198,7 @@ def test_a_document_without_a_file_is_to_be_saved_first(path: Path) -> None:
     go(work)
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_is_reported_and_what_is_done_is_kept(path: Path) -> None:
     async def work(trials: Trials) -> None:
         await trials.service.run(source(path), Choices(runs=100_000))
@@ -208,6 +213,7 @@ def test_a_process_that_is_killed_is_reported_and_what_is_done_is_kept(path: Pat
     go(work)
 
 
+@pytest.mark.slow
 def test_a_report_that_is_too_long_ends_the_process(path: Path) -> None:
     async def work(trials: Trials) -> None:
         assert "too long" in (await trials.run(source(path), runs=12)).error

@@ -26,6 +26,7 @@ def test_no_trials_say_nothing() -> None:
     assert (rate.rate, rate.lowest, rate.highest, str(rate)) == (0.0, 0.0, 1.0, "no trials")
 
 
+@pytest.mark.slow
 def test_a_difference_in_trials_that_changed_is_as_likely_as_coins() -> None:
     assert mcnemar(0, 0) == 1.0
     assert mcnemar(5, 5) == 1.0

@@ -250,6 +250,7 @@ def test_a_ball_that_is_carried_once_stays_there() -> None:
     assert run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances={"once": once}), 1).success
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("disturbance", "message"),
     [

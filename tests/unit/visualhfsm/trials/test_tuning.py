@@ -78,6 +78,7 @@ class NoPool:
         pass
 
 
+@pytest.mark.slow
 def test_it_finds_the_parameters_with_which_it_succeeds_soonest(
     plan: Plan, tmp_path: Path, pool: LocalPool
 ) -> None:
@@ -100,6 +101,7 @@ def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path, poo
     assert len(set(gains.values())) == 12
 
 
+@pytest.mark.slow
 def test_any_number_of_workers_finds_the_same(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
     with LocalPool(1) as one:
         first = Tuning(plan, settings=8).search(tmp_path / "one", one)

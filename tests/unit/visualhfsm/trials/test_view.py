@@ -36,6 +36,7 @@ def test_ten_thousand_trials_are_a_small_message(tmp_path: Path) -> None:
     assert len(msgspec.json.encode(view, enc_hook=str)) < 100_000
 
 
+@pytest.mark.slow
 def test_long_and_many_texts_are_cut(tmp_path: Path) -> None:
     changes = tuple(Change(float(time), "s" * 1000) for time in range(200))
     outcomes = [

@@ -92,6 +92,7 @@ def test_all_that_the_real_page_asks_for_is_there() -> None:
     assert "%" not in html.replace("%NONCE%", "")
 
 
+@pytest.mark.slow
 def test_what_the_page_loads_before_the_first_need_stays_light() -> None:
     assets = Assets()
     html = assets.page().html

@@ -130,6 +130,7 @@ def test_output_is_bounded_by_its_characters_too() -> None:
     assert output["dropped"] == 1
 
 
+@pytest.mark.slow
 def test_more_output_waits_until_the_window_has_shown_the_last() -> None:
     async def run() -> list[dict[str, Any]]:
         window = Window(partial(RecentLines, 5, 1000))

@@ -104,6 +104,7 @@ def show() -> Iterator[Show]:
         node.wait(END_LIMIT)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(30))
 @given(several)
 def test_the_page_shows_what_the_server_has(show: Show, versions: list[Sent]) -> None:

@@ -112,6 +112,7 @@ def test_everything_is_reported_in_one_run(path: Path) -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_blank_lines_in_broken_code_are_read_once(path: Path) -> None:
     code = "x x" + "\n" * 100_000 + "y"
     text = document(sub(1, 0, state(1, "a", code, initial=True)))

@@ -59,6 +59,7 @@ def test_uses_that_fit_are_not_reported(tmp_path: Path) -> None:
     assert found(tmp_path, SCAN, DRIVE, RESET, POINT, code=code) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "warning"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -37,6 +38,7 @@ def test_nothing_that_runs_do_is_called_impossible(document: Document, seed: int
         assert not {(fired.automaton, fired.transition) for fired in player.fired_} & transitions
 
 
+@pytest.mark.slow
 @_settings
 @given(documents())
 def test_what_is_called_possible_happens_when_it_is_played(document: Document) -> None:
@@ -87,6 +89,7 @@ def test_a_counterexample_violates_its_property_on_the_runtime(document: Documen
     assert_violated(result, player)
 
 
+@pytest.mark.slow
 @settings(_settings, max_examples=examples(8))
 @given(stated_documents(), st.integers(0, 2**32))
 def test_a_property_that_holds_is_violated_by_no_run(document: Document, seed: int) -> None:

@@ -6,6 +6,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 
+import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
 from codegen.hfsm.document import Document
@@ -51,6 +52,7 @@ def draw(count: int) -> list[Prepared]:
     return found
 
 
+@pytest.mark.slow
 def test_nothing_that_late_threads_do_is_called_impossible() -> None:
     drawn = draw(examples(30))
     cycles = 0

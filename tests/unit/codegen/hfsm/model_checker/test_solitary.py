@@ -88,6 +88,7 @@ def test_timers_of_different_periods_on_30_levels_say_what_would_decide_them() -
     assert found.notes[-1].message == "so it is with 26 more automata"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("periods", [(100, 40), (20, 50, 100, 200), (7, 11, 13, 17)])
 def test_what_would_decide_them_does(periods: tuple[float, ...]) -> None:
     made = with_periods(*periods)

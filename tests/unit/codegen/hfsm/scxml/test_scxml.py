@@ -16,6 +16,7 @@ from tests.support.scxml_documents import export, facts, import_
 from tests.support.scxml_rules import violations
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(8), deadline=None)
 @given(trees)
 def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> None:
