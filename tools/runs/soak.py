@@ -25,6 +25,8 @@ from xml.etree import ElementTree
 ROOT: Final = Path(__file__).resolve().parents[2]
 LIMIT: Final = 45 * 60.0
 """The longest that a part may take, in s."""
+END_LIMIT: Final = 30.0
+"""How long a part that is ended may take for it, in s, before it is killed."""
 FOLDERS: Final = {"unit": 2, "integration": 3, "faults": 2, "e2e": 2}
 """The folders of tests/, and into how many parts their files are divided."""
 PYTHONS: Final = ("python3.12", "python3.13")
@@ -111,8 +113,7 @@ class Soak:
                 print(f"{part} has taken {self._limit / 60:.0f} min: it is ended", flush=True)
             finally:
                 if child.poll() is None:
-                    os.killpg(child.pid, signal.SIGTERM)
-                    child.wait()
+                    _end_group(child)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         tests, failures, errors, skipped = _counts(report)
         python = part[6:] if part in PYTHONS else platform.python_version()
@@ -126,6 +127,16 @@ class Soak:
             time.monotonic() - began,
             after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
         )
+
+
+def _end_group(child: subprocess.Popen[bytes]) -> None:
+    """End a process that leads a group with all of the group, those that ignore SIGTERM too."""
+    os.killpg(child.pid, signal.SIGTERM)
+    try:
+        child.wait(END_LIMIT)
+    except subprocess.TimeoutExpired:
+        os.killpg(child.pid, signal.SIGKILL)
+        child.wait()
 
 
 def _counts(report: Path) -> list[int]:
