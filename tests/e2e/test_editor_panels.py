@@ -32,8 +32,14 @@ def path(root: Path) -> Path:
     return path
 
 
+LISTENS_AFTER = 150
+"""A list has the keys so many ms after it came; before that, an arrow moves the cursor, which closes the list."""
+
+
 def until_selected(shown: EditorPage, option: Locator) -> None:
-    """Press a key until it leads to an option: in the first moment of a list keys are the text's."""
+    """Press a key until it leads to an option of a list that is open."""
+    option.wait_for()
+    shown.page.wait_for_timeout(LISTENS_AFTER)
     deadline = time.monotonic() + PAGE_LIMIT
     while option.get_attribute("aria-selected") is None:
         assert time.monotonic() < deadline

@@ -23,6 +23,7 @@ from hfsm_runtime._recording.run import RecordedRuntime, recording
 from hfsm_runtime.debugger.snapshot import structure_of
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.recording_file.messages import (
+    Action,
     Change,
     Description,
     Image,
@@ -173,6 +174,17 @@ def recorded(path: Path, *entries: tuple[str, Message]) -> RecordedRun:
 
 
 CHANGE = ("/automata/walk", Change(1, "walk", 1, "go", "entered", 0))
+
+
+def test_what_a_late_cycle_does_comes_after_what_made_it_do_that(tmp_path: Path) -> None:
+    """A cycle has the time of its slot, here 0.15 s, also when it runs after a transition was forced at 0.2 s."""
+    late = Change(1, "walk", 2, "stand", "entered", 150_000_000)
+    force = Action("force", {"automaton": 1, "transition": 4})
+    run = recorded(tmp_path / "run.mcap", CHANGE, ("/actions", force), ("/automata/walk", late))
+    assert run.interventions is not None
+    (forced,) = run.interventions.kept
+    assert (forced.transition, forced.time) == (4, 0.2)
+    assert 0.149 < forced.since < 0.15
 
 
 def test_the_robot_and_its_world_are_those_of_the_moment(tmp_path: Path) -> None:

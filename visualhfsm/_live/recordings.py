@@ -330,6 +330,7 @@ class _Run:
             found.timers = self._remaining(found)
         found.timed_at = change.at
         snapshot.state = change.state
+        self._precede(change.at / 1e9)
         self._next = 0  # add a separate moment once everything that happened at this time is known
 
     def _act(self, action: Action) -> None:
@@ -360,6 +361,12 @@ class _Run:
                 )
         elif action.kind == "refused" and str(action.arguments.get("of")) in STEERED:
             self._intervention = None
+
+    def _precede(self, time: float) -> None:
+        """Let the last intervention be before a change that comes after it: a late cycle has the time of its slot."""
+        if self._intervention is not None and time <= self._intervention.since:
+            since = max(0.0, time - _JUST_BEFORE)
+            self._intervention = msgspec.structs.replace(self._intervention, since=since)
 
     def _keep_intervention(self) -> None:
         """Note the last intervention, which was not refused."""
