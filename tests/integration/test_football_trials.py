@@ -21,8 +21,9 @@ def test_it_scores_from_a_place_that_is_drawn(trials: RunTrials) -> None:
 
 @pytest.mark.soak("test_it_scores_from_a_place_that_is_drawn")
 def test_it_scores_from_places_that_are_drawn(trials: RunTrials) -> None:
-    summary = trials(PLAN, seed=1, runs=4, workers=2)
-    assert summary.rate.successes == 4, summary
+    """Which fail depends on the processor: with the least rate of the tutorial, 0.92, fewer pass once in 80 times."""
+    summary = trials(PLAN, seed=1, runs=12, workers=2)
+    assert summary.rate.successes >= 9, summary
 
 
 @pytest.mark.soak("test_it_scores_from_a_place_that_is_drawn")
