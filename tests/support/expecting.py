@@ -1,60 +1,92 @@
-"""Make assertions about an element once it exists."""
+"""Wait for elements, and make assertions about them once they exist, with a look every 100 ms."""
 
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Callable, Iterator
 from typing import Any, Final, Literal
 
 import pytest
-from playwright.sync_api import Error, Locator, expect
+from playwright.sync_api import Error, Locator, Page, expect
+from playwright.sync_api import TimeoutError as LateError
+
+from tests.support.limits import PAGE_LIMIT
 
 __all__ = ["awaited_elements"]
 
 _WITHOUT_ELEMENT: Final = ("not_", "to_be_hidden", "to_have_count")
 """Prefixes of the assertions that may hold without the element."""
+_SLICE: Final = 2400.0
+"""A wait within this many ms looks every 100 ms, and a longer one soon only every 500 ms.
+
+Playwright leaves out intervals that are longer than a fifth of the wait.
+"""
+
+
+def _in_slices(look: Callable[[float], None], timeout: float | None) -> None:
+    """Call `look` with the ms that it may wait, until it raises no error or the time is over."""
+    left = PAGE_LIMIT * 1000 if timeout is None else timeout
+    end = time.monotonic() + left / 1000
+    while left > _SLICE:
+        begin = time.monotonic()
+        try:
+            look(_SLICE)
+        except (AssertionError, LateError):
+            if time.monotonic() - begin < _SLICE / 2000:
+                raise  # not because of the time, and so not about to change
+        else:
+            return
+        left = (end - time.monotonic()) * 1000
+    look(max(left, 1.0))  # 0 would be forever
 
 
 class _Awaiting:
-    """The assertions of Playwright about an element, which is awaited first."""
+    """The assertions of Playwright about an element, which is awaited first, or about a page."""
 
-    def __init__(self, locator: Locator, assertions: object) -> None:
-        self._locator = locator
+    def __init__(self, actual: Locator | Page, assertions: object) -> None:
+        self._actual = actual
         self._assertions = assertions
 
     def __getattr__(self, name: str) -> Callable[..., None]:
         assertion: Callable[..., None] = getattr(self._assertions, name)
-        if name.startswith(_WITHOUT_ELEMENT):
-            return assertion
+        actual = None if name.startswith(_WITHOUT_ELEMENT) else self._actual
 
         def assert_of_element(*expected: object, timeout: float | None = None, **options: object) -> None:
-            if not (expected and isinstance(expected[0], list)):  # a list is about any number of elements
+            any_number = expected and isinstance(expected[0], list)
+            if isinstance(actual, Locator) and not any_number:
                 state: Literal["attached", "visible"] = "visible" if name == "to_be_visible" else "attached"
                 try:
-                    self._locator.wait_for(state=state, timeout=timeout)
+                    actual.wait_for(state=state, timeout=timeout)
                 except Error:
                     timeout = 1.0  # the assertion fails, and says why
                 else:
                     if state == "visible":
                         return
-            assertion(*expected, timeout=timeout, **options)
+            _in_slices(lambda limit: assertion(*expected, timeout=limit, **options), timeout)
 
         return assert_of_element
 
 
 @contextlib.contextmanager
 def awaited_elements() -> Iterator[None]:
-    """Let `expect` wait for an element before it checks it, within the block.
+    """Within the block, wait for elements in steps of 100 ms, and let `expect` wait for one before it checks it.
 
-    Whenever the element is missing, Playwright would describe the whole page in words, for an error that nobody
-    sees: this takes Chromium as long as drawing the page several times.
+    Playwright's longest steps are 500 ms, so what takes 0.3 s would take almost 0.8 s. Whenever the element is missing,
+    `expect` would describe the whole page in words, for an error that nobody sees: this takes Chromium as long as
+    drawing the page several times.
     """
     genuine = type(expect).__call__
+    wait_for = Locator.wait_for
 
     def expect_of(self: Any, actual: Any, message: str | None = None) -> Any:
         assertions = genuine(self, actual, message)
-        return _Awaiting(actual, assertions) if isinstance(actual, Locator) else assertions
+        return _Awaiting(actual, assertions) if isinstance(actual, Locator | Page) else assertions
+
+    def wait_in_slices(self: Locator, *, timeout: float | None = None, **options: Any) -> None:
+        _in_slices(lambda limit: wait_for(self, timeout=limit, **options), timeout)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(type(expect), "__call__", expect_of)
+        patch.setattr(Locator, "wait_for", wait_in_slices)
         yield
