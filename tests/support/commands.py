@@ -29,14 +29,17 @@ def run_here(
     expected: tuple[type[Exception], ...] = (),
     stdin: bytes = b"",
     columns: int = 120,
+    limits: object = None,
 ) -> subprocess.CompletedProcess[str]:
     """Run a command to its end in a folder, the working directory by default, with its output as text.
 
     Errors of ours and of the `expected` types become one line on stderr, as with `zenoh_ice.application.cli.run`.
+    `limits` are those that the command takes from its context.
     """
     words = [*map(str, arguments)]
     with contextlib.chdir(cwd):
-        result = CliRunner().invoke(app, words, prog_name=program, input=stdin, env={"COLUMNS": str(columns)})
+        environment = {"COLUMNS": str(columns)}
+        result = CliRunner().invoke(app, words, prog_name=program, input=stdin, env=environment, obj=limits)
     code, errors, problem = result.exit_code, result.stderr, result.exception
     if isinstance(problem, (ZenohIceError, *expected)):
         code, errors = 1, f"{errors}{program}: error: {' '.join(str(problem).split())}\n"

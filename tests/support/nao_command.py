@@ -10,6 +10,7 @@ from unittest.mock import patch
 
 from tests.support.commands import run_here
 from visualhfsm.nao._command import app
+from visualhfsm.nao._stopping import StopLimits
 
 __all__ = ["Outcome", "at", "nao"]
 
@@ -35,7 +36,7 @@ def at(endpoint: str, realm: str) -> Iterator[None]:
         yield
 
 
-def nao(*words: str, stdin: bytes = b"") -> Outcome:
-    """Run `nao` with arguments."""
-    done = run_here(app, "nao", *words, stdin=stdin, columns=80)
+def nao(*words: str, stdin: bytes = b"", limits: StopLimits | None = None) -> Outcome:
+    """Run `nao` with arguments, and with the limits of `nao stop` if they are given."""
+    done = run_here(app, "nao", *words, stdin=stdin, columns=80, limits=limits)
     return Outcome(done.returncode, done.stdout, done.stderr)

@@ -202,6 +202,7 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
 )
 def stop(
     *,
+    context: typer.Context,
     settings: Settings,
     reason: Annotated[
         str, typer.Argument(metavar="REASON", help="Reason that refused callers get.")
@@ -226,6 +227,7 @@ def stop(
     delays the stop. Components keep running; `visualhfsm stop` ends one.
     """
     from visualhfsm.nao import _stop as commands
+    from visualhfsm.nao._stopping import STOP_LIMITS, StopLimits
 
     if ready + reset + everywhere > 1:
         raise typer.BadParameter("--all, --ready and --reset exclude each other")
@@ -235,10 +237,10 @@ def stop(
         commands.reset(settings, as_json=json)
     elif ready:
         commands.hold(settings, reason)
-    elif everywhere:
-        commands.stop_all(settings, reason, seconds, as_json=json)
     else:
-        commands.stop(settings, reason, seconds, as_json=json)
+        limits = context.find_object(StopLimits) or STOP_LIMITS
+        stop_robots = commands.stop_all if everywhere else commands.stop
+        stop_robots(settings, reason, seconds, as_json=json, limits=limits)
 
 
 @_command("nao router", "nao router --config keys/router.toml", defaults=ROUTER_DEFAULTS)

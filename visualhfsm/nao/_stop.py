@@ -21,7 +21,7 @@ import typer
 from visualhfsm.nao import NaoError
 from visualhfsm.nao._connection import wait_for_servant
 from visualhfsm.nao._output import print_json
-from visualhfsm.nao._stopping import Realm, Stopping
+from visualhfsm.nao._stopping import STOP_LIMITS, Realm, StopLimits, Stopping
 from visualhfsm.nao._values import Json
 from zenoh_ice import Communicator, ZenohIceError, initialize
 from zenoh_ice.application import emergency_stop
@@ -39,12 +39,14 @@ _CTRL_C: Final = b"\x03"
 _LEAVE: Final = b"q"
 
 
-def stop(settings: Settings, reason: str, seconds: float, *, as_json: bool) -> None:
+def stop(
+    settings: Settings, reason: str, seconds: float, *, as_json: bool, limits: StopLimits = STOP_LIMITS
+) -> None:
     """Stop the robot of a realm.
 
     Raises NaoError when it has not confirmed within some seconds that it has stopped, or goes on moving.
     """
-    stopping = Stopping(settings, reason, limit=seconds)
+    stopping = Stopping(settings, reason, limit=seconds, limits=limits)
     stopping.run(_report)
     realm = stopping.realms[settings.realm]
     if not realm.stopped:
@@ -59,12 +61,14 @@ def stop(settings: Settings, reason: str, seconds: float, *, as_json: bool) -> N
         raise NaoError(_outcome(realm))
 
 
-def stop_all(settings: Settings, reason: str, seconds: float, *, as_json: bool) -> None:
+def stop_all(
+    settings: Settings, reason: str, seconds: float, *, as_json: bool, limits: StopLimits = STOP_LIMITS
+) -> None:
     """Stop the robots of all realms that can be reached, and list each with its result.
 
     Raises NaoError when one of them, or an endpoint, has not confirmed within some seconds.
     """
-    stopping = Stopping(settings, reason, limit=seconds, every_realm=True)
+    stopping = Stopping(settings, reason, limit=seconds, every_realm=True, limits=limits)
     stopping.run(_report)
     if as_json:
         print_json(_result(stopping))

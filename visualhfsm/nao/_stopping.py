@@ -25,19 +25,34 @@ from zenoh_ice.messenger import Answer, Messenger
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
 
-__all__ = ["Realm", "Route", "Stopping"]
+__all__ = ["STOP_LIMITS", "Realm", "Route", "StopLimits", "Stopping"]
 
 _LINKS: Final = 6  # tried for each endpoint; the firewall of a lab lets an address have sixteen
 _STAGGER: Final = 0.5  # s between their beginnings: on a good network the first has done it by then
 _LINK_LIMIT: Final = 6.0  # s for making a link; more would not help, since servers give up after two
-_ANSWER_LIMIT: Final = 2.0  # s until a stop that was not answered is sent again
-_STATE_LIMIT: Final = 1.0  # s for the speeds of the joints
 _REPORT_PERIOD: Final = 3.0  # s between reports of what is missing
 _MESSAGE_PERIOD: Final = 0.1  # s between messages that nobody serves, and between links
-_REALM_LIMIT: Final = 0.6  # s without a further realm after which all of a link are known; gossip takes less
 _LAST: Final = 0.1  # s for links that are still being made when the robots have stopped
 _LONGEST_TROUBLE: Final = 300  # characters
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
+
+
+@dataclass(frozen=True, kw_only=True)
+class StopLimits:
+    """How long a stop waits for the robots, in s."""
+
+    answer: float = 2.0
+    """A stop that was not answered is sent again."""
+    state: float = 1.0
+    """A robot says how fast its joints move."""
+    standstill: float = STILL_LIMIT
+    """The joints are still after a confirmed stop, or the robot has said nothing of them."""
+    realms: float = 0.6
+    """All robots behind a link are known if none was found for so long; gossip takes less."""
+
+
+STOP_LIMITS: Final = StopLimits()
+"""Those of every stop that gets no others."""
 
 
 @dataclass
@@ -93,17 +108,29 @@ class Realm:
         elif answers and self.stopped_at is None:
             self.stopped_at = time.monotonic()
 
-    def watch(self, speed: float | None) -> None:
-        """Note the speed of its fastest joint after the stop; None if it did not say."""
+    def watch(self, speed: float | None, *, last: bool) -> None:
+        """Note the speed of its fastest joint after the stop; None if it did not say.
+
+        The joints are watched until they are still, or until this is the `last` look.
+        """
         self.speed = self.speed if speed is None else speed
-        self.watched = not self.moving or self.stopped_for >= STILL_LIMIT
+        self.watched = last or not self.moving
 
 
 class Stopping:
     """Stop the robot of a realm, or of all realms that can be reached: `run` does it, once."""
 
-    def __init__(self, settings: Settings, reason: str, *, limit: float, every_realm: bool = False) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        reason: str,
+        *,
+        limit: float,
+        every_realm: bool = False,
+        limits: StopLimits = STOP_LIMITS,
+    ) -> None:
         self._limit: Final = limit
+        self._limits: Final = limits
         self.routes: Final = _routes(settings, min(limit, _LINK_LIMIT))
         own = Realm(settings.realm, required=not every_realm)
         self.realms: Final = {own.name: own}
@@ -230,13 +257,13 @@ class Stopping:
                 quiet_since = time.monotonic()
             self._stop_over(messenger)
             with self._changed:
-                route.settled = route.settled or time.monotonic() - quiet_since >= _REALM_LIMIT
+                route.settled = route.settled or time.monotonic() - quiet_since >= self._limits.realms
                 self._changed.notify_all()
             self._ended.wait(_MESSAGE_PERIOD)
 
     def _discover(self, messenger: Messenger) -> bool:
         """Look for robots of other realms; return whether there are new ones."""
-        tokens = messenger.tokens(f"@servant/*/{SAFETY}/**", _ANSWER_LIMIT)
+        tokens = messenger.tokens(f"@servant/*/{SAFETY}/**", self._limits.answer)
         with self._changed:
             found = {token.split("/")[1] for token in tokens}
             new = [name for name in found if name not in self.realms or not self.realms[name].required]
@@ -249,18 +276,19 @@ class Stopping:
         with self._changed:
             pending = [realm for realm in self.realms.values() if not realm.watched]
         stops = {stop_key(realm.name): self._payload for realm in pending}
-        answers = messenger.ask(stops, _ANSWER_LIMIT)
+        answers = messenger.ask(stops, self._limits.answer)
         with self._changed:
             for realm in pending:
                 realm.note(answers[stop_key(realm.name)])
             stopped = [realm for realm in pending if answers[stop_key(realm.name)] and realm.stopped]
         keys = {realm.name: f"{realm.name}/Body/getJointState" for realm in stopped}
-        states = messenger.ask(dict.fromkeys(keys.values(), _NO_ARGUMENTS), _STATE_LIMIT)
+        states = messenger.ask(dict.fromkeys(keys.values(), _NO_ARGUMENTS), self._limits.state)
         with self._changed:
             for realm in stopped:
                 state = states[keys[realm.name]]
-                if state or realm.stopped_for >= STILL_LIMIT:  # a busy robot may answer late
-                    realm.watch(_fastest(state))
+                last = realm.stopped_for >= self._limits.standstill
+                if state or last:  # a busy robot may answer late
+                    realm.watch(_fastest(state), last=last)
 
 
 def _routes(settings: Settings, limit: float) -> list[Route]:
