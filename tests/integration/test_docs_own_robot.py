@@ -28,6 +28,7 @@ from tests.support.pages import DOCS, blocks_of, sections_of
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.reader import commands_of
+from tests.support.robot_server import HASTE
 from tests.support.waiting import until
 from zenoh_ice import initialize
 
@@ -116,7 +117,7 @@ def test_the_papers_behavior_follows_the_ball_with_its_head(folder: Path, cart: 
 def test_a_behavior_says_before_it_starts_what_the_cart_lacks(cart: dict[str, str]) -> None:
     done = subprocess.run(
         [sys.executable, str(ROOT / "behaviors/dance.py")],
-        env=cart,
+        env={**cart, "VISUALHFSM_TIMEOUT": str(HASTE)},
         capture_output=True,
         text=True,
         timeout=RUN_LIMIT,
