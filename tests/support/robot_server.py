@@ -40,7 +40,7 @@ class ServedRobot:
 
     @contextmanager
     def client(self, **settings: Any) -> Iterator[RobotClient]:
-        """Open a client's session, with further settings."""
+        """Open a client's session, with further settings; it knows all that is served by now."""
         with initialize(
             realm=self.realm,
             listen=["tcp/127.0.0.1:0"],
@@ -49,7 +49,13 @@ class ServedRobot:
             lease=CALL_LIMIT,
             **settings,
         ) as communicator:
-            eventually(lambda: bool(communicator.identities()))  # on a busy machine word of them takes longer
+            known = communicator.presence.interfaces
+            eventually(  # on a busy machine word of them takes longer
+                lambda: all(
+                    servant.fingerprints.keys() <= known(target).keys()
+                    for target, servant in self.served_by.served.copy().items()
+                )
+            )
             yield RobotClient(
                 self.robot,
                 self.assembly,

@@ -14,7 +14,7 @@ from naoserver.bodies.nao import H21, H25
 from naoserver.fake import FakeRobot
 from naoserver.robot import Robot
 from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import eventually, served_to_client
+from tests.support.robot_server import served_to_client
 from zenoh_ice import Communicator, ObjectPrx
 from zenoh_ice.transport import Target
 
@@ -58,13 +58,6 @@ def robots_page() -> str:
 
 def _surveyed(robot: Robot) -> dict[str, str]:
     with served_to_client(robot) as client:
-        presence = client.communicator.presence
-        eventually(  # until all that is served is known
-            lambda: all(
-                servant.fingerprints.keys() <= presence.interfaces(target).keys()
-                for target, servant in client.served_by.served.items()
-            )
-        )
         return _survey(client.communicator)
 
 
