@@ -41,15 +41,26 @@ from tests.support.bodies import CART
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from tests.support.robot_server import HASTE, RobotClient, eventually, served, served_to_client, wait_for
+from tests.support.robot_server import (
+    HASTE,
+    RobotClient,
+    clock_at,
+    eventually,
+    served,
+    served_to_client,
+    wait_for,
+)
 from tests.support.security import routing
-from zenoh_ice import Settings, initialize
+from zenoh_ice import RobotClock, Settings
+from zenoh_ice.limits import Limits
 from zenoh_ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
 from zenoh_ros2._wire import Attachment, key
 
 T1, G1 = find_body("T1"), find_body("G1")
 PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity is to last."""
+AT_ONCE = Limits(token_delay=0.05, longest_grace=0.05)
+"""For clients that know all servants: one that the robot does not have is missing at once."""
 UNHURRIED = ServerOptions(safety=SafetyOptions(velocity_timeout=2.0))
 """A busy machine may renew the velocity of a walk to a place less often than every half second."""
 RELIABLE = QoS()
@@ -121,7 +132,7 @@ def gateway(
     """Serve a robot, and show it to ROS from this process, by a router or by its own server."""
     with (
         served_to_client(robot or FakeRobot(), options) as nao,
-        nao.client(timeout=HASTE) as other,
+        nao.client(timeout=HASTE, limits=AT_ONCE) as other,
         serve(other.communicator, "nao", settings=settings(router or nao.endpoint), **node) as telemetry,
         Node("tester", settings=settings(router or nao.endpoint)) as ros,
     ):
@@ -143,14 +154,38 @@ def gateway(
 
 
 @pytest.fixture(scope="module")
-def robot() -> FakeRobot:
+def clock() -> RobotClock:
+    """The clock of the robot that most tests share, at the pace of the wall's."""
+    return clock_at(1.0)
+
+
+@pytest.fixture
+def hurried(clock: RobotClock) -> Iterator[None]:
+    """The same clock at a higher pace, for what lasts in robot time only."""
+    clock.update(clock.now(), 5.0, clock.simulated)
+    yield
+    clock.update(clock.now(), 1.0, clock.simulated)
+
+
+hurriedly = pytest.mark.usefixtures("hurried")
+
+
+@pytest.fixture(scope="module")
+def robot(clock: RobotClock) -> FakeRobot:
     """The robot that most tests share."""
-    return FakeRobot()
+    return FakeRobot(clock)
 
 
 @pytest.fixture(scope="module")
 def shared(robot: FakeRobot) -> Iterator[Robot]:
     with gateway(robot, UNHURRIED) as shown:
+        yield shown
+
+
+@pytest.fixture(scope="module")
+def humanoid() -> Iterator[Robot]:
+    """Another robot, whose velocities end after the usual silence."""
+    with gateway(FakeRobot(body=T1)) as shown:
         yield shown
 
 
@@ -234,47 +269,50 @@ def test_an_h21_has_no_hands_that_feel_and_names_are_remapped_and_in_the_namespa
         assert "/red/hand_touch" not in graph.topics()
 
 
-@pytest.mark.parametrize("body", [T1, G1, CART], ids=lambda body: str(body.name))
+def check_it_is_shown_as_its_server_describes_it(robot: Robot, body: Body) -> None:
+    description = ET.fromstring(robot.topic("/robot_description", LATCHED).data)
+    assert {link.name for link in body.links} <= {link.get("name") for link in description.iter("link")}
+    assert tuple(robot.topic("/joint_states").name) == body.joint_names
+    moving, fixed = robot.topic("/tf"), robot.topic("/tf_static", LATCHED)
+    shown = {each.child_frame_id for each in [*moving.transforms, *fixed.transforms]}
+    assert {link.name for link in body.links} <= shown
+    assert {"base_footprint", "Camera_optical_frame"} <= shown
+    topics = robot.ros.graph.topics().keys()
+    assert "/camera/front/image_raw" in topics
+    assert ("/cmd_vel" in topics) is (body.walk is not None)
+    assert ("/imu/torso" in topics) is (body.inertial_unit is not None)
+    assert ("/sonar/left" in topics) is (body.sonar is not None)
+    assert "/bumper" not in topics
+    assert "/camera/bottom/image_raw" not in topics
+
+
+@pytest.mark.parametrize("body", [G1, CART], ids=lambda body: str(body.name))
 def test_any_robot_is_shown_as_its_server_describes_it(body: Body) -> None:
     with gateway(FakeRobot(body=body)) as robot:
-        description = ET.fromstring(robot.topic("/robot_description", LATCHED).data)
-        assert {link.name for link in body.links} <= {link.get("name") for link in description.iter("link")}
-        assert tuple(robot.topic("/joint_states").name) == body.joint_names
-        moving, fixed = robot.topic("/tf"), robot.topic("/tf_static", LATCHED)
-        shown = {each.child_frame_id for each in [*moving.transforms, *fixed.transforms]}
-        assert {link.name for link in body.links} <= shown
-        assert {"base_footprint", "Camera_optical_frame"} <= shown
-        topics = robot.ros.graph.topics().keys()
-        assert "/camera/front/image_raw" in topics
-        assert ("/cmd_vel" in topics) is (body.walk is not None)
-        assert ("/imu/torso" in topics) is (body.inertial_unit is not None)
-        assert ("/sonar/left" in topics) is (body.sonar is not None)
-        assert "/bumper" not in topics
-        assert "/camera/bottom/image_raw" not in topics
+        check_it_is_shown_as_its_server_describes_it(robot, body)
 
 
-def test_any_robot_moves_by_the_names_of_its_joints_and_limbs() -> None:
-    with gateway(FakeRobot(body=T1)) as robot:
-        kind = "naoqi_bridge_msgs/msg/JointAnglesWithSpeed"
-        body, angles = robot.nao.proxy(JointsPrx, "Body"), robot.publisher(kind, "/joint_angles")
-        angles.publish(joint_names=["Head"], joint_angles=[0.3, 0.2], speed=1.0)
-        head = [T1.joint_names.index(joint) for joint in T1.groups.head]
-        wait_for(
-            body.getJointState,
-            lambda state: [state.positions[joint] for joint in head] == pytest.approx([0.3, 0.2], abs=0.01),
-        )
-        angles.publish(joint_names=["LShoulderPitch"], joint_angles=[0.3], speed=1.0)
-        eventually(lambda: robot.logs("there is no joint 'LShoulderPitch'; there are "))
+def test_any_robot_is_shown_and_moves_by_the_names_of_its_joints_and_limbs(humanoid: Robot) -> None:
+    check_it_is_shown_as_its_server_describes_it(humanoid, T1)
+    body, angles = humanoid.nao.proxy(JointsPrx, "Body"), humanoid.publisher(*ANGLES)
+    angles.publish(joint_names=["Head"], joint_angles=[0.3, 0.2], speed=1.0)
+    head = [T1.joint_names.index(joint) for joint in T1.groups.head]
+    wait_for(
+        body.getJointState,
+        lambda state: [state.positions[joint] for joint in head] == pytest.approx([0.3, 0.2], abs=0.01),
+    )
+    angles.publish(joint_names=["LShoulderPitch"], joint_angles=[0.3], speed=1.0)
+    eventually(lambda: humanoid.logs("there is no joint 'LShoulderPitch'; there are "))
 
 
 # What ROS asks of it
 
 
-def test_a_velocity_drives_the_walk_and_silence_stops_it(shared: Robot) -> None:
-    motors = shared.nao.proxy(MotorsPrx, "Motors")
-    encoders = shared.nao.proxy(EncodersPrx, "Encoders")
+def test_a_velocity_drives_the_walk_and_silence_stops_it(humanoid: Robot) -> None:
+    motors = humanoid.nao.proxy(MotorsPrx, "Motors")
+    encoders = humanoid.nao.proxy(EncodersPrx, "Encoders")
     start = encoders.getEncodersData().robotx
-    velocity = shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
+    velocity = humanoid.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
     velocity.publish(linear={"x": 0.1, "y": 0.05}, angular={"z": 0.3})
     eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == pytest.approx((0.1, 0.05, 0.3)))
     eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == (0.0, 0.0, 0.0))
@@ -316,6 +354,7 @@ def test_a_velocity_that_is_no_number_moves_nothing(shared: Robot) -> None:
     assert motors.getV() == 0.0
 
 
+@hurriedly
 def test_it_walks_to_a_place_in_either_frame(shared: Robot) -> None:
     walk, encoders = shared.nao.proxy(WalkPrx, "Walk"), shared.nao.proxy(EncodersPrx, "Encoders")
     goal = shared.publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
@@ -430,6 +469,7 @@ def test_angles_that_make_no_sense_are_refused_by_name(
     eventually(lambda: shared.logs(words))
 
 
+@hurriedly
 def test_it_says_what_it_is_asked_to(shared: Robot) -> None:
     shared.publisher("std_msgs/msg/String", "/speech").publish(data="hello")
     speech = shared.nao.proxy(SpeechPrx, "Speech")
@@ -439,6 +479,7 @@ def test_it_says_what_it_is_asked_to(shared: Robot) -> None:
     assert (spoken.status, speech.getSpeech().text) == (Status.SUCCEEDED, "a word")
 
 
+@hurriedly
 def test_a_posture_is_an_action(shared: Robot) -> None:
     goal = shared.action("naoqi_bridge_msgs/action/BodyPoseWithSpeed", "/body_pose_naoqi").send(
         posture_name="Crouch", speed=1.0
@@ -483,6 +524,7 @@ def test_a_trajectory_is_followed_with_feedback(shared: Robot) -> None:
         shared,
         {"HeadYaw": 0.5, "RElbowRoll": 0.8},
         {"HeadYaw": -0.2, "RElbowRoll": 1.2},
+        seconds=0.3,
         goal_tolerance=tolerance,
     )
     result = goal.result(MOVE_LIMIT)
@@ -529,7 +571,7 @@ def test_a_cancelled_trajectory_holds_where_it_is(shared: Robot) -> None:
 def test_a_trajectory_that_fails_says_why_by_its_code(
     shared: Robot, fields: dict[str, Any], code: int, words: str
 ) -> None:
-    goal = follow(shared, {"HeadYaw": 0.6}, **fields)
+    goal = follow(shared, {"HeadYaw": 0.6}, seconds=0.2, **fields)
     result = goal.result(MOVE_LIMIT)
     assert (goal.status, result.error_code) == (Status.ABORTED, code)
     assert words in result.error_string
@@ -538,7 +580,7 @@ def test_a_trajectory_that_fails_says_why_by_its_code(
 def test_a_newer_trajectory_takes_the_joints_of_an_older_one(shared: Robot) -> None:
     older = follow(shared, {"HeadYaw": 1.0, "HeadPitch": 0.1}, seconds=5.0)
     eventually(lambda: older.feedback is not None)
-    newer = follow(shared, {"HeadPitch": 0.0})
+    newer = follow(shared, {"HeadPitch": 0.0}, seconds=0.2)
     assert "a newer trajectory" in older.result(MOVE_LIMIT).error_string
     assert newer.result(MOVE_LIMIT).error_code == SUCCESSFUL
 
@@ -631,6 +673,7 @@ def test_joints_of_who_never_announced_itself_are_held(shared: Robot) -> None:
     assert begin < position(shared, "LElbowYaw") < begin + 1.4
 
 
+@hurriedly
 def test_a_walk_to_a_place_ends_when_its_publisher_is_gone(shared: Robot, commander: Node) -> None:
     walk = shared.nao.proxy(WalkPrx, "Walk")
     count = walk.getWalkState().count
@@ -863,22 +906,18 @@ def test_a_killed_gateway_stops_what_it_drove() -> None:
             eventually(lambda: motors.getV() == 0.0)
 
 
-def test_the_command_ends_cleanly_at_ctrl_c(shared: Robot) -> None:
-    with command(shared.nao, "--domain", "7", "--name", "red") as process:
-        process.wait_for(r"^ready: /red, ", START_LIMIT)
-        process.process.send_signal(signal.SIGINT)
-        assert process.wait() == 130
-        assert process.output.count("\n") == 1, process.output
-
-
-def test_the_command_waits_for_ros(shared: Robot) -> None:
+def test_the_command_waits_for_ros_and_ends_cleanly_at_ctrl_c(shared: Robot) -> None:
     router = free_endpoint()
-    with command(shared.nao, "--name", "patient", "--ros", router, timeout=2.0) as process:
+    options = ("--domain", "7", "--name", "red", "--ros", router)
+    with command(shared.nao, *options, timeout=2.0) as process:
         process.wait_for(f"waiting for ROS: start `nao router` or rmw_zenohd.*nothing answers at {router}")
         with routing(Settings(mode="router", connect=(), listen=(router,))):
-            process.wait_for(r"^ready: /patient, ", START_LIMIT)
-            with Node("tool", settings=settings(router)) as ros:
-                eventually(lambda: "/patient" in ros.graph.nodes())
+            process.wait_for(r"^ready: /red, ", START_LIMIT)
+            with Node("tool", domain=7, settings=settings(router)) as ros:
+                eventually(lambda: "/red" in ros.graph.nodes())
+            process.process.send_signal(signal.SIGINT)
+            assert process.wait() == 130
+        assert process.output.count("\n") == 2, process.output
 
 
 def test_the_command_ends_while_it_waits_for_ros(shared: Robot) -> None:
@@ -899,10 +938,10 @@ def test_a_name_that_no_node_may_have_is_refused(shared: Robot) -> None:
 def test_it_goes_on_when_the_robot_server_was_restarted() -> None:
     endpoint = free_endpoint()
     with ExitStack() as first:
-        first.enter_context(served(FakeRobot(), realm="again", endpoint=endpoint))
+        server = first.enter_context(served(FakeRobot(), realm="again", endpoint=endpoint))
         with (
-            initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], realm="again") as communicator,
-            serve(communicator, "nao", settings=settings(endpoint)) as telemetry,
+            server.client(limits=AT_ONCE) as client,
+            serve(client.communicator, "nao", settings=settings(endpoint)) as telemetry,
             Node("tester", settings=settings(endpoint)) as ros,
         ):
             states = ros.create_subscription("sensor_msgs/msg/JointState", "/joint_states")
