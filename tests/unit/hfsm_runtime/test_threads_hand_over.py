@@ -279,7 +279,7 @@ def test_an_automaton_that_blocks_delays_no_other() -> None:
 
 def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since() -> None:
     order: list[str] = []
-    crossing = threading.Event()
+    known, crossing = threading.Event(), threading.Event()
 
     def cross() -> None:
         if "lowest leaves" in order:
@@ -291,7 +291,7 @@ def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since(
         2,
         "middle",
         [State(id=1, name="below", children=(lowest,), restart=True), State(id=2, name="apart")],
-        [when(lambda: True, 1, 2), when(lambda: True, 2, 1, code=cross)],
+        [when(lambda: True, 1, 2), when(known.is_set, 2, 1, code=cross)],
         period=0.02,
     )
     root = automaton(
@@ -302,5 +302,6 @@ def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since(
         period=0.02,
     )
     with running(root, limits=PATIENT) as runtime:
+        known.set()  # not before: the automata may be faster than this thread, and `cross` needs the runtime
         eventually(lambda: next(runtime.tree.root.paths()) == "b")
     assert order == ["lowest leaves"]
