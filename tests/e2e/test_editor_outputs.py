@@ -143,7 +143,10 @@ def test_an_output_of_nobody_is_a_problem_at_its_result(shown: EditorPage, path:
     shown.press("Escape")
     shown.press("Control+z")
     shown.press("Control+y")
+    # Only then the automaton that was changed stays shown, whatever is clicked.
+    shown.page.get_by_role("status").filter(has_text="Redone").wait_for()
     shown.state("search").locator(".body").dblclick()
+    shown.state("look").wait_for()
     shown.press("Alt+t")
     shown.button("Remove output steps").click()
     above(shown)

@@ -102,6 +102,29 @@ test("a run that this window starts again stays steered", async () => {
   assert.equal(said().length, 0);
 });
 
+test("a run that ended before its first moment is over when another begins to send", async () => {
+  status("starting");
+  monitor.expect("walk");
+  runs("walk");
+  await settled();
+  await answer({structure: null, snapshot: null, timeline: null, since: null});
+  status("ended");
+  sends(10); // late
+  assert.ok(monitor.ended);
+  monitor.detach();
+  await answer(null);
+
+  status("starting");
+  monitor.expect("walk");
+  await settled();
+  await answer({structure: null, snapshot: null, timeline: null, since: null});
+  status("ended");
+  status("starting");
+  monitor.expect("walk");
+  sends(20);
+  assert.ok(monitor.steers && !monitor.ended);
+});
+
 test("steering is allowed for one run", async () => {
   await follow(10);
   assert.ok(!monitor.writable);

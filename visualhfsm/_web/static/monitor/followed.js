@@ -33,6 +33,8 @@ export class Followed {
    * @type {{at: number, message: string} | undefined}
    */
   ended = undefined;
+  /** Whether another run has begun since: if no moment of the former one came, the first is one of this. */
+  begun = false;
   /** Whether it may be steered; stopping it is always allowed. */
   writable = false;
   /**
@@ -154,8 +156,8 @@ export class Followed {
   take(value) {
     const {newest} = this;
     const restarted = newest !== undefined && value.component.startedAt !== newest.component.startedAt;
+    if (restarted || (!newest && this.begun)) this.ended = undefined;
     if (restarted) {
-      this.ended = undefined;
       this.past = new Past();
       this.#recent = [];
     }

@@ -118,6 +118,7 @@ class Monitor extends Shown {
   /** The component that is followed has ended. @param {string} message how */
   end(message) {
     this.followed.ended = {at: Date.now() / 1000, message};
+    this.followed.begun = false;
     this.#emit("mode", "shown");
   }
 
@@ -266,6 +267,7 @@ class Monitor extends Shown {
   #ran(run) {
     const {tab, component, status} = run;
     this.starts.from(component, tab);
+    if (status === "starting" && component === this.component) this.followed.begun = true;
     if (status !== "ended") return;
     if (component === this.#expected) this.#expected = "";
     this.starts.end(component);
