@@ -53,7 +53,9 @@ LOOPBACK: Final = "127.0.0.1"
 
 _CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
-_POLL_INTERVAL: Final = 0.1  # s
+_POLL_INTERVAL: Final = 0.1  # s, of looks whether a signal has come
+_END_INTERVAL: Final = 0.005  # s, of looks whether what ends has ended
+_TURNS: Final = 4  # of the event loop, in which an accepted connection is made
 _TRY_LATER: Final = 1013  # registered with IANA
 _NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
 _LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
@@ -138,6 +140,7 @@ class Server:
         self.port: int = 0 if options.socket else self._listener.getsockname()[1]
         self.credentials = Credentials(self.port, Resumption(self._key()), self._renew)
         self._stopping = stopping or threading.Event()
+        self._wake: Callable[[], None] = lambda: None
         self._report = report
 
     def _key(self, *, renewed: bool = False) -> bytes:
@@ -182,13 +185,10 @@ class Server:
             for file in options.files:
                 await open_file(workspace, str(file.resolve()))
             app = make_app(workspace, self._site, None if options.socket else self.credentials)
-            server = _HttpServer(_config(app, options.limits))
-            ending = asyncio.create_task(_end_at(self._stopping, server))
-            try:
-                started()  # connections wait in the queue of the socket, which listens
-                await server.serve([self._listener])
-            finally:
-                ending.cancel()
+            server = _HttpServer(_config(app, options.limits), self._stopping)
+            self._wake = server.wake
+            started()  # connections wait in the queue of the socket, which listens
+            await server.serve([self._listener])
             for name in workspace.unsaved():
                 _logger.warning("%s has unsaved changes; they are offered when it is opened again", name)
 
@@ -208,6 +208,7 @@ class Server:
     def stop(self) -> None:
         """Make `serve` end in an orderly way; may be called from any thread."""
         self._stopping.set()
+        self._wake()
 
     def close(self) -> None:
         """Release the port, or the socket with its name."""
@@ -217,16 +218,53 @@ class Server:
 
 
 class _HttpServer(uvicorn.Server):
-    """uvicorn, which also ends a connection that was accepted right before its end."""
+    """uvicorn, which ends when `stopping` is set, and at once if it is woken then; made in its event loop.
+
+    By itself it looks every 0.1 s whether it, or something that it waits for, has ended.
+    """
+
+    def __init__(self, config: uvicorn.Config, stopping: threading.Event) -> None:
+        super().__init__(config)
+        self._stopping = stopping
+        self._loop = asyncio.get_running_loop()
+        self._woken = asyncio.Event()
+
+    def wake(self) -> None:
+        """Look at once whether to end; may be called from any thread."""
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(self._woken.set)
+
+    async def main_loop(self) -> None:
+        """Wait for the end."""
+        ticks = 0
+        while not (self._stopping.is_set() or await self.on_tick(ticks)):
+            ticks += 1
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(_POLL_INTERVAL):
+                    await self._woken.wait()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Accept no more connections, and end the open ones."""
+        """Accept no more connections, and end the open ones, also those that were accepted right before."""
+        # asyncio makes a connection some turns of its loop after it has accepted it. If the server was closed
+        # by then, it would drop it, but leave it open: a browser would send its next request there.
+        for listener in sockets or ():
+            self._loop.remove_reader(listener)
+        for _ in range(_TURNS):
+            await asyncio.sleep(0)
         for server in self.servers:
             server.close()
-        # asyncio hands over accepted connections one turn of the loop later. uvicorn would wait for these but
-        # leave them open, and a browser would send its next request there.
-        await asyncio.sleep(0)
-        await super().shutdown(sockets)
+        state = self.server_state
+        ended: set[object] = set()
+        try:
+            async with asyncio.timeout(self.config.timeout_graceful_shutdown):
+                while (state.connections or state.tasks) and not self.force_exit:
+                    for connection in state.connections - ended:
+                        connection.shutdown()
+                    ended |= state.connections
+                    await asyncio.sleep(_END_INTERVAL)
+        except TimeoutError:
+            for task in state.tasks:
+                task.cancel()
 
 
 class _WebSocket(WebSocketsSansIOProtocol):
@@ -287,12 +325,6 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         ws_ping_interval=_PING_INTERVAL,
         ws_ping_timeout=_PING_INTERVAL,
     )
-
-
-async def _end_at(stopping: threading.Event, server: uvicorn.Server) -> None:
-    while not stopping.is_set():
-        await asyncio.sleep(_POLL_INTERVAL)
-    server.should_exit = True
 
 
 def _listen(port: int) -> socket.socket:
