@@ -24,6 +24,8 @@ class RuntimeLimits:
     """A thread rests while component time stands still."""
     retry: float = 1.0
     """The automata wait after a refused command, and between two questions whether they may try again."""
+    step: float = 2.0
+    """A step waits for the cycle of each automaton."""
     stop: float = 2.0
     """The end of the component waits for the cycles that run."""
 

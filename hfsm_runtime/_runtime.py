@@ -46,7 +46,7 @@ class Runtime(ComponentRun):
             tree=tree,
             limits=limits,
         )
-        self._threads = Threads(self.tree, self.component_time, self._supervision, self._crashed, limits.idle)
+        self._threads = Threads(self.tree, self.component_time, self._supervision, self._crashed, limits)
 
     def start(self) -> None:
         """Start the automata."""

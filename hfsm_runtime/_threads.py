@@ -16,7 +16,7 @@ from zenoh_ice.clock import Clock
 
 from ._automaton_run import wake_next
 from ._cycle import Supervisor, run_cycle
-from ._limits import RuntimeLimits
+from ._limits import LIMITS, RuntimeLimits
 from ._order import patience, turn_of
 from ._timeline import Timeline, delay_in_slot
 from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
@@ -27,8 +27,6 @@ _logger = logging.getLogger(__name__)
 
 _RESOLUTION: Final = 1e-9
 """Seconds; sums of floats are not exact."""
-_STEP: Final = 2.0
-"""The longest wait in wall seconds for a cycle that was asked for."""
 
 _ALARM_ENDS: Final = 1.0
 """The longest wait in wall seconds for the thread of the alarm to end."""
@@ -38,7 +36,7 @@ class Threads(Observer):
     """A thread for each automaton of a tree. Start and stop it once.
 
     `crashed` is called on the thread of an automaton that ends by anything but an ordinary exception, such as
-    `sys.exit()` in its code. An idle thread rests for at most `idle` s; any change wakes it.
+    `sys.exit()` in its code. An idle thread rests for as long as the `limits` say; any change wakes it.
     """
 
     def __init__(
@@ -47,20 +45,20 @@ class Threads(Observer):
         timeline: Timeline,
         supervisor: Supervisor,
         crashed: Callable[[Run, BaseException], None],
-        idle: float = RuntimeLimits.idle,
+        limits: RuntimeLimits = LIMITS,
     ) -> None:
         self._tree = tree
         self._timeline = timeline
         self._supervisor = supervisor
         self._crashed = crashed
-        self._idle = idle
+        self._limits = limits
         self._stopping = False
         self._one_step = threading.Lock()
         self._own = threading.local()
         # The upper ones wake earlier in their slots: most have decided when those wake that come after them.
         by_depth = sorted(tree.runs, key=lambda run: run.depth)
         self._workers = {run: _Worker(self, run, index) for index, run in enumerate(by_depth)}
-        self._alarm = Alarm(timeline, idle)
+        self._alarm = Alarm(timeline, limits.idle)
         tree.observers.append(self)
 
     def start(self) -> None:
@@ -111,8 +109,9 @@ class Threads(Observer):
                 if not ordered:
                     return
                 worker.wake.set()
-                if not worker.stepped.wait(_STEP):
-                    _logger.warning("the step of %s takes longer than %g s", run.automaton.name, _STEP)
+                if not worker.stepped.wait(self._limits.step):
+                    name, limit = run.automaton.name, self._limits.step
+                    _logger.warning("the step of %s takes longer than %g s", name, limit)
 
     def sleep(self, clock: Clock, seconds: float, ended: threading.Event) -> bool:
         """Wait on behalf of user code; return false at once on a thread that is not an automaton's.
@@ -168,7 +167,7 @@ class Threads(Observer):
             worker.stepped.set()
         for worker in retired:
             if worker.thread.ident is not None:
-                worker.thread.join(_STEP)
+                worker.thread.join(self._limits.step)
 
     def wake(self) -> None:
         """Wake every thread to check for changes, such as the end of a pause."""
@@ -197,7 +196,7 @@ class Threads(Observer):
                 run_cycle(self._tree, run, self._timeline.now(), self._supervisor)
                 worker.stepped.set()
             elif self._tree.held or not run.active or run.finished:
-                worker.wake.wait(self._idle)
+                worker.wake.wait(self._limits.idle)
             else:
                 if run.automaton.interval != interval:  # at first, and when the automaton was replaced
                     interval, usual = run.automaton.interval, worker.delay

@@ -21,8 +21,6 @@ from .world import VirtualWorld
 
 _SECOND: Final = 1_000_000_000
 _HIGHEST_SPEED: Final = 100.0
-_STEP_LIMIT: Final = 2.0
-"""The longest wait in wall seconds for a step."""
 _RESOLUTION: Final = 1e-9
 
 _logger = logging.getLogger(__name__)
@@ -140,8 +138,8 @@ class PacedExecution(Execution):
             done = threading.Event()
             self._steps.append((runs, done))
             self._wake()
-            if not done.wait(_STEP_LIMIT):
-                _logger.warning("the step takes longer than %g s", _STEP_LIMIT)
+            if not done.wait(self._limits.step):
+                _logger.warning("the step takes longer than %g s", self._limits.step)
 
     def _take_step(self) -> None:
         runs, done = self._steps.popleft()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,20 +19,40 @@ from tests.support.limits import END_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.running import eventually
 from tests.support.soak import cases
+from visualhfsm.simulation._dry_run import main
 from zenoh_ice import initialize
 
 Tried = tuple[ComponentProcess, HfsmMonitorPrx]
+
+PROGRAM = module("visualhfsm.simulation._dry_run")
+HASTY = [
+    sys.executable,
+    "-c",
+    (
+        "from hfsm_runtime._limits import RuntimeLimits\n"
+        "from visualhfsm.simulation._dry_run import main\n"
+        "main(RuntimeLimits(gap=0.1, hangs=0.1, step=0.1, stop=0.1))"
+    ),
+]
+"""The same program, which does not wait for long for code that hangs."""
 
 
 @contextmanager
 def tried(directory: Path, endpoint: str, code: str, *options: str, body: str = "") -> Iterator[Tried]:
     """Try a document with some code in its second state; yield its process and its monitor, once there."""
+    program = HASTY if code == HANGS else PROGRAM
     states = state(1, "first", initial=True), state(2, "second", code)
-    root = sub(1, 0, *states, transition(1, 1, 2, "100", type="time", name="time"), period="50")
+    root = sub(
+        1,
+        0,
+        *states,
+        transition(1, 1, 2, "100", type="time", name="time"),
+        period="10" if code == HANGS else "50",
+    )
     file = compile_to(directory, document(root), "odd")
     where = ("--connect", endpoint, "--clock", "wall")
     chosen = [f"--body={body}"] if body else []
-    command = module("visualhfsm.simulation._dry_run", *chosen, str(file), *where, *options)
+    command = [*program, *chosen, str(file), *where, *options]
     with (
         initialize(connect=[], listen=[endpoint], clock="wall") as communicator,
         ComponentProcess(command) as process,
@@ -50,11 +71,12 @@ def test_a_dry_run_describes_the_robot_that_was_chosen(tmp_path: Path, endpoint:
         eventually(lambda: {*monitor.getSnapshot().joints} == {*find_body("T1").joint_names})
 
 
-def test_a_dry_run_of_a_robot_that_is_not_there_says_so(tmp_path: Path) -> None:
-    command = module("visualhfsm.simulation._dry_run", f"--body={tmp_path}/robots/none.toml", "odd.py")
-    with ComponentProcess(command) as process:
-        assert process.wait(END_LIMIT) == 1
-    assert "robots/none.toml" in process.output
+def test_a_dry_run_of_a_robot_that_is_not_there_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["_dry_run.py", f"--body={tmp_path}/robots/none.toml", "odd.py"])
+    with pytest.raises(SystemExit, match=r"robots/none\.toml"):
+        main()
 
 
 SHOWS = "print('second', flush=True)"

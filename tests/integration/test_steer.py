@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hfsm_runtime import Component
+from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.debugger._monitor import Monitor
 from interfaces.hfsm import ComponentStatus
@@ -124,7 +125,7 @@ def test_a_step_names_a_cycle_that_still_runs(pair: Pair, tmp_path: Path) -> Non
     only = sub(1, 0, state(1, "only", code, initial=True))
     component: Any = load(compile_to(tmp_path, document(only), "stuck"))
     component.entered, component.go_on = threading.Event(), go_on
-    runtime = Runtime(component, WallClock())
+    runtime = Runtime(component, WallClock(), limits=RuntimeLimits(step=0.05))
     with Monitor(runtime, pair.server):
         runtime.start()
         try:

@@ -25,11 +25,10 @@ from tests.support.running import eventually, running
 from zenoh_ice import CommunicatorDestroyedException
 
 
-def two_states(seconds: float, code: Callable[[], object] | None = None) -> Automaton:
+def two_states(seconds: float, code: Callable[[], object] | None = None, period: float = 0.1) -> Automaton:
     """Return an automaton that leaves its first state after a time."""
-    return automaton(
-        1, "root", [State(id=1, name="a", code=code), State(id=2, name="b")], [after(seconds, 1, 2)]
-    )
+    states = [State(id=1, name="a", code=code), State(id=2, name="b")]
+    return automaton(1, "root", states, [after(seconds, 1, 2)], period)
 
 
 def made(root: Automaton | Callable[[Component], Automaton], **options: Any) -> PacedExecution:
@@ -154,16 +153,17 @@ def test_code_that_waits_ends_with_the_component() -> None:
 def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
     hanging: Hanging, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with paced(two_states(1000.0, hanging), limits=RuntimeLimits(gap=0.05, hangs=0.2, stop=0.2)) as run:
+    limits = RuntimeLimits(gap=0.05, hangs=0.05, stop=0.05)
+    with paced(two_states(1000.0, hanging, period=0.005), limits=limits) as run:
         assert hanging.began.wait(EVENT_LIMIT)
         run.pause()
         run.resume()
         run.set_speed(2.0)
         with pytest.raises(ReloadRefusedError, match="its code must not block"):
             run.exchange(component(two_states(1.0)))
-        eventually(lambda: run.hanging(run.tree.root)[0] > 0.2)
+        eventually(lambda: run.hanging(run.tree.root)[0] > 0.05)
         run.stop()
-    assert "did not end within 0.2 s and is abandoned" in caplog.text
+    assert "did not end within 0.05 s and is abandoned" in caplog.text
 
 
 def test_a_refused_command_pauses_it_and_is_tried_again_after_a_second_of_its_clock() -> None:
