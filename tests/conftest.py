@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import faulthandler
 import gc
 import logging
@@ -29,6 +28,7 @@ from tests.support.costs import Costs
 from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT
+from tests.support.memory import Memory
 from tests.support.processes import free_endpoint
 from tests.support.soak import LEFT_TO_SOAK, SOAKS, repeated
 from zenoh_ice import Communicator, ObjectAdapter, initialize
@@ -174,24 +174,26 @@ def leaks() -> Iterator[Leaks]:
         yield leaks
 
 
+@pytest.fixture(scope="session")
+def process_memory() -> Memory:
+    """The memory of this process, which is kept small."""
+    return Memory()
+
+
 @pytest.fixture(scope="module", autouse=True)
-def module_leak_check(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[None]:
+def module_leak_check(leaks: Leaks, process_memory: Memory, request: pytest.FixtureRequest) -> Iterator[None]:
     """Fail if the shared fixtures of a test file leave something behind."""
     with leaks.check(request.path.name):
         yield
-    give_memory_back()
-
-
-def give_memory_back() -> None:
-    """Give the system what was freed: of threads that have ended, glibc keeps it for others, up to gigabytes."""
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:  # other C libraries have none
-        trim(0)
+    process_memory.give_back()
 
 
 @pytest.fixture(autouse=True)
 def each_test(
-    leaks: Leaks, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+    leaks: Leaks,
+    process_memory: Memory,
+    request: pytest.FixtureRequest,
+    tmp_path_factory: pytest.TempPathFactory,
 ) -> Iterator[None]:
     """Fail a test that leaves threads, Zenoh sessions or child processes behind, and tidy up around it.
 
@@ -199,6 +201,7 @@ def each_test(
     """
     with leaks.check("the test"), log_handlers(), rendering(request.node), own_state(tmp_path_factory):
         yield
+    process_memory.give_back()
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from codegen._idl.compiler import Units
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 
+from .memory import freeze
 from .places import DATA
 from .slice_reference import Verdict
 
@@ -81,7 +82,7 @@ def imported(directory: Path, package: str, sources: dict[str, str]) -> Iterator
     assert not diagnostics.has_errors, diagnostics.render()
     apply(compare_with_disk(compilation.files))
     sys.path.insert(0, str(directory))
-    gc.freeze()  # what there is already is not looked at again below, which took half a second each time
+    freeze()
     try:
         yield importlib.import_module(package)
     finally:
@@ -89,4 +90,3 @@ def imported(directory: Path, package: str, sources: dict[str, str]) -> Iterator
         for name in [name for name in sys.modules if name.partition(".")[0] == package]:
             del sys.modules[name]
         gc.collect()  # classes without their module would still be found among those that extend another
-        gc.unfreeze()

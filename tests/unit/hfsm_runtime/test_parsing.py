@@ -10,6 +10,7 @@ import pytest
 
 from hfsm_runtime._parsing import parse_expression
 from hfsm_runtime.debugger._expressions import Expression, values_in
+from tests.support.memory import freeze
 
 
 class Parses:
@@ -26,7 +27,7 @@ class Parses:
 def leave_garbage() -> Iterator[Callable[[], None]]:
     """A function that leaves garbage, which is collected while the next tree is made."""
     thresholds = gc.get_threshold()
-    gc.freeze()  # nothing else is looked at in the many collections
+    freeze()  # nothing else is looked at in the many collections
 
     def leave() -> None:
         gc.disable()
@@ -37,7 +38,6 @@ def leave_garbage() -> Iterator[Callable[[], None]]:
     yield leave
     gc.set_threshold(*thresholds)
     gc.collect()
-    gc.unfreeze()
 
 
 @pytest.mark.parametrize("count", [2, 100, 4000])

@@ -6,6 +6,7 @@ import ast
 import gc
 
 from codegen.hfsm.code.text import parse_python
+from tests.support.memory import freeze
 
 
 class Parses:
@@ -19,10 +20,9 @@ class Parses:
 
 
 def test_garbage_that_parses_at_its_end_disturbs_no_parser() -> None:
-    gc.freeze()  # nothing else is collected
+    freeze()  # nothing else is collected
     gc.disable()
     for _ in range(3):
         Parses()
     gc.enable()
     assert len(parse_python("x = [1, 2]\n" * 2000).body) == 2000
-    gc.unfreeze()

@@ -1,0 +1,49 @@
+"""Keep the process of the tests small."""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+from typing import Final
+
+import psutil
+
+__all__ = ["Memory", "freeze"]
+
+_GROWTH: Final = 32 << 20
+"""A process that has grown by so many bytes looks for garbage."""
+
+
+class Memory:
+    """Give back what tests have let go of, when the process has grown by much.
+
+    Exceptions hold their frames, and frames what a test has received and sent: such cycles wait for the next
+    collection of the oldest objects, which may be hundreds of tests away. Of threads that have ended, glibc keeps
+    the memory for others.
+    """
+
+    def __init__(self) -> None:
+        self._process: Final = psutil.Process()
+        self._trim: Final = getattr(ctypes.CDLL(None), "malloc_trim", None)  # other C libraries have none
+        self._known = self._resident()
+
+    def give_back(self) -> None:
+        """Collect garbage and give the system what is free, if the process has grown."""
+        if self._resident() < self._known + _GROWTH:
+            return
+        gc.collect()
+        if self._trim is not None:
+            self._trim(0)
+        self._known = self._resident()
+
+    def _resident(self) -> int:
+        return int(self._process.memory_info().rss)
+
+
+def freeze() -> None:
+    """Leave all that there is out of later collections, which would look at it for half a second each time.
+
+    `gc.unfreeze` does not follow: it would return to them what `tests/conftest.py` has left out, too.
+    """
+    gc.collect()
+    gc.freeze()
