@@ -20,7 +20,6 @@ from tests.support.editor import DOCUMENT, Refused, Window
 from tests.support.jupyter_hub import SERVER_LIMIT, Hub, Login, jupyter_hub
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import assert_gone
-from tests.support.soak import cases
 from tests.support.waiting import until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
@@ -116,7 +115,7 @@ def greet(login: Login, path: str, origin: str) -> None:
 
 
 @pytest.mark.sim
-def test_robots_and_behaviors_of_two_users_do_not_meet_and_listen_where_only_they_may_enter(
+def test_robots_of_two_users_do_not_meet_listen_where_only_they_may_enter_and_end_with_a_killed_server(
     hub: Hub, ana: Login, ben: Login
 ) -> None:
     """They have the same names: nothing but the user says whose they are."""
@@ -138,8 +137,12 @@ def test_robots_and_behaviors_of_two_users_do_not_meet_and_listen_where_only_the
         first.ask("listFiles")  # what was pushed before its answer has come
         assert running(first) == ["walk"]
         assert [push for push in first.pushes if push["push"] == "robot"][-1]["status"] == "present"
-        first.ask("stopRun", tab=tabs[0])
-        first.ask("endRobot")
+        # Of a server that is killed while a behavior runs on a robot, nothing is left.
+        processes = hub.processes(ana.name)
+        assert len(processes) >= 4  # Jupyter, the editor, the robot and the behavior
+        processes[0].kill()
+        assert_gone(processes)
+    hub.wait(lambda: not hub.server(ana.name), END_LIMIT)
 
 
 def run_on_a_robot(shown: Window) -> int:
@@ -205,18 +208,16 @@ def editors(hub: Hub, login: Login) -> list[psutil.Process]:
 
 
 @pytest.mark.sim
-@pytest.mark.parametrize("end", cases(["killed"], ["stopped"]))
-def test_no_process_is_left_of_a_server_that_ends(hub: Hub, ana: Login, end: str) -> None:
+@pytest.mark.soak(
+    "test_robots_of_two_users_do_not_meet_listen_where_only_they_may_enter_and_end_with_a_killed_server"
+)
+def test_no_process_is_left_of_a_server_that_is_stopped(hub: Hub, ana: Login) -> None:
     with window(ana) as shown:
         run_on_a_robot(shown)
         processes = hub.processes(ana.name)
         assert len(processes) >= 4  # Jupyter, the editor, the robot and the behavior
-        if end == "stopped":
-            hub.stop(ana.name)
-        else:
-            processes[0].kill()
+        hub.stop(ana.name)
         assert_gone(processes)
-    hub.wait(lambda: not hub.server(ana.name), END_LIMIT)
 
 
 @pytest.fixture
