@@ -14,9 +14,6 @@ from naoserver.naoqi._link import Failure, Link, LinkLost, Reply
 MOST_CALLS: Final = 200
 """Limit of unanswered calls; further ones are refused, unless they stop something."""
 _AFTER_FAILURE: Final = 2.0
-_STOP_PERIOD: Final = 0.3
-"""Seconds until a stop that failed is sent again."""
-_END_LIMIT: Final = 2.0  # s
 
 V = TypeVar("V")
 
@@ -166,7 +163,7 @@ class CoalescingQueue(Generic[V]):
         with self._changed:
             self._closing = True
             self._changed.notify_all()
-        join(self._thread, _END_LIMIT)
+        join(self._thread, self._connection.limits.end)
 
     def _send_waiting(self) -> None:
         link = self._connection.link
@@ -229,4 +226,4 @@ class CoalescingQueue(Generic[V]):
         at_once = bool(self._waiting)
         self._waiting.update(stops)
         if not at_once:
-            self._changed.wait_for(lambda: self._replies, _STOP_PERIOD)
+            self._changed.wait_for(lambda: self._replies, self._connection.limits.repetition)

@@ -27,8 +27,6 @@ _logger = logging.getLogger(__name__)
 RESOLUTIONS: Final = {size: number for number, size in IMAGE_SIZES.items()}
 """NAOqi's number of each image size."""
 _RGB: Final = 11
-_PICTURE_LIMIT: Final = 0.9
-"""Seconds within which a picture has to arrive: a capture blocks at most 1 s."""
 _REQUEST_PERIOD: Final = 0.004
 """Seconds between two requests for a picture that is not available yet."""
 _SAME: Final = 1.5
@@ -111,8 +109,8 @@ class NaoqiCameras:
         camera = self._cameras.get(name)
         if camera is None:
             raise HardwareFailure(f"there is no camera {name!r}")
-        deadline = time.monotonic() + _PICTURE_LIMIT
-        if not camera.lock.acquire(timeout=_PICTURE_LIMIT):
+        deadline = time.monotonic() + self._connection.limits.picture
+        if not camera.lock.acquire(timeout=self._connection.limits.picture):
             raise HardwareFailure(f"{name} is busy")
         try:
             if self._closed:
@@ -163,7 +161,7 @@ class NaoqiCameras:
         _release(camera)
         rate = dict(zip(camera.facts.sizes, camera.facts.rates, strict=True))[size]
         wanted = (NAME, camera.index, RESOLUTIONS[size], _RGB, round(rate))
-        handle = call(link, "ALVideoDevice.subscribeCamera", *wanted, timeout=_PICTURE_LIMIT)
+        handle = call(link, "ALVideoDevice.subscribeCamera", *wanted, timeout=self._connection.limits.picture)
         if not handle:
             message = f"{camera.facts.name}: the robot gives no subscription for {size[0]}x{size[1]}"
             raise HardwareFailure(f"{message}; other programs may hold too many")

@@ -80,10 +80,16 @@ class NaoqiLimits:
     """Until the next command is sent without an answer to the one before."""
     retry: float = 0.5
     """Between two attempts to find a robot that is lost."""
+    silence: float = 0.7
+    """Without an answer until the robot counts as lost, so that it is reported within 1 s."""
+    repetition: float = 0.3
+    """Until a stop that failed is sent again."""
+    picture: float = 0.9
+    """For a picture of a camera."""
+    end: float = 2.0
+    """For the commands that have still to be carried out at the end."""
 
 
-SILENCE: Final = 0.7
-"""Seconds without an answer after which the robot counts as lost, so that it is reported within 1 s."""
 _CONNECTION_LIMIT: Final = 2.0  # s
 _FIRST_CONNECTION_LIMIT: Final = 5.0  # s
 _END_LIMIT: Final = 5.0  # s

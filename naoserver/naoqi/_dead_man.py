@@ -15,6 +15,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Final
 
 import msgspec
@@ -24,20 +25,29 @@ from naoserver.naoqi._link import Link, RobotAddress, call
 
 _logger = logging.getLogger(__name__)
 
-SILENCE: Final = 0.7
-"""Seconds without a beat after which the robot is stopped."""
 _PERIOD: Final = 0.1
 """Seconds between two beats."""
 _STOP_LIMIT: Final = 10.0
 """Seconds within which the robot must be stopped."""
-_STOP_PERIOD: Final = 0.3
-"""Seconds until a stop that failed is repeated."""
 _CONNECTION_LIMIT: Final = 2.0  # s
 _END_LIMIT: Final = 3.0  # s
 _HOLD_FRACTION: Final = 0.1
 _BEAT: Final = b"."
 _DONE: Final = b"q"
 _LARGEST_MESSAGE: Final = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchLimits:
+    """How long the switch waits, in s."""
+
+    silence: float = 0.7
+    """Without a beat until the robot is stopped."""
+    repetition: float = 0.3
+    """Until a stop that failed is repeated."""
+
+
+_USUAL: Final = SwitchLimits()
 
 
 class DeadMansSwitch:
@@ -85,15 +95,15 @@ class DeadMansSwitch:
             self._process.wait(_END_LIMIT)
 
 
-def guard(pipe: int, connect: Callable[[float], Link]) -> None:
+def guard(pipe: int, connect: Callable[[float], Link], limits: SwitchLimits = _USUAL) -> None:
     """Stop the robot when beats stay away or the pipe breaks, until the server says that it is done.
 
     `connect` makes a link within some seconds.
     """
-    robot = _Robot(connect)
+    robot = _Robot(connect, limits)
     armed = False
     while True:
-        heard = bool(select.select([pipe], [], [], SILENCE if armed else None)[0])
+        heard = bool(select.select([pipe], [], [], limits.silence if armed else None)[0])
         news = os.read(pipe, _LARGEST_MESSAGE) if heard else b""
         ended = heard and not news
         if _DONE in news or (ended and not armed):
@@ -115,8 +125,9 @@ def guard(pipe: int, connect: Callable[[float], Link]) -> None:
 class _Robot:
     """The robot, over a link that the server does not share."""
 
-    def __init__(self, connect: Callable[[float], Link]) -> None:
+    def __init__(self, connect: Callable[[float], Link], limits: SwitchLimits) -> None:
         self._connect = connect
+        self._limits = limits
         self._link: Link | None = None
         self._joints: list[str] = []
 
@@ -146,7 +157,7 @@ class _Robot:
                     failed.append(stop)
             left = failed
             if left:
-                time.sleep(_STOP_PERIOD)
+                time.sleep(self._limits.repetition)
         return trouble if left else ""
 
     def _linked(self) -> Link:

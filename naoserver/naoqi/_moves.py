@@ -26,6 +26,7 @@ _ENDED: Final = 0.3
 """Seconds for which NAOqi has to report the end of a walk before it is believed."""
 _STUBBORN: Final = 1.0
 """Seconds after a stop, more than a step takes, after which it is repeated."""
+_LOST: Final = "the robot was lost"
 _USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
 _POSITION: Final = "ALMotion.getRobotPosition"
 
@@ -109,12 +110,14 @@ class NaoqiWalker:
         with self._lock:
             self._velocities.forget()
             if self._commanded != STILL:
-                self.ended = "the robot was lost"
+                self.ended = _LOST
             self._commanded = STILL
             self.walking = False
             self._stopping = False
 
     def _check(self) -> None:
+        if self._connection.link is None:  # nothing would end a walk that began after `forget`
+            raise InvalidCommand("velocity", f"the robot ended the walk: {_LOST}")
         if self._state.body().fallen:
             raise InvalidCommand("velocity", "the robot has fallen: make it stand up first")
         stiffnesses = zip(self._state.facts.joint_names, self._state.joints().stiffnesses, strict=True)
@@ -256,7 +259,7 @@ class NaoqiPostures:
         with self._lock:
             if self._going is not None:
                 self._going = None
-                self._progress = replace(self._progress, moving=False, message="the robot was lost")
+                self._progress = replace(self._progress, moving=False, message=_LOST)
 
     def _take(self, answer: Any, _asked: float) -> None:  # noqa: ANN401
         name = str(answer)

@@ -159,7 +159,7 @@ class NaoqiRobot:
         now = self.clock.now
         reporter = self._reporter = Reporter()
         connection = self._connection = Connection(connect, self.clock, reporter, limits or NaoqiLimits())
-        self._state = NaoqiState(self.clock, body)
+        self._state = NaoqiState(self.clock, body, connection.limits)
         self.read: Final = self._state.joints
         self.state: Final = self._state.body
         self._calls = BackgroundCalls(connection, reporter)

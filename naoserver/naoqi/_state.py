@@ -13,7 +13,7 @@ from typing import Final
 from naoserver.body import Body
 from naoserver.capabilities import InertialReading, SenseReading
 from naoserver.errors import HardwareFailure
-from naoserver.naoqi._connection import SILENCE
+from naoserver.naoqi._connection import NaoqiLimits
 from naoserver.naoqi._link import NAME, CallFailed, Link, call, is_nao6
 from naoserver.naoqi._memory_keys import FARTHEST_ECHO, Measurements, MemoryLayout
 from naoserver.parts import LYING_TILT, JointFacts
@@ -112,10 +112,11 @@ class Setpoints:
 class NaoqiState:
     """The newest measurements of a robot, and its setpoints."""
 
-    def __init__(self, clock: Clock, facts: Body) -> None:
+    def __init__(self, clock: Clock, facts: Body, limits: NaoqiLimits) -> None:
         self.facts: Final = facts
         """The facts of its body."""
         self._clock = clock
+        self._limits = limits
         self._layout: MemoryLayout | None = None
         self._setpoints = Setpoints(facts.joints)
         self._lock = threading.Lock()  # of setpoints; held for microseconds
@@ -145,7 +146,7 @@ class NaoqiState:
         layout = self._layout
         assert layout is not None
         begun = self._clock.now()
-        values = call(link, "ALMemory.getListData", layout.keys, timeout=SILENCE)
+        values = call(link, "ALMemory.getListData", layout.keys, timeout=self._limits.silence)
         time = (begun + self._clock.now()) / 2
         try:
             measured = layout.read(values, time)

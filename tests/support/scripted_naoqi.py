@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from dataclasses import replace
 from typing import Any
 
 from naoserver.bodies.nao import H25
@@ -14,9 +15,11 @@ from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import clock_at, eventually
 
-__all__ = ["DEVICES", "PATIENT", "ScriptedNaoqi", "nao_memory"]
+__all__ = ["DEVICES", "HASTY", "PATIENT", "ScriptedNaoqi", "nao_memory"]
 
-PATIENT = NaoqiLimits(answer=CALL_LIMIT)
+HASTY = NaoqiLimits(retry=0.05, repetition=0.05)
+"""Of a robot that is found and answers at once."""
+PATIENT = replace(HASTY, answer=CALL_LIMIT)
 """For tests in which no command is to be sent before the one before is answered."""
 
 DEVICES = "Device/SubDeviceList/"
@@ -51,7 +54,7 @@ class ScriptedNaoqi:
     """Answers calls from `answers`, and lists them; `limits` are those of its robots,
     whose time passes at `speed`. Calls that are `held` are answered when released."""
 
-    def __init__(self, limits: NaoqiLimits | None = None, speed: float = 1.0) -> None:
+    def __init__(self, limits: NaoqiLimits = HASTY, speed: float = 1.0) -> None:
         self.limits = limits
         self.speed = speed
         self.memory = nao_memory()

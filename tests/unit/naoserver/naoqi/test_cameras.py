@@ -1,5 +1,7 @@
 """Pictures of ALVideoDevice: subscribed once, released, and checked before they are used."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from naoserver.errors import HardwareFailure
 from naoserver.naoqi._cameras import Stamps, frame_of
 from naoserver.naoqi._link import NAME, CallFailed
-from tests.support.scripted_naoqi import ScriptedNaoqi
+from tests.support.scripted_naoqi import HASTY, ScriptedNaoqi
 
 SIZE = (320, 240)
 GET, SUBSCRIBE, RELEASE = (
@@ -79,6 +81,7 @@ def test_a_camera_that_is_slow_gives_the_same_picture_again(naoqi):
 @pytest.mark.slow
 def test_no_picture_is_a_failure_that_names_the_camera(naoqi):
     naoqi.answers[GET] = None
+    naoqi.limits = replace(HASTY, picture=0.1)
     with naoqi.robot() as robot, pytest.raises(HardwareFailure, match="CameraBottom returned no image"):
         robot.capture("CameraBottom", *SIZE)
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from naoserver.capabilities import WalkVelocity
-from naoserver.errors import HardwareFailure, RobotError
+from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.naoqi._link import CallFailed
 from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.robot_server import eventually
-from tests.support.scripted_naoqi import PATIENT, ScriptedNaoqi
+from tests.support.scripted_naoqi import HASTY, PATIENT, ScriptedNaoqi
 
 STATE = "ALMemory.getListData"
 
@@ -45,9 +45,10 @@ def test_a_lost_robot_is_reported_and_found_again(naoqi, caplog):
 
 @pytest.mark.slow
 def test_a_silent_robot_is_lost(naoqi, caplog):
+    naoqi.limits = replace(HASTY, silence=0.2)
     with naoqi.robot():
         naoqi.held.add(STATE)
-        eventually(lambda: "lost the robot: ALMemory.getListData: no answer within 0.7 s" in caplog.text)
+        eventually(lambda: "lost the robot: ALMemory.getListData: no answer within 0.2 s" in caplog.text)
         assert naoqi.links[0].lost.is_set(), "it hangs up"
         naoqi.held.clear()
 
@@ -78,7 +79,9 @@ def test_while_it_is_lost_setpoints_stay_and_commands_do_nothing(naoqi):
         setpoint = robot.read().commands[0]
         sent = len(naoqi.called("ALMotion.setAngles"))
         robot.command_positions({"HeadPitch": 0.2}, {"HeadPitch": 1.0})
-        robot.walker.command(WalkVelocity(forward=0.05))
+        with pytest.raises(InvalidCommand, match="the robot was lost"):
+            robot.walker.command(WalkVelocity(forward=0.05))
+        assert robot.walker.commanded() == STILL
         assert robot.read().commands[0] == setpoint
         assert len(naoqi.called("ALMotion.setAngles")) == sent
         assert naoqi.called("ALMotion.move") == []

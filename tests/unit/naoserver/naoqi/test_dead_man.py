@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from naoserver.naoqi._dead_man import guard
+from naoserver.naoqi._dead_man import SwitchLimits, guard
 from naoserver.naoqi._link import CallFailed
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import eventually
@@ -17,6 +17,7 @@ from tests.support.scripted_naoqi import ScriptedNaoqi
 
 WALK, POSTURE, HOLD = "ALMotion.stopMove", "ALRobotPosture.stopMove", "ALMotion.changeAngles"
 JOINTS = ["HeadYaw", "HeadPitch"]
+HASTY = SwitchLimits(silence=0.3, repetition=0.05)
 
 
 class Server:
@@ -46,7 +47,7 @@ def naoqi() -> ScriptedNaoqi:
 @contextmanager
 def guarded(naoqi: ScriptedNaoqi) -> Iterator[Server]:
     reading, writing = os.pipe()
-    guarding = threading.Thread(target=guard, args=(reading, naoqi.connect), name="dead man's switch")
+    guarding = threading.Thread(target=guard, args=(reading, naoqi.connect, HASTY), name="dead man's switch")
     guarding.start()
     server = Server(writing, guarding)
     try:

@@ -1,5 +1,7 @@
 """The walk over ALMotion."""
 
+from dataclasses import replace
+
 import pytest
 
 from interfaces.nao import ActionStatus
@@ -11,8 +13,8 @@ from naoserver.errors import InvalidCommand
 from naoserver.naoqi._link import CallFailed
 from naoserver.options import ServerOptions
 from tests.support.robot_server import eventually
-from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
-from zenoh_ice import WallClock
+from tests.support.scripted_naoqi import DEVICES, HASTY, ScriptedNaoqi
+from zenoh_ice import RobotClock, WallClock
 
 MOVE, STOP, ACTIVE = "ALMotion.move", "ALMotion.stopMove", "ALMotion.moveIsActive"
 
@@ -154,11 +156,13 @@ def test_a_stop_that_is_refused_is_repeated_until_it_is_not(caplog):
     naoqi = ScriptedNaoqi(speed=0.3)
     naoqi.answers[ACTIVE] = True
     with naoqi.robot() as robot:
+        assert isinstance(robot.clock, RobotClock)
         robot.walker.command(WalkVelocity(forward=0.05))
         naoqi.answers[STOP] = refusing(2, STOP)
         robot.walker.command(STILL)
         naoqi.wait_for_call(STOP, 4)
         naoqi.answers[ACTIVE] = False
+        robot.clock.update(robot.clock.now(), 4.0, False)  # now it may hurry
         eventually(lambda: not robot.walker.walking)
         assert len(naoqi.called(STOP)) == 4, "one is for the walk of before"
         assert [call[0] for call in naoqi.calls if call[0] in (MOVE, STOP)].count(MOVE) == 1
@@ -187,6 +191,7 @@ def test_a_walk_of_somebody_else_is_left_alone(naoqi):
 
 def test_a_stop_is_repeated_when_the_robot_runs_an_older_command_late(naoqi):
     naoqi.answers[ACTIVE] = True
+    naoqi.limits = replace(HASTY, answer=0.2)
     naoqi.held.add(MOVE)
     with naoqi.robot() as robot:
         robot.walker.command(WalkVelocity(forward=0.05))

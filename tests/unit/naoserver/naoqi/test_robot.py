@@ -1,6 +1,7 @@
 """What happens to the robot at the start and the end, by the options."""
 
 from contextlib import closing
+from dataclasses import replace
 
 import pytest
 
@@ -9,7 +10,7 @@ from naoserver.errors import HardwareFailure
 from naoserver.naoqi._link import CallFailed
 from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from naoserver.options import ServerOptions
-from tests.support.scripted_naoqi import ScriptedNaoqi
+from tests.support.scripted_naoqi import HASTY, ScriptedNaoqi
 
 WAKE, REST, STIFFEN = "ALMotion.wakeUp", "ALMotion.rest", "ALMotion.stiffnessInterpolation"
 LIFE = "ALAutonomousLife.setState"
@@ -63,6 +64,8 @@ def test_a_robot_that_was_stopped_stays_as_it_is_at_the_end(naoqi):
 @pytest.mark.parametrize(("refused", "releases"), [(False, 1), (True, 0)])
 def test_the_dead_mans_switch_is_released_only_when_the_robot_has_stopped(naoqi, refused, releases):
     released = []
+    if refused:
+        naoqi.limits = replace(HASTY, end=0.2)
     with naoqi.robot() as robot:
         robot.report_to_switch(lambda _link: None, lambda: released.append("released"))
         robot.command_velocities({"HeadYaw": 0.5})
