@@ -18,6 +18,7 @@ import msgspec
 
 from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, StructType, Value, WireTypes, fields_of
 from .exceptions import MarshalException
+from .struct_types import READS_TYPES
 from .text import printable
 
 LARGE: Final = 1 << 16  # size in bytes from which a byte sequence becomes a separate piece
@@ -238,7 +239,8 @@ class Codec(Generic[S]):
 
 
 def _decoder(wire: WireTypes) -> msgspec.msgpack.Decoder[Any]:
-    return msgspec.msgpack.Decoder(wire.root, dec_hook=_proxy)
+    with READS_TYPES:
+        return msgspec.msgpack.Decoder(wire.root, dec_hook=_proxy)
 
 
 def too_large(size: int, limit: int, what: str) -> MarshalException:

@@ -22,6 +22,8 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
+from zenoh_ice.struct_types import settled
+
 from .messages import MESSAGES, METADATA, SOURCES, Image, Message, Picture
 
 LARGEST_RECORD: Final = 64 << 20
@@ -105,6 +107,8 @@ class RecordingFile:
     def __init__(self, path: Path, limits: ReadLimits = READ_LIMITS) -> None:
         self._path = path
         self._limits = limits
+        for kind in (*MESSAGES.values(), ImageHash):  # other threads may read others
+            settled(kind)
         self.metadata: dict[str, str] = {}
         self.sources: dict[str, bytes] = {}
         self.truncated = False

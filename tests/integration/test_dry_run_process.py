@@ -31,7 +31,7 @@ HASTY = [
     (
         "from hfsm_runtime._limits import RuntimeLimits\n"
         "from visualhfsm.simulation._dry_run import main\n"
-        "main(RuntimeLimits(gap=0.1, hangs=0.1, step=0.1, stop=0.1))"
+        "main(limits=RuntimeLimits(gap=0.1, hangs=0.1, step=0.1, stop=0.1))"
     ),
 ]
 """The same program, which does not wait for long for code that hangs."""

@@ -56,6 +56,7 @@ from visualhfsm._monitoring.robot import RobotState
 from visualhfsm._monitoring.run_log import Intervention, Interventions, LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitoring.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm._run_page import MOST_PICTURES, Run
+from zenoh_ice.struct_types import settled
 from zenoh_ice.text import printable
 
 _INTERVAL: Final = 100_000_000
@@ -71,6 +72,7 @@ _MOST_IMAGES: Final = 500_000
 _MARK_SHOWN: Final = 500_000_000
 """Nanoseconds for which a mark is shown, as by a running component."""
 _JPEG: Final = b"\xff\xd8"
+_SNAPSHOT: Final = settled(ComponentSnapshot)
 _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 
@@ -340,13 +342,13 @@ class _Run:
             self._status = ComponentStatus.Running
         elif action.kind == "structure":
             with suppress(msgspec.ValidationError):  # what happened in it is shown anyway
-                found = msgspec.convert(action.arguments, ComponentStructure)
+                found = msgspec.convert(action.arguments, settled(ComponentStructure))
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
         elif action.kind in STEERED:
             self._keep_intervention()
             with suppress(msgspec.ValidationError):
-                done = msgspec.convert(action.arguments, _Steered)
+                done = msgspec.convert(action.arguments, settled(_Steered))
                 now = self._now / 1e9
                 at = now if done.time is None else done.time
                 self._intervention = Intervention(
@@ -363,7 +365,7 @@ class _Run:
             self._intervention = None
 
     def _precede(self, time: float) -> None:
-        """Let the last intervention be before a change that comes after it: a late cycle has the time of its slot."""
+        """Let the last intervention precede the changes after it: a late cycle has the time of its slot."""
         if self._intervention is not None and time <= self._intervention.since:
             since = max(0.0, time - _JUST_BEFORE)
             self._intervention = msgspec.structs.replace(self._intervention, since=since)
@@ -377,7 +379,7 @@ class _Run:
     def _show(self, snapshot: Snapshot, at: float) -> None:
         """Add a moment of a recording for viewing, which contains the snapshots themselves."""
         with suppress(msgspec.MsgspecError):
-            component = msgspec.json.decode(snapshot.component, type=ComponentSnapshot)
+            component = msgspec.json.decode(snapshot.component, type=_SNAPSHOT)
             if is_sound(component):
                 self.log.add(LiveSnapshot(at, component, self._robot))
 

@@ -28,6 +28,7 @@ from interfaces.nao import DescriptionPrx
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.realm import PolledValue
 from zenoh_ice import Communicator
+from zenoh_ice.struct_types import settled
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
@@ -288,7 +289,7 @@ def _decode(text: str, part: type[P], what: Message) -> P:
             )
         )
     try:
-        return msgspec.json.decode(text, type=part)
+        return msgspec.json.decode(text, type=settled(part))
     except (msgspec.MsgspecError, RecursionError) as error:
         raise VisualHfsmError(
             Message("the robot's {what} cannot be read: {reason}", what=what, reason=reason(error))

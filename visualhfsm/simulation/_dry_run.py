@@ -14,9 +14,8 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
-from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime.command import World, make_app
 from hfsm_runtime.component import Component
 from hfsm_runtime.debugger.reload import components_in
@@ -40,7 +39,7 @@ _KEPT = 100
 
 
 @contextmanager
-def dry_run(realm: Communicator, *, body: Body, limits: RuntimeLimits = LIMITS) -> Iterator[World]:
+def dry_run(realm: Communicator, *, body: Body, **options: Any) -> Iterator[World]:  # noqa: ANN401 - of PacedExecution
     """Serve the fake robot, and stand-ins for what it does not serve, within a `with` block.
 
     In the `realm` only the robot's description is served, by the name of the component.
@@ -59,7 +58,7 @@ def dry_run(realm: Communicator, *, body: Body, limits: RuntimeLimits = LIMITS) 
             *,
             on_refused: OnRefused | None = None,
         ) -> PacedExecution:
-            made = PacedExecution(component, world, on_error=on_error, on_refused=on_refused, limits=limits)
+            made = PacedExecution(component, world, on_error=on_error, on_refused=on_refused, **options)
             made.joints = lambda: robot.joints
             adapter = realm.createObjectAdapter("dry run")
             adapter.add(robot.description, f"DryRun.{made.name}")
@@ -69,7 +68,7 @@ def dry_run(realm: Communicator, *, body: Body, limits: RuntimeLimits = LIMITS) 
         yield World(world.communicator, world.connect, make)
 
 
-def main(limits: RuntimeLimits = LIMITS) -> NoReturn:
+def main(**options: Any) -> NoReturn:  # noqa: ANN401 - of PacedExecution
     """Run the component of a file with the component's command line."""
     body = DEFAULT_BODY
     if len(sys.argv) > 1 and sys.argv[1].startswith(_BODY):
@@ -90,7 +89,7 @@ def main(limits: RuntimeLimits = LIMITS) -> NoReturn:
         sys.exit(f"{file.name}: error: {error}")
     if len(found) != 1:
         sys.exit(f"{file.name} defines {len(found)} components, not one")
-    run(make_app(found[0], partial(dry_run, body=described, limits=limits)), expected=(ComponentError,))
+    run(make_app(found[0], partial(dry_run, body=described, **options)), expected=(ComponentError,))
 
 
 if __name__ == "__main__":
