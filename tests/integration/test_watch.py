@@ -26,6 +26,7 @@ from tests.support.watching import content
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._watch.telemetry import Telemetry
+from visualhfsm._watch.terminal import status_line
 from zenoh_ice import Current, initialize
 
 
@@ -117,7 +118,7 @@ def test_a_component_is_reported_line_by_line_and_summed_up_and_the_report_is_th
 
 def test_a_component_needs_no_name_when_it_is_the_only_one(robot: ServedRobot) -> None:
     with component(robot.endpoint, robot.realm, "alone"):
-        code, output = run(options(robot, "--seconds", "0.5", "--wait", "60"))
+        code, output = run(options(robot, "--seconds", "0.05", "--wait", "60"))
     assert code == 0, output
 
 
@@ -134,7 +135,7 @@ def test_a_name_that_a_terminal_would_obey_is_not_shown(robot: ServedRobot) -> N
         initialize(realm=robot.realm, connect=[robot.endpoint], clock="wall") as stranger,
     ):
         token = session_of(stranger).liveliness().declare_token(f"@servant/{robot.realm}/Hfsm.\x1b[2J/::A/-")
-        code, output = run(options(robot, "--seconds", "0.5", "--wait", "60"))
+        code, output = run(options(robot, "--seconds", "0.05", "--wait", "60"))
         token.undeclare()
     assert code == 0, output  # the only component of a name that can be shown is found
     assert "[2J" not in output
@@ -142,14 +143,14 @@ def test_a_name_that_a_terminal_would_obey_is_not_shown(robot: ServedRobot) -> N
 
 
 def test_without_a_component_the_command_says_how_to_start_one(robot: ServedRobot) -> None:
-    code, output = run(options(robot, "--wait", "0.5"))
+    code, output = run(options(robot, "--wait", "0.05"))
     assert code == 1
     assert "python behaviors/follow_ball.py" in output
     assert "Traceback" not in output
 
 
 def test_a_component_that_is_not_there_is_an_error_that_names_it(robot: ServedRobot) -> None:
-    code, output = run(options(robot, "absent", "--wait", "0.5", "--timeout", "5"))
+    code, output = run(options(robot, "absent", "--wait", "0.05", "--timeout", "5"))
     assert code == 1
     assert "Hfsm.absent" in output
     assert "Traceback" not in output
@@ -157,7 +158,7 @@ def test_a_component_that_is_not_there_is_an_error_that_names_it(robot: ServedRo
 
 def test_instead_of_a_component_that_is_not_there_those_that_run_are_named(robot: ServedRobot) -> None:
     with component(robot.endpoint, robot.realm, "present"):
-        for patience in ("1", "20"):
+        for patience in ("0.1", "1", "20"):
             code, output = run(options(robot, "absent", "--wait", patience))
             if "did you mean present" in output:
                 break
@@ -168,28 +169,10 @@ def test_instead_of_a_component_that_is_not_there_those_that_run_are_named(robot
 
 def test_without_a_server_the_command_names_the_endpoint_and_how_to_start_one() -> None:
     endpoint = free_endpoint()
-    code, output = run(["watch", "absent", "--wait", "0.5", "--timeout", "1", "--connect", endpoint])
+    code, output = run(["watch", "absent", "--wait", "0.05", "--timeout", "0.2", "--connect", endpoint])
     assert code == 1
     assert endpoint in output.splitlines()[-1]
     assert "naoserver-sim" in output.splitlines()[-1]
-
-
-def test_a_lost_server_is_reported_and_found_again(tmp_path: Path) -> None:
-    endpoint = free_endpoint()
-    with ExitStack() as stack, ExitStack() as first:
-        first.enter_context(served(FakeRobot(), realm="nao", endpoint=endpoint))
-        stack.enter_context(component(endpoint))
-        watcher = stack.enter_context(
-            ComponentProcess(
-                module("visualhfsm", "watch", "dance_and_follow", "--connect", endpoint, "--wait", "60")
-            )
-        )
-        watcher.wait_for("followBall > red")
-        first.close()
-        watcher.wait_for("Robot server lost")
-        seen = len(watcher.output)
-        stack.enter_context(served(FakeRobot(), realm="nao", endpoint=endpoint))
-        until(lambda: "images/s" in watcher.output[seen:], START_LIMIT)
 
 
 @contextmanager
@@ -204,6 +187,19 @@ def listening(robot: ServedRobot) -> Iterator[Telemetry]:
 def wait_until(telemetry: Telemetry, condition: object) -> None:
     assert callable(condition)
     until(lambda: condition(telemetry.update()), START_LIMIT)
+
+
+def test_a_lost_server_is_reported_and_found_again() -> None:
+    endpoint = free_endpoint()
+    with ExitStack() as stack, ExitStack() as first:
+        robot = first.enter_context(served(FakeRobot(), realm="nao", endpoint=endpoint))
+        stack.enter_context(component(endpoint))
+        telemetry = stack.enter_context(listening(robot))
+        wait_until(telemetry, lambda state: "followBall > red" in status_line(state))
+        first.close()
+        wait_until(telemetry, lambda state: "Robot server lost" in status_line(state))
+        stack.enter_context(served(FakeRobot(), realm="nao", endpoint=endpoint))
+        wait_until(telemetry, lambda state: "images/s" in status_line(state))
 
 
 def test_a_component_that_is_restarted_begins_a_new_log(robot: ServedRobot) -> None:
