@@ -51,6 +51,9 @@ class Limits:
     component_end_seconds: float = 4.0
     """How long components may take to end at STOP before their processes are ended."""
 
+    component_leaving_seconds: float = 1.0
+    """How long a component that has ended may still be listed as running."""
+
     merge_seconds: float = MERGE_WITHIN
     """How long after a change another one of the same kind belongs to the same step."""
 

@@ -24,7 +24,6 @@ from .windows import Windows
 
 _RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
 _LEAVING_PERIOD: Final = 0.1  # s
-_LEAVING_ROUNDS: Final = 10
 
 
 class Runs:
@@ -44,6 +43,7 @@ class Runs:
         root: Root,
         realm: Realm,
         end_limit: float,
+        leaving_limit: float,
         changed: Callable[[], None],
     ) -> None:
         self._realm = realm
@@ -53,6 +53,7 @@ class Runs:
         self._threads = threads
         self._root = root
         self._end_limit = end_limit
+        self._leaving_limit = leaving_limit
         self._changed = changed
         self._stops: set[asyncio.Task[object]] = set()
 
@@ -94,18 +95,18 @@ class Runs:
         names the body of a fake one.
         """
         name = tab.shown.component
-        for _ in range(_LEAVING_ROUNDS):  # one that has just ended may still be listed
-            if not self._runs_elsewhere(name):
-                break
-            await asyncio.sleep(_LEAVING_PERIOD)
-        else:
+        try:
+            async with asyncio.timeout(self._leaving_limit):  # one that has just ended may still be listed
+                while self._runs_elsewhere(name):
+                    await asyncio.sleep(_LEAVING_PERIOD)
+        except TimeoutError:
             raise VisualHfsmError(
                 Message(
                     "{name} runs already, and was not started here: stop it first, or save this document "
                     "under another name",
                     name=name,
                 )
-            )
+            ) from None
         source = tab.source
         recording: dict[str, str] = {}
         if record:

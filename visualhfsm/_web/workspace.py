@@ -88,6 +88,7 @@ class Workspace:
             root=self.project.root,
             realm=self.realm,
             end_limit=self.limits.component_end_seconds,
+            leaving_limit=self.limits.component_leaving_seconds,
             changed=self.publish_state,
         )
         await self.look_for_recoverable()
