@@ -61,11 +61,18 @@ def children(module: str) -> list[psutil.Process]:
 
 
 def assert_gone(processes: list[psutil.Process]) -> None:
-    """Fail if some of these processes do not end."""
-    _, alive = psutil.wait_procs(processes, timeout=END_LIMIT)
-    assert [
-        " ".join(process.cmdline()) for process in alive if process.status() != psutil.STATUS_ZOMBIE
-    ] == []
+    """Fail if some of these processes do not end; those that nobody has waited for yet, zombies, have ended."""
+    deadline = time.monotonic() + END_LIMIT
+    while (alive := [process for process in processes if _is_alive(process)]) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert [" ".join(process.cmdline()) for process in alive] == []
+
+
+def _is_alive(process: psutil.Process) -> bool:
+    try:
+        return process.is_running() and str(process.status()) != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
 
 
 class ComponentProcess:
