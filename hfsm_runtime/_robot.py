@@ -126,8 +126,8 @@ class Permission:
     not enough: it may have been started since then, and have found no record of the stop.
     """
 
-    def __init__(self, safety: SafetyPrx) -> None:
-        self._safety = safety.ice_invocationTimeout(1000.0 * _LEASE_LIMIT)
+    def __init__(self, safety: SafetyPrx, limit: float = _LEASE_LIMIT) -> None:
+        self._safety = safety.ice_invocationTimeout(1000.0 * limit)
         self._stopped_by = ""  # the session of the server that was seen stopped
         self._doubted = ""  # the session of the server that knows of no stop
 

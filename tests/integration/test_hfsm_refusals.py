@@ -54,7 +54,7 @@ def test_a_server_that_knows_of_no_stop_is_not_enough_until_somebody_resets_it(e
 def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
     with initialize(connect=[], clock="wall") as communicator:
         safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
-        assert Permission(safety).is_given("")
+        assert Permission(safety, limit=0.05).is_given("")
 
 
 def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path, endpoint: str) -> None:
@@ -81,7 +81,7 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
             assert first.status is later.status is ComponentStatus.Paused
             assert first.refusal.startswith("turner/turn: CommandRefusedException: the robot is stopped")
             assert later.time == first.time
-            watched = operator(visualhfsm, "watch", "--seconds", "1")
+            watched = operator(visualhfsm, "watch", "--seconds", "0.5")
             assert "paused: turner/turn: CommandRefusedException" in watched
             turned = component.output.count("turning")
             operator(nao, "stop", "--reset")

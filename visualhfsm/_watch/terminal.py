@@ -68,13 +68,15 @@ def _follow(
     console: Console,
     stop: threading.Event,
 ) -> None:
-    """Print a line each second; the seconds of watching count from the component's first snapshot."""
+    """Print a line each second, the first news at once; seconds count from the component's first snapshot."""
     beginning = time.monotonic()
     first: float | None = None
-    due = beginning
+    due, has_news = beginning, False
     while not stop.is_set():
         now = time.monotonic()
         state = telemetry.update()
+        if not (has_news or state.trouble):
+            due, has_news = now, True
         if now >= due:
             due = (due if now - due < _LINE_PERIOD else now) + _LINE_PERIOD
             console.print(status_line(state), highlight=False, markup=False, soft_wrap=True)
