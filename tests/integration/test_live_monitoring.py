@@ -46,10 +46,14 @@ from visualhfsm._monitoring.follower import Follower, LiveStructure, Silence
 from visualhfsm._monitoring.pictures import OLDEST
 from visualhfsm._monitoring.robot import RobotMonitor, RobotState
 from visualhfsm._monitoring.run_log import LiveSnapshot
-from visualhfsm._services import Components, Snapshot, Stale, Structure
+from visualhfsm._services import Components, ServiceLimits, Snapshot, Stale, Structure
 from zenoh_ice import Current, Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
+
+
+LIMITS = ServiceLimits(component_end=0.1)
+"""The components here have the process of the test, and do not end before it ends them."""
 
 
 def walker(code: str = "beats += 1") -> str:
@@ -131,7 +135,9 @@ class Page:
 async def page(robot: ServedRobot) -> AsyncIterator[Page]:
     pushes = Pushes()
     service = Monitoring(
-        pushes, Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
+        pushes,
+        Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT),
+        limits=LIMITS,
     )
     try:
         yield Page(service, pushes)
@@ -372,10 +378,10 @@ def test_of_many_automata_fewer_snapshots_are_passed_on(pair: Pair) -> None:
             follower.update()
             time.sleep(0.01)
         began, before = time.monotonic(), len(published)
-        for number in range(100):
+        for number in range(30):
             monitor.getSnapshotPublisher.publish(msgspec.structs.replace(snapshot(1.0), time=number / 10))
             time.sleep(0.01)
-        eventually(lambda: follower.log.newest is not None and follower.log.newest.component.time == 9.9)
+        eventually(lambda: follower.log.newest is not None and follower.log.newest.component.time == 2.9)
         passed = time.monotonic() - began
     finally:
         follower.close()
@@ -444,10 +450,12 @@ def test_joints_of_another_interface_say_why_they_are_unknown(pair: Pair) -> Non
 
 
 def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None:
+    pair.adapter.add(CalculatorI(), "Calculator")
+
     async def go() -> None:
         service = Monitoring(
             Pushes(),
-            # What is not there is waited for a tenth of that.
+            # What is not there is waited for a tenth of that, where something else is.
             Settings(realm=pair.server.realm, connect=(pair.endpoint,), clock="wall", timeout=5.0),
         )
         try:

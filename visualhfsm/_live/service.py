@@ -316,9 +316,10 @@ class Monitoring:
         with suppress(MissingPackageError):
             require_pillow()
             while True:
-                if any(not follower.silence.since for follower in self._followers.values()):
-                    await self._cameras.keep(self._robot.cameras()[:MOST_CAMERAS])
-                await asyncio.sleep(KEPT_APART)
+                runs = any(not follower.silence.since for follower in self._followers.values())
+                cameras = self._robot.cameras()[:MOST_CAMERAS] if runs else []
+                await self._cameras.keep(cameras)
+                await asyncio.sleep(KEPT_APART if cameras else _PERIOD)
 
     def _publisher(self, component: str) -> Callable[[News], None]:
         def publish(news: News) -> None:

@@ -165,7 +165,9 @@ class PolledValue(Generic[T]):
         self._next = 0.0
 
     def forget(self) -> None:
-        """Forget the answer and call again: the server has changed."""
+        """Forget the answer, or the call, and call again at once: the server has changed."""
+        if self.value is not None or self._pending is not None:
+            self._next = 0.0
         self.value = None
         self._pending = None
 
