@@ -47,16 +47,22 @@ class KilledError(NoAnswerError):
 class LineProcess:
     """A module that runs in a process and answers one question at a time; started on first use.
 
-    `environment` is added to that of this process, which must be ready within `start_limit` s. Thread-safe:
-    callers wait for their turn.
+    `environment` is added to that of this process, which must be ready within `start_limit` s and answer
+    with `longest_answer` bytes at most. Thread-safe: callers wait for their turn.
     """
 
     def __init__(
-        self, module: str, environment: Mapping[str, str] | None = None, *, start_limit: float = 60.0
+        self,
+        module: str,
+        environment: Mapping[str, str] | None = None,
+        *,
+        start_limit: float = 60.0,
+        longest_answer: int = _LONGEST_ANSWER,
     ) -> None:
         self._module = module
         self._environment = environment or {}
         self._start_limit = start_limit
+        self._longest_answer = longest_answer
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = False
@@ -96,7 +102,7 @@ class LineProcess:
         assert process.stdout is not None
         until = time.monotonic() + patience
         _write(process.stdin.fileno(), question + b"\n", until)
-        return _read_line(process.stdout.fileno(), until)
+        return self._read_line(process.stdout.fileno(), until)
 
     def _start(self) -> subprocess.Popen[bytes]:
         """Start the process, and wait until it is ready."""
@@ -114,13 +120,25 @@ class LineProcess:
         os.set_blocking(self._process.stdin.fileno(), False)  # a pipe that is full is waited for with a limit
         until = time.monotonic() + self._start_limit
         try:
-            while _read_line(self._process.stdout.fileno(), until):
+            while self._read_line(self._process.stdout.fileno(), until):
                 pass  # what is printed before
         except TooSlowError as error:
             raise KilledError(f"it was not ready within {self._start_limit:g} s") from error
         except EOFError as error:
             raise KilledError("it ended before it was ready") from error
         return self._process
+
+    def _read_line(self, descriptor: int, until: float) -> bytes:
+        found = bytearray()
+        while not found.endswith(b"\n"):
+            _wait(descriptor, select.POLLIN, until)
+            part = os.read(descriptor, 1 << 16)
+            if not part:
+                raise EOFError
+            found += part
+            if len(found) > self._longest_answer:
+                raise NoAnswerError(f"its answer is longer than {self._longest_answer >> 20} MB")
+        return bytes(found[:-1])
 
     def _stop(self) -> None:
         process, self._process = self._process, None
@@ -195,19 +213,6 @@ def _write(descriptor: int, text: bytes, until: float) -> None:
     while left:
         _wait(descriptor, select.POLLOUT, until)
         left = left[os.write(descriptor, left) :]
-
-
-def _read_line(descriptor: int, until: float) -> bytes:
-    found = bytearray()
-    while not found.endswith(b"\n"):
-        _wait(descriptor, select.POLLIN, until)
-        part = os.read(descriptor, 1 << 16)
-        if not part:
-            raise EOFError
-        found += part
-        if len(found) > _LONGEST_ANSWER:
-            raise NoAnswerError(f"its answer is longer than {_LONGEST_ANSWER >> 20} MB")
-    return bytes(found[:-1])
 
 
 def _wait(descriptor: int, event: int, until: float) -> None:

@@ -14,10 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.messages import NO_MESSAGE, Message, Value, all_of, any_of, joined, number
+from tests.support.any_text import any_text
 from tests.support.processes import REPOSITORY
 
 NAMES = st.sampled_from(("name", "state", "count2", "other"))
-PLAIN = st.one_of(st.text(), st.integers(), st.floats(allow_nan=False))
+PLAIN = st.one_of(any_text(), st.integers(), st.floats(allow_nan=False))
 
 
 class Spanish(NullTranslations):
@@ -46,11 +47,11 @@ def templates(draw: st.DrawFn) -> tuple[str, dict[str, Value]]:
     """Return a template with the values that it needs."""
     pieces: list[str] = []
     values: dict[str, Value] = {}
-    for text, name in draw(st.lists(st.tuples(st.text(), st.none() | NAMES), max_size=6)):
+    for text, name in draw(st.lists(st.tuples(any_text(), st.none() | NAMES), max_size=6)):
         pieces.append(text.replace("{", "{{").replace("}", "}}"))
         if name is not None:
             pieces.append(f"{{{name}}}")
-            values[name] = draw(PLAIN | st.builds(Message.verbatim, st.text()))
+            values[name] = draw(PLAIN | st.builds(Message.verbatim, any_text()))
     return "".join(pieces), values
 
 

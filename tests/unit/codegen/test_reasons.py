@@ -7,12 +7,12 @@ from gettext import NullTranslations
 
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from pyflakes.checker import Checker
 
 from codegen.hfsm.code.text import parse_python
 from codegen.messages import Message
 from codegen.reasons import known_text, reason
+from tests.support.any_text import any_text
 
 
 class Marked(NullTranslations):
@@ -155,7 +155,7 @@ def test_what_python_says_of_failing_code_is_known() -> None:
         assert said.count("<") >= 2, text
 
 
-@given(st.text())
+@given(any_text())
 def test_no_text_is_changed(text: str) -> None:
     assert known_text(text) == text
     assert known_text(f"ValueError: {text}") == f"ValueError: {text}"

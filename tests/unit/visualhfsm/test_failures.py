@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.messages import Message
+from tests.support.any_text import any_text
 from tests.support.examples import examples
 from visualhfsm._editing.places import Place
 from visualhfsm._failures import Failure, Failures
@@ -137,11 +138,7 @@ PIECES = st.sampled_from(
 
 
 @given(
-    st.lists(
-        st.tuples(
-            st.lists(PIECES | st.text(max_size=5)).map("".join), st.sampled_from([None, CODE, FUNCTION])
-        )
-    )
+    st.lists(st.tuples(st.lists(PIECES | any_text(5)).map("".join), st.sampled_from([None, CODE, FUNCTION])))
 )
 @settings(max_examples=examples(20))
 def test_no_output_is_too_strange(lines: list[tuple[str, Any]]) -> None:

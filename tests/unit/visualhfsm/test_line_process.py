@@ -26,7 +26,7 @@ def answer(line):
         case b"print":
             print("this is no answer")
         case b"flood":
-            return b"x" * (65 << 20)
+            return b"x" * (5 << 20)
     return line.strip()[::-1]
 
 answer_lines(answer)
@@ -37,7 +37,7 @@ answer_lines(answer)
 def process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LineProcess]:
     (tmp_path / "reversing_lines.py").write_text(ANSWERS)
     monkeypatch.syspath_prepend(tmp_path)
-    process = LineProcess("reversing_lines")
+    process = LineProcess("reversing_lines", longest_answer=4 << 20)
     yield process
     process.close()
 
