@@ -7,7 +7,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -22,7 +22,7 @@ from tests.support.image_servant import ImageI, Network, camera, image
 from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, open_memory_files, shared_maps
-from tests.support.processes import ComponentProcess, module
+from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
@@ -330,9 +330,22 @@ class TestWithoutMemory:
         assert all(call.result(CALL_LIMIT) == content for call in calls)
 
 
+@pytest.fixture(scope="module")
+def distant_calculator() -> Iterator[str]:
+    """The endpoint of a server in another process: in one, each argument and result would take memory twice."""
+    endpoint = free_endpoint()
+    with ComponentProcess(module("tests.support.calculator_server", "--listen", endpoint)) as server:
+        server.wait_for("^ready")
+        yield endpoint
+
+
 @pytest.mark.parametrize("waits", [True, False], ids=["call", "begin"])
 @pytest.mark.parametrize("size", cases([LARGEST_BULK - 100], [8 * MEGABYTE]))
-def test_the_largest_arguments_and_results_arrive(size: int, waits: bool, calculator: CalculatorPrx) -> None:
+def test_the_largest_arguments_and_results_arrive(
+    size: int, waits: bool, distant_calculator: str, make_communicator: Callable[..., Communicator]
+) -> None:
+    client = make_communicator(connect=[distant_calculator])
+    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     wait_for_door(lambda: calculator.echo(PIXELS))
     content = os.urandom(size)
     for _ in range(repeated(2, soak=5)):
