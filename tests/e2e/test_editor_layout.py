@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import Box, EditorPage
-from tests.support.editor import DOCUMENT, Editor, editor
+from tests.support.browser import Box, EditorPage, editor_page
+from tests.support.editor import DOCUMENT, editor
 from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run
 from tests.support.soak import cases
 
@@ -33,13 +33,20 @@ HANGS_OUT = """() => {
 }"""
 """By how much the page could be scrolled down and to the right, and by how much it is."""
 
+AS_AT_FIRST = """() => {
+  const app = document.querySelector("hfsm-app");
+  for (const name of ["--left", "--side", "--bottom"]) document.documentElement.style.removeProperty(name);
+  app.showSide("");
+  app.showBottom("");
+}"""
+
 CUT = "each => each.scrollWidth > each.clientWidth"
 """Whether a text is longer than its place."""
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="class")
 def robot(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[EditorPage]:
-    """A component that runs on a robot, which is shown in the corner."""
+    """A component that runs on a robot, which is shown in the corner; it ends before the other tests."""
     path = tmp_path_factory.mktemp("layout") / "walk.xml"
     with robot_and_editor(path) as (_, running), monitor_page(browser, running) as shown:
         run(shown)
@@ -56,64 +63,82 @@ def live(robot: EditorPage) -> EditorPage:
     return robot
 
 
+@pytest.fixture(scope="module")
+def eleven(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[EditorPage]:
+    """The page with eleven documents, two of which have the same name in folders of the same name."""
+    root = tmp_path_factory.mktemp("eleven") / "root"
+    paths = [root / f"{name}.xml" for name in ("walk", "a/parts/walk", "b/parts/walk")]
+    paths += [root / f"behavior_{number}.xml" for number in range(8)]
+    for path in paths:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(DOCUMENT, "utf-8")
+    with editor(root, *paths) as running, editor_page(browser, running) as shown:
+        shown.state("wait").wait_for()
+        yield shown
+
+
 @pytest.fixture
-def running(root: Path, path: Path) -> Iterator[Editor]:
-    """An editor of eleven documents, two of which have the same name in folders of the same name."""
-    paths = [path]
-    for name in ("a/parts/walk", "b/parts/walk", *(f"behavior_{number}" for number in range(8))):
-        paths.append(root / f"{name}.xml")
-        paths[-1].parent.mkdir(parents=True, exist_ok=True)
-        paths[-1].write_text(DOCUMENT, "utf-8")
-    with editor(root, *paths) as running:
-        yield running
+def shown(eleven: EditorPage) -> EditorPage:
+    """The same with its first document as it was, without panels and notices."""
+    eleven.page.evaluate(AS_AT_FIRST)
+    eleven.dismiss(eleven.page.locator(".notice"))
+    eleven.page.emulate_media(forced_colors="null")
+    eleven.resize(1280, 800)
+    eleven.page.get_by_role("tab", name="walk", exact=True).click()
+    eleven.press("f")
+    return eleven
 
 
-@pytest.mark.parametrize(("width", "height"), SIZES)
-def test_the_drawing_has_most_of_the_window_beside_a_panel(live: EditorPage, width: int, height: int) -> None:
-    page = live.page
-    live.resize(width, height)
-    page.evaluate("document.querySelector('hfsm-app').showLive('variables')")
-    expect(page.get_by_role("tab", name="Variables")).to_be_visible()
-    panel, drawing = Box.of(page.locator(".side")), Box.of(page.locator("hfsm-canvas"))
-    if width <= SHEET or height > width:
-        assert panel.y >= drawing.y + drawing.height
-        assert drawing.height >= panel.height
-        assert drawing.width >= width - 1
-    elif width <= 1100:
-        assert panel.width <= 0.4 * width + 1
-    live.press("f")
-    for name in ("wait", "go"):
-        state = Box.of(live.state(name).locator(".body"))
-        assert state.width > 30
-        assert drawing.x < state.x < drawing.x + drawing.width
-    assert not page.evaluate(COVERED)
-    page.evaluate("document.querySelector('hfsm-app').showLive('view')")
-    expect(page.locator(".side .stage canvas")).to_be_visible()
-    assert Box.of(page.locator(".side .stage")).height > 100
-    if width <= SHEET:
-        assert not Box.of(page.locator(".side .view-tools")).overlaps(Box.of(page.locator(".side .stage")))
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    if (width, height) in {(1440, 900), (390, 844)}:
-        assert live.violations() == []
-
-
-def test_the_page_itself_never_scrolls_whatever_panels_it_shows(live: EditorPage) -> None:
-    page = live.page
-    page.locator("body > [role=status]").wait_for(state="attached")  # what says aloud what the run does
-    found: dict[str, list[float]] = {}
-    for width, height in ((1440, 900), (1024, 768), (683, 600)):
+class TestBesideARobot:
+    @pytest.mark.parametrize(("width", "height"), SIZES)
+    def test_the_drawing_has_most_of_the_window_beside_a_panel(
+        self, live: EditorPage, width: int, height: int
+    ) -> None:
+        page = live.page
         live.resize(width, height)
-        for where, region in (("bottom", "Panel below the canvas"), ("side", "Panel beside the canvas")):
-            show = f"(tag) => document.querySelector('hfsm-app').show{where.title()}(tag)"
-            page.evaluate(show, "hfsm-problems" if where == "bottom" else "hfsm-code-panel")
-            tabs = page.get_by_role("region", name=region).locator(".panel-tabs").get_by_role("tab")
-            for index in range(tabs.count()):
-                tabs.nth(index).click()
-                expect(tabs.nth(index)).to_have_attribute("aria-selected", "true")
-                found[f"{tabs.nth(index).inner_text()} at {width} × {height}"] = page.evaluate(HANGS_OUT)
-            page.evaluate(show, "")
-    assert len(found) == 3 * 10
-    assert {name: sizes for name, sizes in found.items() if any(sizes)} == {}
+        page.evaluate("document.querySelector('hfsm-app').showLive('variables')")
+        expect(page.get_by_role("tab", name="Variables")).to_be_visible()
+        panel, drawing = Box.of(page.locator(".side")), Box.of(page.locator("hfsm-canvas"))
+        if width <= SHEET or height > width:
+            assert panel.y >= drawing.y + drawing.height
+            assert drawing.height >= panel.height
+            assert drawing.width >= width - 1
+        elif width <= 1100:
+            assert panel.width <= 0.4 * width + 1
+        live.press("f")
+        for name in ("wait", "go"):
+            state = Box.of(live.state(name).locator(".body"))
+            assert state.width > 30
+            assert drawing.x < state.x < drawing.x + drawing.width
+        assert not page.evaluate(COVERED)
+        page.evaluate("document.querySelector('hfsm-app').showLive('view')")
+        expect(page.locator(".side .stage canvas")).to_be_visible()
+        assert Box.of(page.locator(".side .stage")).height > 100
+        if width <= SHEET:
+            assert not Box.of(page.locator(".side .view-tools")).overlaps(
+                Box.of(page.locator(".side .stage"))
+            )
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        if (width, height) in {(1440, 900), (390, 844)}:
+            assert live.violations() == []
+
+    def test_the_page_itself_never_scrolls_whatever_panels_it_shows(self, live: EditorPage) -> None:
+        page = live.page
+        page.locator("body > [role=status]").wait_for(state="attached")  # what says aloud what the run does
+        found: dict[str, list[float]] = {}
+        for width, height in ((1440, 900), (1024, 768), (683, 600)):
+            live.resize(width, height)
+            for where, region in (("bottom", "Panel below the canvas"), ("side", "Panel beside the canvas")):
+                show = f"(tag) => document.querySelector('hfsm-app').show{where.title()}(tag)"
+                page.evaluate(show, "hfsm-problems" if where == "bottom" else "hfsm-code-panel")
+                tabs = page.get_by_role("region", name=region).locator(".panel-tabs").get_by_role("tab")
+                for index in range(tabs.count()):
+                    tabs.nth(index).click()
+                    expect(tabs.nth(index)).to_have_attribute("aria-selected", "true")
+                    found[f"{tabs.nth(index).inner_text()} at {width} × {height}"] = page.evaluate(HANGS_OUT)
+                page.evaluate(show, "")
+        assert len(found) == 3 * 10
+        assert {name: sizes for name, sizes in found.items() if any(sizes)} == {}
 
 
 @pytest.mark.parametrize(
@@ -219,16 +244,6 @@ def test_a_name_that_is_cut_shows_where_it_differs_and_is_read_whole(shown: Edit
     expect(chosen).to_have_attribute("aria-label", " ".join(name.split()))
 
 
-def test_tabs_that_fit_need_no_menu(shown: EditorPage) -> None:
-    page = shown.page
-    menu = page.get_by_role("button", name="All 11 documents")
-    expect(menu).to_be_visible()
-    for count in range(10, 2, -1):
-        shown.press("Alt+w")
-        expect(page.get_by_role("tab")).to_have_count(count)
-    expect(menu).to_have_count(0)
-
-
 def test_the_middle_button_pans_and_pastes_nothing(shown: EditorPage) -> None:
     page = shown.page
     paste = """() => document.body.dispatchEvent(new ClipboardEvent("paste", {
@@ -266,3 +281,14 @@ def test_stop_is_unlike_other_buttons_where_the_system_chooses_the_colors(shown:
       return [borderStyle, clipPath.startsWith("polygon"), parseFloat(width) > 8];
     }"""
     assert shown.page.evaluate(sign) == ["double", True, True]
+
+
+def test_tabs_that_fit_need_no_menu(shown: EditorPage) -> None:
+    """The last one: it closes the documents."""
+    page = shown.page
+    menu = page.get_by_role("button", name="All 11 documents")
+    expect(menu).to_be_visible()
+    for count in range(10, 2, -1):
+        shown.press("Alt+w")
+        expect(page.get_by_role("tab")).to_have_count(count)
+    expect(menu).to_have_count(0)
