@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import Box, EditorPage, saved, shared_address
+from tests.support.browser import Box, EditorPage, editor_page, saved, shared_address
+from tests.support.editor import editor
+from tests.support.processes import REPOSITORY
 
 NOTHING_COVERED = """() => {
     const boxes = (words) => [...document.querySelectorAll(words)].map((each) => each.getBoundingClientRect());
@@ -17,12 +21,47 @@ NOTHING_COVERED = """() => {
 }"""
 
 
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the documents of this file."""
+    root = tmp_path_factory.mktemp("notes") / "root"
+    root.mkdir()
+    return root
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, root: Path) -> Iterator[EditorPage]:
+    """The page, which shows the document of one test after the other."""
+    with editor(root) as running, editor_page(browser, running) as opened:
+        yield opened
+
+
 @pytest.fixture
-def path(behaviors: Path) -> Path:
-    return behaviors / "dance_and_follow.xml"
+def path(root: Path, request: pytest.FixtureRequest) -> Path:
+    """A copy of a behavior that no other test changes."""
+    path = root / str(request.node.name) / "dance_and_follow.xml"
+    path.parent.mkdir()
+    for name in ("dance_and_follow", "dance", "follow_ball"):
+        shutil.copy(REPOSITORY / "behaviors" / f"{name}.xml", path.parent)
+    return path
 
 
-def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, root: Path) -> None:
+@pytest.fixture
+def shown(opened: EditorPage, path: Path) -> Iterator[EditorPage]:
+    """The page with that behavior alone, and without panels."""
+    page = opened.page
+    with opened.editor.window() as other:
+        tab = other.ask("open", path=str(path))["tab"]
+        page.get_by_role("tab", name="dance_and_follow").click()
+        page.locator("hfsm-canvas .state").first.wait_for()
+        yield opened
+        other.ask("close", tab=tab, discard=True)
+    page.get_by_role("heading", name="Draw what your robot does").wait_for()
+    page.evaluate("document.querySelector('hfsm-app').showSide('')")
+    opened.dismiss(page.locator(".notice"))
+
+
+def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, path: Path) -> None:
     page = shown.page
     shown.press("n", "Enter")
     page.keyboard.type("Why it waits\nfor a while")  # as fast as this, before the field is there
@@ -33,7 +72,7 @@ def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, ro
     expect(note).to_be_focused()
     shown.press("Shift+ArrowRight")
     expect(page.locator(".last-step")).to_contain_text("Resize the note")
-    document = saved(shown, root / "dance_and_follow.xml")
+    document = saved(shown, path)
     assert document.root is not None
     (written,) = document.root.annotations
     assert (written.text.text, written.width) == ("Why it waits\nfor a while", 220.0)
@@ -80,7 +119,7 @@ def test_undo_in_a_note_ends_where_its_text_began(shown: EditorPage) -> None:
 
 
 def test_a_note_grows_while_it_is_written_and_keeps_its_own_height_in_the_document(
-    shown: EditorPage, root: Path
+    shown: EditorPage, path: Path
 ) -> None:
     page = shown.page
     shown.press("n", "Enter")
@@ -101,7 +140,7 @@ def test_a_note_grows_while_it_is_written_and_keeps_its_own_height_in_the_docume
     assert last.y + last.height < paper.y + paper.height
     shown.press("Shift+ArrowRight")
     expect(page.locator(".last-step")).to_have_text("Resize the note “why one more line and another…”")
-    document = saved(shown, root / "dance_and_follow.xml")
+    document = saved(shown, path)
     assert document.root is not None
     (written,) = document.root.annotations
     assert (written.width, written.height) == (220.0, 96.0)
@@ -205,7 +244,7 @@ def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:
     shown.expect_states("followBall", "dance")
 
 
-def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPage, root: Path) -> None:
+def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPage, path: Path) -> None:
     page = shown.page
     page.mouse.click(*shown.middle_of("followBall"))
     shown.press("Control+Shift+g")
@@ -222,7 +261,7 @@ def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPag
     page.keyboard.type("Arrange")
     shown.press("Enter")
     expect(page.locator(".last-step")).to_have_text("Arrange")
-    document = saved(shown, root / "dance_and_follow.xml")
+    document = saved(shown, path)
     assert document.root is not None
     frame, note = document.root.annotations
     inside = {
