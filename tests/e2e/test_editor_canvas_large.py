@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from tests.support.panels import undo_names
 COLUMNS = 40
 STATES = 1200
 MIDDLE = STATES // 2 + COLUMNS // 2
-CHAIN = 320
+CHAIN = 160
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +166,10 @@ def test_a_picture_has_all_of_it(shown: EditorPage) -> None:
         }"""
     )
     assert text.count("<circle") >= STATES
-    assert all(f">{number}</tspan>" in text or f"state {number}<" in text for number in range(1, STATES + 1))
+    named = {
+        int(number) for pair in re.findall(r">(\d+)</tspan>|state (\d+)<", text) for number in pair if number
+    }
+    assert named >= set(range(1, STATES + 1))
 
 
 def test_a_box_may_be_drawn_while_another_window_adds_a_state_names_are_near_and_the_map_leads_far(
