@@ -15,9 +15,12 @@ from interfaces.jderobot import CameraPrx, ImageData
 from interfaces.nao import HealthPrx
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.soak import repeated
 from zenoh_ice import Communicator, Sample, initialize
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
+IMAGES = repeated(30, 50)
 
 
 @pytest.fixture
@@ -48,7 +51,7 @@ def is_centered(image: ImageData) -> bool:
 
 
 def test_follow_ball_keeps_the_green_ball_in_the_middle_of_the_image(stack: ExitStack) -> None:
-    endpoint, communicator = start_robot(stack)
+    endpoint, communicator = start_robot(stack, "--speed", "2")
     for command in (
         module("ballmover", "green", "--loop", "--connect", endpoint),
         module("behaviors.follow_ball", "--connect", endpoint),
@@ -58,12 +61,12 @@ def test_follow_ball_keeps_the_green_ball_in_the_middle_of_the_image(stack: Exit
     started = monitor.getSnapshot.wait(timeout=START_LIMIT)
     camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
 
-    # Of fifty images in a row nine of ten; on a busy machine it may take a while until it keeps up for so long.
-    centered: deque[bool] = deque(maxlen=50)
+    # Of images in a row nine of ten; on a busy machine it may take a while until it keeps up for so long.
+    centered: deque[bool] = deque(maxlen=IMAGES)
     sample: Sample[ImageData] | None = None
-    while len(centered) < 50 or sum(centered) < 45:
+    while len(centered) < IMAGES or sum(centered) < 0.9 * IMAGES:
         sample = camera.getImageData.wait(after=sample, timeout=START_LIMIT)
-        assert sample.time < started.time + 100, "it loses the ball"
+        assert sample.time < started.time + 200, "it loses the ball"
         if sample.time > started.time + 3:
             centered.append(is_centered(sample.value))
 
