@@ -93,9 +93,9 @@ class HeadI(PoseHead):
 
 
 class FastClock:
-    """Wall time, ten times as fast. What this module imports as `time` is recorded, so it is kept here."""
+    """Wall time, thirty times as fast. What this module imports as `time` is recorded, so it is kept here."""
 
-    rate = 10.0
+    rate = 30.0
     simulated = True
     _monotonic = staticmethod(time.monotonic)
     _sleep = staticmethod(time.sleep)
@@ -141,7 +141,7 @@ def running(
     begin_at: tuple[int, int] | None = None,
     with_images: bool = False,
 ) -> Iterator[tuple[RecordedRuntime, FastClock]]:
-    """Record a component on its threads, ten times as fast as the wall's clock."""
+    """Record a component on its threads, thirty times as fast as the wall's clock."""
     from hfsm_runtime.errors import OnError
 
     component = make()
@@ -836,8 +836,8 @@ def test_loops_over_a_stream_see_the_same_samples(tmp_path: Path, world: World) 
         def look(self, count: int) -> list[Any]:
             found: list[Any] = []
             try:
-                self.last = self.head.getPose.wait(self.last, timeout=0.05)
-                for sample in self.head.getPose.samples(timeout=0.05):
+                self.last = self.head.getPose.wait(self.last, timeout=0.02)
+                for sample in self.head.getPose.samples(timeout=0.02):
                     seen = [sample.value.pan, sample.sequence, sample.lost, sample.follows(self.last)]
                     found.append(seen)
             except TimeoutException as error:
@@ -868,7 +868,7 @@ def test_a_loop_with_a_rate_lets_others_run_and_waits_for_nothing_in_the_replay(
         def look(self, count: int) -> list[Any]:
             found: list[Any] = []
             try:
-                samples = self.head.getPose.samples(timeout=0.05, rate=20.0)
+                samples = self.head.getPose.samples(timeout=0.02, rate=50.0)
                 found.extend([sample.value.pan, sample.sequence] for sample in samples)
             except TimeoutException as error:
                 found.append(str(error))
