@@ -32,6 +32,7 @@ from interfaces.nao import HeadLimits, HeadPose, PoseHead
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import until
 from tests.support.documents import compile_to, document, load, state, sub, transition
+from tests.support.limited import HASTY
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.running import eventually
 from zenoh_ice import Communicator, Current, WallClock
@@ -347,7 +348,7 @@ class Head(PoseHead):
 def test_a_proxy_that_is_new_is_connected_before_anything_changes(
     endpoint: str, make_communicator: Callable[..., Communicator], version: Version
 ) -> None:
-    server = make_communicator(listen=[endpoint], timeout=10.0)  # a servant is missed after a tenth of this
+    server = make_communicator(listen=[endpoint], limits=HASTY)
     pair = Pair(endpoint, server, make_communicator(connect=[endpoint]), server.createObjectAdapter("Test"))
     pair.adapter.activate()
     looking = walker(config=HEAD).replace("count += 1<", "count = self.head.getPose().pan<")
