@@ -292,6 +292,10 @@ class PipeTimeout(PipeError):
     """The other end did not answer in time."""
 
 
+class MessageTooLarge(PipeError):
+    """The other end announces a message of more bytes than are taken."""
+
+
 class Pipe:
     """Frames through two file descriptors.
 
@@ -325,12 +329,12 @@ class Pipe:
             raise PipeError("the process has ended") from error
 
     def receive(self) -> bytes:
-        """Return the next message. Raises PipeError, and PipeTimeout."""
+        """Return the next message. Raises PipeError, MessageTooLarge, and PipeTimeout."""
         left = self._left
         self._fill(_LENGTH.size)
         (length,) = _LENGTH.unpack_from(left)
         if length > self._largest:
-            raise PipeError(f"a message of {length} bytes; at most {self._largest} are taken")
+            raise MessageTooLarge(f"a message of {length} bytes; at most {self._largest} are taken")
         end = _LENGTH.size + length
         self._fill(end)
         message = bytes(memoryview(left)[_LENGTH.size : end])

@@ -19,6 +19,7 @@ from hfsm_runtime.contained.protocol import (
     Begin,
     Limits,
     Message,
+    MessageTooLarge,
     Pipe,
     PipeError,
     PipeTimeout,
@@ -142,6 +143,8 @@ class Session:
                 self._break(f"its code took more than {allowance.trial:g} s in this trial")
             limit = allowance.begin if isinstance(request, Begin) else allowance.block
             self._break(f"took more than {limit:g} s in {where}")
+        except MessageTooLarge as error:
+            self._break(f"broke off the conversation in {where}: {error}")
         except PipeError as error:
             self._break(self._why_ended(str(error), where))
         except (msgspec.MsgspecError, RecursionError) as error:
