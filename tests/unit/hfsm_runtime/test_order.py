@@ -19,6 +19,7 @@ from hfsm_runtime.tree import Run, Tree
 from tests.support.automata import after, automaton, component, finished, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import eventually, running
+from tests.support.soak import repeated
 from zenoh_ice import WallClock
 
 MS = 1_000_000
@@ -64,8 +65,8 @@ class Entered(Observer):
         return name not in self.times or was_stopped
 
     def often(self, name: str) -> bool:
-        """Return whether a state was entered at least four times."""
-        return self.times.get(name, 0) > 3
+        """Return whether a state was entered again, in a soak at least four times."""
+        return self.times.get(name, 0) > repeated(1, 3)
 
 
 @contextmanager
