@@ -33,7 +33,7 @@ from tests.support.waiting import until
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
 
-SECONDS = 2.0  # of the recording
+SECONDS = 1.2  # of the recording
 
 HEAD = (
     "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
@@ -49,6 +49,7 @@ TURNING = document(
         transition(1, 1, 2, "self.head.getPose().pan > 0.15", name="far"),
         transition(2, 2, 1, "400", type="time", name="back"),
         variables="looks = 0\npose = None",
+        period="40",
     ),
     config=HEAD,
 )
@@ -64,7 +65,7 @@ def lines(done: subprocess.CompletedProcess[str]) -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The recording of a component that turned a fake robot's head for two seconds."""
+    """The recording of a component that turned a fake robot's head for a while."""
     folder = tmp_path_factory.mktemp("recorded")
     endpoint = free_endpoint()
     file = compile_to(folder, TURNING, "turner")
