@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from functools import cache
+from functools import cache, lru_cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -93,7 +93,7 @@ class Camera:
         return SimpleNamespace(x=EYE[0] + way * ray[0], y=way * ray[1], distance=way * math.hypot(*ray))
 
 
-@cache
+@lru_cache(64)  # of hundreds of pictures
 def camera_at(pose, yaw, **how):
     return Camera(pose, yaw=yaw, **how)
 
