@@ -12,9 +12,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Final
 
-import matplotlib as mpl
-from matplotlib.ft2font import FT2Font, LoadFlags
-
 __all__ = ["FILES", "letter_widths", "written"]
 
 _ROOT: Final = Path(__file__).parents[2]
@@ -33,6 +30,9 @@ FILES: Final = (
 
 def letter_widths() -> dict[int, str]:
     """Return letters of the font by their width, in thousandths of their size."""
+    import matplotlib as mpl  # 15 MB that few tests need
+    from matplotlib.ft2font import FT2Font, LoadFlags
+
     font = FT2Font(str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")))
     known = font.get_charmap()
     found: dict[int, str] = {}
