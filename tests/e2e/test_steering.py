@@ -1,4 +1,4 @@
-"""Edit, steer and reload dance_and_follow while it drives the robot, with separate processes."""
+"""Edit, steer and reload dance_and_follow while it drives the robot, both in separate processes."""
 
 from __future__ import annotations
 
@@ -8,12 +8,17 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+import typer
 
 from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx
 from tests.integration.test_hfsm_monitor import until
+from tests.support.commands import run_here
 from tests.support.documents import generate
 from tests.support.limits import START_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from visualhfsm._command import app as visualhfsm
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm.nao._command import app as visualhfsm_nao
 from zenoh_ice import initialize
 
 pytestmark = pytest.mark.slow
@@ -42,16 +47,18 @@ def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_p
     monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
     monitor.getSnapshot.wait(timeout=START_LIMIT)
 
-    def steer(*arguments: str, code: int = 0, command: str = "visualhfsm") -> str:
-        with ComponentProcess(module(command, *arguments, "--connect", endpoint)) as process:
-            assert process.wait() == code, process.output
-            return process.output
+    def steer(*arguments: str, code: int = 0, app: typer.Typer = visualhfsm) -> str:
+        done = run_here(app, "visualhfsm", *arguments, "--connect", endpoint, expected=(VisualHfsmError,))
+        assert done.returncode == code, done.stderr
+        return f"{done.stdout}{done.stderr}"
 
     def dancing(snapshot: ComponentSnapshot) -> bool:
         root, follow, _, _, dance = snapshot.automata
         return root.state == 2 and follow.ghost and not dance.ghost
 
-    assert "followBall is in red" in steer("why", "dance_and_follow")
+    with ComponentProcess(module("visualhfsm", "why", "dance_and_follow", "--connect", endpoint)) as why:
+        assert why.wait() == 0, why.output
+    assert "followBall is in red" in why.output
     assert "enough fires" in steer("force", "dance_and_follow", "enough")
     before = until(monitor, dancing)
     assert before.automata[0].timers[0].remaining <= 600.0
@@ -73,7 +80,7 @@ def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_p
     steer("force", "dance_and_follow", "tired")
     stopped = until(monitor, lambda snapshot: bool(snapshot.stoppedAt))
     assert stopped.automata[0].state == 1
-    steer("call", "Hfsm.dance_and_follow.resume", command="visualhfsm.nao")
+    steer("call", "Hfsm.dance_and_follow.resume", app=visualhfsm_nao)
     until(monitor, lambda snapshot: snapshot.status is ComponentStatus.Running)
     steer("stop", "dance_and_follow")
     assert component.wait() == 0, component.output
