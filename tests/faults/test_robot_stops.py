@@ -169,10 +169,10 @@ from zenoh_ice import initialize
 realm, endpoint, burst = sys.argv[1:]
 with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
     body = JointsPrx.checkedCast(communicator.stringToProxy("Body"))
-    body.setJointPositions({"LShoulderPitch": -1.5, "HeadYaw": 1.0}, 0.02)
+    body.setJointPositions({"LShoulderPitch": -1.5, "HeadYaw": 1.0}, 0.007)
     print("commanded", flush=True)
     while True:  # so that many of its commands still wait for the robot when it dies
-        calls = [body.setJointPositions.begin({"RShoulderPitch": -1.5}, 0.02) for _ in range(int(burst))]
+        calls = [body.setJointPositions.begin({"RShoulderPitch": -1.5}, 0.007) for _ in range(int(burst))]
         for call in calls:
             call.result()
 """
@@ -180,7 +180,7 @@ with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
 
 @pytest.fixture
 def nao(by_environment: None) -> Iterator[RobotClient]:
-    with served_to_client(FakeRobot()) as nao:
+    with served_to_client(FakeRobot(clock_at(3.0))) as nao:
         yield nao
 
 
@@ -213,11 +213,13 @@ def test_the_joints_of_a_killed_commander_stop_on_their_way(
 
 
 def test_a_robot_whose_client_is_lost_on_the_way_to_a_posture_goes_on_into_the_safest() -> None:
-    with served_to_client(FakeRobot(clock_at(3.0))) as nao:
+    clock = clock_at(3.0)
+    with served_to_client(FakeRobot(clock)) as nao:
         postures = nao.proxy(PosturesPrx, "Postures")
         with nao.client() as other:
             other.proxy(PosturesPrx, "Postures").goToPosture("StandZero", 0.3)
             wait_for(postures.getPostureState, lambda state: state.progress > 0.1)
+        clock.update(clock.now(), 10.0, clock.simulated)  # nothing else happens on the way
         ended = wait_for(postures.getPostureState, lambda state: state.status is not ActionStatus.Moving)
         assert (ended.status, ended.message) == (ActionStatus.Stopped, "the client that commanded it is gone")
         assert postures.getPosture() == "Crouch"

@@ -18,9 +18,13 @@ pytestmark = [pytest.mark.sim, pytest.mark.gl]
 
 LONG_PAUSE = 1.2  # s, longer than one wait for a picture
 LONGEST_PAUSE = repeated(0.2, soak=2.0)  # s
-SECONDS = repeated(3.0, soak=6.0)
+SECONDS = repeated(2.0, soak=6.0)
 """How long a run lasts in its own time."""
 TIMES = range(examples(1))
+in_soak = pytest.mark.soak(
+    "tests/integration/test_virtual_time_on_a_late_machine.py"
+    "::test_it_is_the_same_when_its_process_is_stopped_and_clocks_on_the_wall_jump"
+)
 
 
 @pytest.fixture(scope="module", params=cases(["H25"], ["G1"]))
@@ -49,33 +53,49 @@ def ended(process: subprocess.Popen[str], seconds: float) -> bool:
     return True
 
 
-@pytest.mark.parametrize("number", TIMES)
-def test_it_is_the_same_when_its_process_is_stopped_now_and_then(
-    body: str, undisturbed: str, number: int
-) -> None:
-    numbers = random.Random(number)
+def stopped_now_and_then(process: subprocess.Popen[str], numbers: random.Random) -> tuple[str, str]:
+    """Stop a process again and again until it has ended; return the rest of its output, and its errors."""
+    assert process.stdout is not None
+    assert process.stderr is not None
     pause = LONG_PAUSE
-    with run(body) as process:
+    while not ended(process, numbers.uniform(0.05, 0.5)):
+        process.send_signal(signal.SIGSTOP)
+        ended(process, pause)
+        process.send_signal(signal.SIGCONT)
+        pause = numbers.uniform(0.05, LONGEST_PAUSE)
+    return process.stdout.read(), process.stderr.read()
+
+
+def check_it_is_the_same(body: str, undisturbed: str, number: int, *, stops: bool, jumps: bool) -> None:
+    with run(body, *([str(number)] if jumps else [])) as process:
         try:
             assert process.stdout is not None
-            assert process.stderr is not None
             assert process.stdout.readline() == BEGINS
-            while not ended(process, numbers.uniform(0.05, 0.5)):
-                process.send_signal(signal.SIGSTOP)
-                ended(process, pause)
-                process.send_signal(signal.SIGCONT)
-                pause = numbers.uniform(0.05, LONGEST_PAUSE)
-            output, errors = process.stdout.read(), process.stderr.read()
+            if stops:
+                output, errors = stopped_now_and_then(process, random.Random(number))
+            else:
+                output, errors = process.communicate(timeout=RUN_LIMIT)
         finally:
             process.kill()
     assert output == undisturbed + "\n", errors
 
 
 @pytest.mark.parametrize("number", TIMES)
+def test_it_is_the_same_when_its_process_is_stopped_and_clocks_on_the_wall_jump(
+    body: str, undisturbed: str, number: int
+) -> None:
+    check_it_is_the_same(body, undisturbed, number, stops=True, jumps=True)
+
+
+@in_soak
+@pytest.mark.parametrize("number", TIMES)
+def test_it_is_the_same_when_its_process_is_stopped_now_and_then(
+    body: str, undisturbed: str, number: int
+) -> None:
+    check_it_is_the_same(body, undisturbed, number, stops=True, jumps=False)
+
+
+@in_soak
+@pytest.mark.parametrize("number", TIMES)
 def test_it_is_the_same_when_clocks_on_the_wall_jump(body: str, undisturbed: str, number: int) -> None:
-    with run(body, str(number)) as process:
-        try:
-            output, errors = process.communicate(timeout=RUN_LIMIT)
-        finally:
-            process.kill()
-    assert output == BEGINS + undisturbed + "\n", errors
+    check_it_is_the_same(body, undisturbed, number, stops=False, jumps=True)
