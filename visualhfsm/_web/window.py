@@ -51,8 +51,14 @@ class Window:
     """Gets the changes of all tabs after `greet`. Used on the event loop only."""
 
     def __init__(
-        self, make_output: Callable[[], RecentLines], key: bytes = b"", *, is_viewer: bool = False
+        self,
+        make_output: Callable[[], RecentLines],
+        key: bytes = b"",
+        *,
+        is_viewer: bool = False,
+        patience: float = _SHOWN,
     ) -> None:
+        """Make a window; one that says nothing for `patience` s has shown its output."""
         self.greeted = False
         self.is_viewer: Final = is_viewer
         """Whether it only looks on."""
@@ -68,6 +74,7 @@ class Window:
         self._make_output = make_output
         self._output: dict[int, RecentLines] = {}
         self._whole: set[int] = set()
+        self._patience = patience
         self._showing: asyncio.TimerHandle | None = None
         """Set while the window shows output: the end of our patience."""
         self._filled = asyncio.Event()
@@ -132,7 +139,7 @@ class Window:
                     await send(message.decode())
                 if self._output and self._showing is None and not self._filled.is_set():
                     output = encode(self._take_output(next(iter(self._output))), self.language)
-                    self._showing = asyncio.get_running_loop().call_later(_SHOWN, self.output_shown)
+                    self._showing = asyncio.get_running_loop().call_later(self._patience, self.output_shown)
                     await send(output.decode())
         finally:
             if self._showing is not None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
 from visualhfsm import Project
 from visualhfsm._editing.commands.states import AddState
 from visualhfsm._services import Output, OutputLine, RecentLines, RunPush
@@ -130,35 +130,48 @@ def test_output_is_bounded_by_its_characters_too() -> None:
     assert output["dropped"] == 1
 
 
-@pytest.mark.slow
-def test_more_output_waits_until_the_window_has_shown_the_last() -> None:
-    async def run() -> list[dict[str, Any]]:
-        window = Window(partial(RecentLines, 5, 1000))
-        window.greet()
-        sent: asyncio.Queue[str] = asyncio.Queue()
-        writing = asyncio.create_task(window.write(sent.put))
-        received = []
-        try:
-            async with asyncio.timeout(RUN_LIMIT):
-                window.push(lines("a"))
-                received.append(await sent.get())
-                window.push(lines("b"))
-                window.push(lines("c"))
-                window.answer(Answer(re=1))
-                received.append(await sent.get())
-                window.output_shown()
-                received.append(await sent.get())
-                window.push(lines("d"))  # a window that is asleep says nothing
-                received.append(await sent.get())
-        finally:
-            writing.cancel()
-            await asyncio.gather(writing, return_exceptions=True)
-        return [json.loads(each) for each in received]
+async def written(window: Window, talk: Callable[[Callable[[], Awaitable[str]]], Awaitable[None]]) -> None:
+    """Let a window write for the time of a conversation, which gets a function that returns the next message."""
+    window.greet()
+    sent: asyncio.Queue[str] = asyncio.Queue()
+    writing = asyncio.create_task(window.write(sent.put))
+    try:
+        async with asyncio.timeout(RUN_LIMIT):
+            await talk(sent.get)
+    finally:
+        writing.cancel()
+        await asyncio.gather(writing, return_exceptions=True)
 
-    first, answer, second, third = asyncio.run(run())
-    assert answer["re"] == 1
-    shown = [[line["text"] for line in output["lines"]] for output in (first, second, third)]
-    assert shown == [["a"], ["b", "c"], ["d"]]
+
+def texts(message: str) -> list[str]:
+    return [line["text"] for line in json.loads(message)["lines"]]
+
+
+def test_more_output_waits_until_the_window_has_shown_the_last() -> None:
+    window = Window(partial(RecentLines, 5, 1000), patience=FOREVER)
+
+    async def talk(following: Callable[[], Awaitable[str]]) -> None:
+        window.push(lines("a"))
+        assert texts(await following()) == ["a"]
+        window.push(lines("b"))
+        window.push(lines("c"))
+        window.answer(Answer(re=1))
+        assert json.loads(await following())["re"] == 1
+        window.output_shown()
+        assert texts(await following()) == ["b", "c"]
+
+    asyncio.run(written(window, talk))
+
+
+def test_a_window_that_is_asleep_and_says_nothing_gets_more_output_after_a_while() -> None:
+    window = Window(partial(RecentLines, 5, 1000), patience=0.01)
+
+    async def talk(following: Callable[[], Awaitable[str]]) -> None:
+        for text in ("a", "b"):
+            window.push(lines(text))
+            assert texts(await following()) == [text]
+
+    asyncio.run(written(window, talk))
 
 
 def test_what_a_former_run_has_written_is_dropped_when_another_starts() -> None:
