@@ -37,6 +37,8 @@ R = TypeVar("R")
 class ServiceLimits:
     """How long the services wait for a robot and for components, in s of wall time."""
 
+    refreshment: float = 0.1
+    """What is known of the robot and of the components is looked at again."""
     silence: float = 1.0
     """A component sends its next snapshot, of ten per second; after that it is shown as silent."""
     appearance: float = 5.0

@@ -63,13 +63,17 @@ self.mark("Camera", 80, 60, "red spot")</code>
 
 
 PATIENT: Final = ServiceLimits(
+    refreshment=0.03,
     silence=EVENT_LIMIT,
     appearance=START_LIMIT,
     component_end=END_LIMIT,
     stop_answer=CALL_LIMIT,
     standstill=EVENT_LIMIT,
 )
-"""The limits of a busy machine: those of the product are for one that does little else."""
+"""The limits of a busy machine: those of the product are for one that does little else.
+
+Only what comes by itself is looked at more often.
+"""
 
 
 def patient_services(

@@ -46,7 +46,7 @@ from .ros_graph import read_ros_graph
 from .steering import control, reset_robot, set_scene, stand_robot, steer
 from .stopping import stop_once, stop_robot
 
-_PERIOD: Final = 0.1
+_POLL_INTERVAL: Final = 0.01  # s
 _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4
 _NEWS_LIMIT: Final = 5.0
@@ -217,7 +217,7 @@ class Monitoring:
         """
         deadline = asyncio.get_running_loop().time() + _NEWS_LIMIT
         while not self._follower(component).knows and asyncio.get_running_loop().time() < deadline:
-            await asyncio.sleep(_PERIOD / 10)
+            await asyncio.sleep(_POLL_INTERVAL)
         if component in self._recorders:
             raise VisualHfsmError(Message("{component} is being recorded already", component=component))
         follower = self._follower(component)
@@ -289,7 +289,7 @@ class Monitoring:
         self._communicator.destroy()
 
     async def _keep(self) -> None:
-        """Update everything ten times a second."""
+        """Update everything, by default ten times a second."""
         while True:
             try:
                 self._robot.update()
@@ -309,7 +309,7 @@ class Monitoring:
                     follower.update()
             except Exception:  # the next round may succeed, and without it nothing would be updated
                 _logger.exception("the components could not be updated")
-            await asyncio.sleep(_PERIOD)
+            await asyncio.sleep(self._limits.refreshment)
 
     async def _keep_pictures(self) -> None:
         """Keep pictures of all cameras while something that runs is followed, for looking back."""
@@ -424,5 +424,5 @@ class Monitoring:
         while identity in self._communicator.identities():
             if asyncio.get_running_loop().time() > deadline:
                 return Message("it has not ended within {stop_limit:g} s", stop_limit=limit)
-            await asyncio.sleep(_PERIOD / 10)
+            await asyncio.sleep(_POLL_INTERVAL)
         return NO_MESSAGE
