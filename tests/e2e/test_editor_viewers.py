@@ -22,13 +22,13 @@ def viewer(shown: EditorPage, browser: Browser) -> Iterator[Page]:
         page.clock.install()
         page.goto(shared_address(shown))
         expect(page.locator("hfsm-canvas .state")).to_have_count(2)
-        page.wait_for_load_state("networkidle")
         yield page
 
 
 def test_a_page_whose_address_is_withdrawn_says_so_and_asks_no_more(
     shown: EditorPage, viewer: Page, caplog: pytest.LogCaptureFixture
 ) -> None:
+    viewer.wait_for_load_state("networkidle")  # it has asked for all that it loads later
     withdraw(shown)
     expect(viewer.locator(".banner")).to_have_text(
         "The owner has withdrawn this address. To look on again, ask the owner for a new one."

@@ -32,11 +32,11 @@ COLORS = """() => new Promise((resolve) => {
 
 
 def write(path: Path) -> None:
-    """Write a page of 12 s of following a ball and dancing, with hostile names."""
+    """Write a page of 10.7 s of following a ball and dancing from 10 s on, with hostile names."""
     text = (ROOT / "behaviors" / "dance_and_follow.xml").read_text("utf-8")
     structure = dance_and_follow()
     structure.automata[4].name = HOSTILE
-    log = recorded(12.0)
+    log = recorded(10.7)
     write_run_page(path, Run(HOSTILE, structure, log, parse(text, Message("Cannot read"))))
 
 
@@ -87,9 +87,8 @@ def plays(page: Page) -> None:
     moment.focus()
     page.keyboard.press("End")
     page.keyboard.press("Shift+ArrowLeft")
-    page.keyboard.press("Shift+ArrowLeft")
-    expect(moment).to_have_attribute("aria-valuenow", "9.9")
+    expect(moment).to_have_attribute("aria-valuenow", "9.6")
     expect(following).to_have_class(ACTIVE)
     page.get_by_role("button", name="Play from here").click()
     expect(page.locator("hfsm-canvas [data-key=s2]")).to_have_class(ACTIVE)
-    expect(moment).to_have_attribute("aria-valuenow", "11.9")
+    expect(moment).to_have_attribute("aria-valuenow", "10.6")
