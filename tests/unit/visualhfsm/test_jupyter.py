@@ -24,7 +24,8 @@ def commands(folder: Path, shown: Path) -> list[list[str]]:
     jupyter-server-proxy has replaced what is to be replaced in them.
     """
     program = f"""
-import json, os
+import json, os, sys
+sys.modules["rfc3987_syntax"] = None  # Jupyter does without it, and loads it for longer than all else
 from jupyter_server.serverapp import ServerApp
 from visualhfsm._jupyter import editor_in_jupyter
 found = []
