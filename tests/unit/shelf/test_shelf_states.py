@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -143,16 +144,10 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Project]:
 
 @pytest.fixture(scope="module")
 def drawings(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Project]:
-    """A folder of documents, which one process checks for all tests."""
+    """A folder of documents, for which the shelf is read once, and which one process checks for all tests."""
     folder = tmp_path_factory.mktemp("drawings")
     with Project(folder, journals=folder / "journals") as made:
         made.new().check()  # starts the process
-        yield made
-
-
-@pytest.fixture
-def project(tmp_path: Path) -> Iterator[Project]:
-    with Project(tmp_path, journals=tmp_path / "journals") as made:
         yield made
 
 
@@ -163,7 +158,6 @@ def draw(
     *,
     leave_after: int | None = None,
     takes: bool = True,
-    file: str = "drawn.xml",
 ) -> Path:
     """Return the file of a document: a state of the shelf, and what follows when it ends, or after a time in ms.
 
@@ -181,7 +175,9 @@ def draw(
         document.apply(AddState(automaton=1, x=400.0, y=160.0, name="next"))
         document.apply(AddTransition(automaton=1, origin=1, destination=2, type="time"))
         document.apply(SetTransitionType(automaton=1, transition=1, type="time", trigger=str(leave_after)))
-    return document.save(file)
+    drawn = document.save(Path(tempfile.mkdtemp(dir=project.root.directory)) / "drawn.xml")
+    document.close()
+    return drawn
 
 
 def test_every_state_of_the_shelf_has_an_example() -> None:
@@ -193,8 +189,8 @@ def test_every_state_of_the_shelf_has_an_example() -> None:
 def test_a_state_and_what_is_drawn_of_it_have_no_problems(
     shelf: Project, drawings: Project, name: str
 ) -> None:
-    drawn = draw(drawings, name, {}, takes=False, file=f"{name}_drawn.xml")
-    for project, file in ((shelf, f"{name}.xml"), (drawings, drawn.name)):
+    drawn = draw(drawings, name, {}, takes=False)
+    for project, file in ((shelf, f"{name}.xml"), (drawings, drawn)):
         findings = project.open(file).check()
         assert [each.message for each in findings.problems if each.severity != "note"] == []
 
@@ -209,11 +205,11 @@ def test_what_a_state_promises_is_proved(name: str) -> None:
 @pytest.mark.parametrize("robot", ["fake", pytest.param("sim", marks=pytest.mark.sim)])
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_state_does_it_and_ends(
-    project: Project, behavior: MakeBehavior, name: str, robot: Literal["fake", "sim"]
+    drawings: Project, behavior: MakeBehavior, name: str, robot: Literal["fake", "sim"]
 ) -> None:
     example = EXAMPLES[name]
     stubs = example.fake if robot == "fake" else None
-    b = behavior(draw(project, name, example.arguments), robot=robot, camera="drawn", stubs=stubs)
+    b = behavior(draw(drawings, name, example.arguments), robot=robot, camera="drawn", stubs=stubs)
     example.prepare(b)
     b.run_until("next", limit=example.limit)
     assert not b.errors
@@ -230,9 +226,11 @@ def test_a_state_does_it_and_ends(
         *((name, "Motions.getMotionState") for name in ("kick", "wave_a_hand", "play_a_motion")),
     ],
 )
-def test_a_state_that_fails_says_why(project: Project, behavior: MakeBehavior, name: str, state: str) -> None:
+def test_a_state_that_fails_says_why(
+    drawings: Project, behavior: MakeBehavior, name: str, state: str
+) -> None:
     identity, operation = state.split(".")
-    b = behavior(draw(project, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
+    b = behavior(draw(drawings, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
     failed = ActionState(status=ActionStatus.Failed, message="the battery is empty")
     b.stub(identity, **{operation: failed})
     b.run_until("next", limit=5.0)
@@ -242,18 +240,18 @@ def test_a_state_that_fails_says_why(project: Project, behavior: MakeBehavior, n
 
 @pytest.mark.parametrize("name", [name for name, example in EXAMPLES.items() if example.stop])
 def test_a_state_that_is_left_stops_what_it_began(
-    project: Project, behavior: MakeBehavior, name: str
+    drawings: Project, behavior: MakeBehavior, name: str
 ) -> None:
     example = EXAMPLES[name]
-    b = behavior(draw(project, name, example.arguments, leave_after=300), robot="fake", camera="drawn")
+    b = behavior(draw(drawings, name, example.arguments, leave_after=300), robot="fake", camera="drawn")
     b.run_until("next", limit=1.0)
     assert b.calls()[-1].target == example.stop
 
 
 @pytest.mark.sim
 @pytest.mark.parametrize(("body", "name"), BODIES)
-def test_a_state_suits_other_robots(project: Project, behavior: MakeBehavior, body: str, name: str) -> None:
+def test_a_state_suits_other_robots(drawings: Project, behavior: MakeBehavior, body: str, name: str) -> None:
     arguments = ANYWHERE.get(name, EXAMPLES[name].arguments)
-    b = behavior(draw(project, name, arguments), robot="sim", camera="drawn", body=body)
+    b = behavior(draw(drawings, name, arguments), robot="sim", camera="drawn", body=body)
     b.run_until("next", limit=20.0)
     assert not b.errors
