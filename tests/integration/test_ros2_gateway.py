@@ -122,7 +122,12 @@ class Robot:
 
 
 def settings(endpoint: str) -> Settings:
-    return Settings(connect=(endpoint,), listen=("tcp/127.0.0.1:0",))
+    """Return the settings of a session of this process.
+
+    A busy machine must not cost it its links: one that is made again while a server in the same process closes its
+    session is kept alive by what is left of that session, and then nobody looks for the next server.
+    """
+    return Settings(connect=(endpoint,), listen=("tcp/127.0.0.1:0",), lease=CALL_LIMIT)
 
 
 @contextmanager
