@@ -250,7 +250,7 @@ def test_the_editor_runs_the_behavior(project: Path, endpoint: str, *, unsaved: 
         service = RunningComponents(pushes, Settings(connect=(endpoint,)))
         source = replace(opened(project), dirty=unsaved)
         try:
-            await service.run(source, ["--seconds", "1", "--clock", "wall"])
+            await service.run(source, ["--seconds", "0.5", "--clock", "wall"])
             end = await pushes.until(
                 lambda: next((each for each in pushes.of(RunPush) if each.status == "ended"), None)
             )
@@ -266,7 +266,7 @@ def test_the_editor_tries_the_behavior_without_robot_and_lamp(project: Path) -> 
         pushes = Pushes()
         service = RunningComponents(pushes, Settings(connect=(free_endpoint(),)))
         try:
-            await service.run(opened(project), ["--seconds", "1"], dry_run="")
+            await service.run(opened(project), ["--seconds", "0.5"], dry_run="")
             end = await pushes.next(RunPush, lambda push: push.status == "ended")
         finally:
             await service.close()
@@ -278,7 +278,7 @@ def test_the_editor_tries_the_behavior_without_robot_and_lamp(project: Path) -> 
 
 
 def test_a_recording_of_it_is_replayed(project: Path, endpoint: str) -> None:
-    flags = ("--seconds", "1", "--clock", "wall", "--connect", endpoint, "--record", "run.mcap")
+    flags = ("--seconds", "0.5", "--clock", "wall", "--connect", endpoint, "--record", "run.mcap")
     done = run("behaviors/blinker.py", *flags, cwd=project)
     assert done.returncode == 0, done.stderr
     for document in ([], ["behaviors/blinker.xml"]):

@@ -179,7 +179,7 @@ def test_a_trial_that_hangs_fails_with_its_values_however_often_it_is_killed(
     begun = tmp_path / "begun"
     code = f"open({str(begun)!r}, 'w').close()\nthreading.Event().wait()"
     path.write_text(hanging(code, "threading"), encoding="utf-8")
-    hangs = Plan(document=str(path), robot="none", runs=1, patience=1.0, scene={}, parameters={}, limit=1.0)
+    hangs = Plan(document=str(path), robot="none", runs=1, patience=0.3, scene={}, parameters={}, limit=1.0)
     with ThreadPoolExecutor(1) as aside:
         summary = aside.submit(run, hangs, pool)
         for _ in range(kills):
@@ -188,7 +188,7 @@ def test_a_trial_that_hangs_fails_with_its_values_however_often_it_is_killed(
             for child in children(WORKER):
                 child.kill()
         rows = summary.result(FOREVER).rows
-    assert [row.reason for row in rows] == ["took more than 1 s"]
+    assert [row.reason for row in rows] == ["took more than 0.3 s"]
 
 
 @pytest.mark.slow
