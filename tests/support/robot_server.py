@@ -16,6 +16,7 @@ from naoserver.robot import Robot
 from naoserver.server import serve
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.processes import free_endpoint
+from tests.support.waiting import until
 from zenoh_ice import Communicator, ObjectPrx, RobotClock, initialize
 from zenoh_ice.proxy import StreamedCall
 
@@ -113,12 +114,9 @@ def clock_at(speed: float) -> RobotClock:
     return RobotClock(0.0, speed, simulated=False, silence=math.inf)
 
 
-def eventually(condition: Callable[[], bool], limit: float = MOVE_LIMIT) -> None:
-    """Wait until a condition holds; raise AssertionError after `limit` s."""
-    deadline = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < deadline, "it did not come true in time"
-        time.sleep(0.01)
+def eventually(condition: Callable[[], object], limit: float = MOVE_LIMIT) -> None:
+    """Wait until a condition holds, as long as a robot may move; raise AssertionError after `limit` s."""
+    until(condition, limit)
 
 
 def wait_for(stream: StreamedCall[..., V], condition: Callable[[V], bool]) -> V:

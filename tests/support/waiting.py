@@ -24,7 +24,7 @@ def until(condition: Callable[[], object], limit: float = EVENT_LIMIT) -> None:
     """Poll until a condition holds."""
     deadline = time.monotonic() + limit
     while not condition():
-        assert time.monotonic() < deadline
+        assert time.monotonic() < deadline, "it did not come true in time"
         time.sleep(0.005)
 
 
