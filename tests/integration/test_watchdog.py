@@ -59,7 +59,7 @@ class StuckCamera(FakeRobot):
 
 def test_a_server_one_of_whose_jobs_hangs_does_not_work() -> None:
     robot = StuckCamera()
-    with served_to_client(robot, ServerOptions(limits=ServerLimits(progress=1.0))) as nao:
+    with served_to_client(robot, ServerOptions(limits=ServerLimits(progress=0.3))) as nao:
         try:
             eventually(lambda: problem_of(nao.served_by, nao.assembly) == "")
             CameraPrx.checkedCast(nao.communicator.stringToProxy("Camera")).getImageData.subscribe(print)

@@ -52,8 +52,11 @@ class Watchdog:
             self._notify("WATCHDOG=1")
 
     def wait(self, stop: threading.Event, problem: Callable[[], str], check_period: float = 0.5) -> None:
-        """Wait for an event; meanwhile look every `check_period` s whether to report, as `report` does."""
-        while not stop.wait(check_period if self._period else None):
+        """Wait for an event; meanwhile look every `check_period` s whether to report, as `report` does.
+
+        For a watchdog with less patience, it looks as often as it has to report.
+        """
+        while not stop.wait(min(check_period, self._period) if self._period else None):
             self.report(problem)
 
     def _notify(self, state: str) -> None:
