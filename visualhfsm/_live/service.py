@@ -319,7 +319,7 @@ class Monitoring:
                 runs = any(not follower.silence.since for follower in self._followers.values())
                 cameras = self._robot.cameras()[:MOST_CAMERAS] if runs else []
                 await self._cameras.keep(cameras)
-                await asyncio.sleep(KEPT_APART if cameras else _PERIOD)
+                await asyncio.sleep(KEPT_APART if cameras else self._limits.refreshment)
 
     def _publisher(self, component: str) -> Callable[[News], None]:
         def publish(news: News) -> None:
