@@ -521,7 +521,7 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
 def test_who_looks_on_follows_what_runs(shown: EditorPage, browser: Browser) -> None:
     page = shown.page
     address = shared_address(shown)
-    with browser.new_context() as context:
+    with new_context(browser) as context:
         early, late = context.new_page(), context.new_page()
         early.goto(address)
         expect(early.get_by_text("You look on")).to_be_visible()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import Box, EditorPage, editor_page, saved, shared_address
+from tests.support.browser import Box, EditorPage, editor_page, new_context, open_alone, saved, shared_address
 from tests.support.editor import editor
 from tests.support.processes import REPOSITORY
 
@@ -48,17 +48,9 @@ def path(root: Path, request: pytest.FixtureRequest) -> Path:
 
 @pytest.fixture
 def shown(opened: EditorPage, path: Path) -> Iterator[EditorPage]:
-    """The page with that behavior alone, and without panels."""
-    page = opened.page
-    with opened.editor.window() as other:
-        tab = other.ask("open", path=str(path))["tab"]
-        page.get_by_role("tab", name="dance_and_follow").click()
-        page.locator("hfsm-canvas .state").first.wait_for()
+    """The page with that behavior alone."""
+    with open_alone(opened, path):
         yield opened
-        other.ask("close", tab=tab, discard=True)
-    page.get_by_role("heading", name="Draw what your robot does").wait_for()
-    page.evaluate("document.querySelector('hfsm-app').showSide('')")
-    opened.dismiss(page.locator(".notice"))
 
 
 def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, path: Path) -> None:
@@ -278,7 +270,7 @@ def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPag
 def test_who_looks_on_sees_changes_and_makes_none(shown: EditorPage, browser: Browser) -> None:
     page = shown.page
     address = shared_address(shown)
-    with browser.new_context() as context:
+    with new_context(browser) as context:
         viewer = context.new_page()
         viewer.goto(address)
         expect(viewer.get_by_text("You look on")).to_be_visible()

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import Browser, Locator, expect
 
 from codegen.hfsm.document import Document
-from tests.support.browser import EditorPage, saved
+from tests.support.browser import EditorPage, editor_page, open_alone, saved
+from tests.support.editor import DOCUMENT, editor
 from tests.support.processes import REPOSITORY
 from tests.support.soak import cases
 
@@ -48,6 +50,47 @@ SERVED = """async (names) => {
     store.dispatchEvent(new CustomEvent("robot", {detail: {}}));
 }"""
 """Let the page see a robot that serves some things."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the documents of most tests, without a shelf of its own."""
+    folder = tmp_path_factory.mktemp("shelf") / "root"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, folder: Path) -> Iterator[EditorPage]:
+    """The page, which shows the document of one test after the other."""
+    with editor(folder) as running, editor_page(browser, running) as opened:
+        yield opened
+
+
+@pytest.fixture
+def path(folder: Path, request: pytest.FixtureRequest) -> Path:
+    """A document that no other test changes."""
+    path = folder / str(request.node.name) / "walk.xml"
+    path.parent.mkdir()
+    path.write_text(DOCUMENT, "utf-8")
+    return path
+
+
+@pytest.fixture
+def shown(opened: EditorPage, path: Path) -> Iterator[EditorPage]:
+    """The page with that document alone."""
+    with open_alone(opened, path):
+        yield opened
+
+
+@pytest.fixture
+def own(browser: Browser, root: Path) -> Iterator[EditorPage]:
+    """The page of a test that changes the shelf, or more of the page than its document."""
+    path = root / "walk.xml"
+    path.write_text(DOCUMENT, "utf-8")
+    with editor(root, path) as running, editor_page(browser, running) as own:
+        own.state("wait").wait_for()
+        yield own
 
 
 def search(shown: EditorPage) -> Locator:
@@ -144,7 +187,7 @@ def test_a_transition_from_a_state_that_ends_waits_for_that_once(shown: EditorPa
     expect(shown.transition("meanwhile")).to_contain_class("by-condition")
 
 
-def test_the_shelf_of_the_project_follows_its_folder(shown: EditorPage, root: Path, tmp_path: Path) -> None:
+def test_the_shelf_of_the_project_follows_its_folder(own: EditorPage, root: Path, tmp_path: Path) -> None:
     shelf = root / "shelf"
     (shelf / "Numbers").mkdir(parents=True)
     (shelf / "Numbers" / "count_up.xml").write_text(OWN, "utf-8")
@@ -154,39 +197,39 @@ def test_the_shelf_of_the_project_follows_its_folder(shown: EditorPage, root: Pa
     (shelf / "link.xml").symlink_to(tmp_path / "secret.xml")
     os.mkfifo(shelf / "pipe.xml")
 
-    expect(shown.page.get_by_role("group", name="Numbers")).to_contain_text("count up")
+    expect(own.page.get_by_role("group", name="Numbers")).to_contain_text("count up")
     for name, reason in (
         ("broken", "line 1"),
         ("large", "1 MiB"),
         ("link", "leads out"),
         ("pipe", "cannot be read"),
     ):
-        found = shown.page.get_by_role("option", name=f"{name}, cannot be used")
+        found = own.page.get_by_role("option", name=f"{name}, cannot be used")
         expect(found).to_have_attribute("aria-disabled", "true")
         found.scroll_into_view_if_needed()
-        shown.hover(found, shows=shown.page.locator(".shelf-about .trouble", has_text=reason))
+        own.hover(found, shows=own.page.locator(".shelf-about .trouble", has_text=reason))
         found.click(force=True)  # it is disabled, and draws nothing
-    ready(shown, "count up").click()
-    shown.expect_states("wait", "go", "count up")
-    expect(argument(shown, "last")).to_be_focused()
-    assert not shown.mishaps
+    ready(own, "count up").click()
+    own.expect_states("wait", "go", "count up")
+    expect(argument(own, "last")).to_be_focused()
+    assert not own.mishaps
 
     (shelf / "Numbers" / "count_up.xml").unlink()
-    expect(ready(shown, "count up")).to_have_count(0)
+    expect(ready(own, "count up")).to_have_count(0)
 
 
-def test_what_the_robot_lacks_is_said(shown: EditorPage) -> None:
-    shown.page.evaluate(SERVED, ["Safety", "Head", "Walk", "Leds"])
-    lacks = shown.page.get_by_role("option", name="Look for a ball, this robot has no camera")
+def test_what_the_robot_lacks_is_said(own: EditorPage) -> None:
+    own.page.evaluate(SERVED, ["Safety", "Head", "Walk", "Leds"])
+    lacks = own.page.get_by_role("option", name="Look for a ball, this robot has no camera")
     expect(lacks).to_contain_class("lacking")
-    trouble = shown.page.locator(".shelf-about .trouble")
-    shown.hover(lacks, shows=trouble)
+    trouble = own.page.locator(".shelf-about .trouble")
+    own.hover(lacks, shows=trouble)
     expect(trouble).to_have_text("This robot has no camera.")
-    expect(ready(shown, "Walk to")).not_to_contain_class("lacking")
+    expect(ready(own, "Walk to")).not_to_contain_class("lacking")
     lacks.click()  # it may be meant for another robot
-    expect(shown.state("look for a ball")).to_have_count(1)
-    shown.page.evaluate(SERVED, [])
-    expect(ready(shown, "Look for a ball")).to_have_count(1)
+    expect(own.state("look for a ball")).to_have_count(1)
+    own.page.evaluate(SERVED, [])
+    expect(ready(own, "Look for a ball")).to_have_count(1)
 
 
 def test_the_palette_draws_ready_states(shown: EditorPage) -> None:
@@ -198,25 +241,25 @@ def test_the_palette_draws_ready_states(shown: EditorPage) -> None:
     shown.expect_states("wait", "go", "kick")
 
 
-def test_the_shelf_is_closed_and_stays_so(shown: EditorPage) -> None:
-    head = shown.page.get_by_role("button", name="Shelf")
+def test_the_shelf_is_closed_and_stays_so(own: EditorPage) -> None:
+    head = own.page.get_by_role("button", name="Shelf")
     expect(head).to_have_attribute("aria-expanded", "true")
     head.click()
-    expect(search(shown)).to_have_count(0)
-    shown.page.reload()
+    expect(search(own)).to_have_count(0)
+    own.page.reload()
     expect(head).to_have_attribute("aria-expanded", "false")
-    shown.press("a")  # opens it again
-    expect(search(shown)).to_be_focused()
+    own.press("a")  # opens it again
+    expect(search(own)).to_be_focused()
 
 
 @pytest.mark.parametrize("width", cases([683], [1440]))
-def test_the_shelf_is_accessible(shown: EditorPage, width: int) -> None:
-    shown.resize(width, 760)
-    shown.press("a")
-    shown.type("look")
-    expect(shown.page.locator(".shelf-about")).to_be_visible()
-    assert shown.violations() == []
-    sizes = shown.page.locator(".shelf :is(.ready, button, input)").evaluate_all(
+def test_the_shelf_is_accessible(own: EditorPage, width: int) -> None:
+    own.resize(width, 760)
+    own.press("a")
+    own.type("look")
+    expect(own.page.locator(".shelf-about")).to_be_visible()
+    assert own.violations() == []
+    sizes = own.page.locator(".shelf :is(.ready, button, input)").evaluate_all(
         "all => all.map((each) => each.getBoundingClientRect().height)"
     )
     assert min(sizes) >= 24.0
@@ -231,29 +274,29 @@ def test_every_picture_of_our_shelf_is_one_of_the_page(shown: EditorPage) -> Non
     assert empty == 0
 
 
-def test_a_selection_is_put_on_the_shelf_from_the_menu(shown: EditorPage, root: Path) -> None:
-    page = shown.page
-    shown.state("go").click(button="right")
+def test_a_selection_is_put_on_the_shelf_from_the_menu(own: EditorPage, root: Path) -> None:
+    page = own.page
+    own.state("go").click(button="right")
     page.get_by_role("menu").get_by_text("Put on the shelf", exact=True).click()
     dialog = page.get_by_role("dialog", name="Put on the shelf")
     expect(dialog.get_by_label("Title")).to_have_value("Go")
     expect(dialog.get_by_label("Title")).to_be_focused()
-    shown.type("Go away")
+    own.type("Go away")
     expect(dialog.get_by_label("Title")).to_have_value("Go away")
     dialog.get_by_label("What it does").fill("It goes away.")
-    assert shown.violations("dialog") == []
-    shown.press("Enter")
+    assert own.violations("dialog") == []
+    own.press("Enter")
     expect(page.get_by_role("status").filter(has_text="Go away is on the shelf")).to_be_visible()
-    expect(ready(shown, "Go away")).to_be_visible()
+    expect(ready(own, "Go away")).to_be_visible()
     assert (root / "shelf" / "go_away.xml").is_file()
 
-    shown.state("wait").click()
-    shown.press("Control+k")
+    own.state("wait").click()
+    own.press("Control+k")
     page.keyboard.type("Put on the shelf")
-    shown.press("Enter")
+    own.press("Enter")
     dialog.get_by_label("Title").fill("go AWAY")
-    shown.press("Enter")
+    own.press("Enter")
     expect(dialog.get_by_role("alert")).to_contain_text("shelf/go_away.xml already exists")
-    shown.press("Escape")
+    own.press("Escape")
     expect(dialog).to_have_count(0)
-    expect(shown.state("wait")).to_be_focused()
+    expect(own.state("wait")).to_be_focused()

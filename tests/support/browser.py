@@ -43,6 +43,7 @@ __all__ = [
     "chromium_on_demand",
     "chromium_path",
     "editor_page",
+    "open_alone",
     "saved",
     "shared_address",
 ]
@@ -521,6 +522,23 @@ def forget(page: Page, origin: str) -> None:
     devtools = page.context.new_cdp_session(page)
     devtools.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
     devtools.detach()
+
+
+@contextlib.contextmanager
+def open_alone(shown: EditorPage, path: Path) -> Iterator[None]:
+    """Open a document in a window that shows none; afterwards close it, all panels and notices."""
+    page = shown.page
+    with shown.editor.window() as other:
+        tab = other.ask("open", path=str(path))["tab"]
+        page.get_by_role("tab", name=path.stem).click()
+        page.locator("hfsm-canvas .state").first.wait_for()
+        yield
+        other.ask("close", tab=tab, discard=True)
+    page.get_by_role("heading", name="Draw what your robot does").wait_for()
+    page.evaluate("document.querySelector('hfsm-app').showSide('')")
+    page.evaluate("document.querySelector('hfsm-app').showBottom('')")
+    shown.dismiss(page.locator(".notice"))
+    shown.resize(1280, 800)
 
 
 def shared_address(shown: EditorPage) -> str:

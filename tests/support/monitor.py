@@ -143,7 +143,7 @@ def comes_true(shown: EditorPage, condition: str, argument: object = None) -> No
           const end = performance.now() + limit;
           while (!(await ({condition})(argument))) {{
             if (performance.now() > end) throw new Error("it did not come true in time");
-            await new Promise((resolve) => setTimeout(resolve, 100));
+            await new Promise((resolve) => setTimeout(resolve, 30));
           }}
         }}""",
         [argument, MOVE_LIMIT * 1000],
