@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -23,29 +23,25 @@ CODE = [block.text.strip() for block in blocks_of(PAGE) if block.language == "py
 LEFT, RIGHT, THERE, MISSPELT, DIVIDED, TEST = CODE
 
 
-@pytest.fixture
-def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    with page_of_a_reader(browser, tmp_path) as shown:
-        yield shown
-
-
 def test_the_first_behavior_is_drawn_run_broken_fixed_and_tested(
-    shown: EditorPage, tmp_path: Path, pytester: pytest.Pytester
+    browser: Browser, tmp_path: Path, pytester: pytest.Pytester
 ) -> None:
-    draw(shown)
-    shown.press("Control+s")
-    expect(shown.page.get_by_role("dialog").get_by_label("Name")).to_be_focused()
-    shown.press("Control+a")
-    shown.type("look_around.xml")
-    shown.press("Enter")
-    expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
+    with page_of_a_reader(browser, tmp_path) as shown:
+        draw(shown)
+        shown.press("Control+s")
+        expect(shown.page.get_by_role("dialog").get_by_label("Name")).to_be_focused()
+        shown.press("Control+a")
+        shown.type("look_around.xml")
+        shown.press("Enter")
+        expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
 
-    start_simulation(shown)  # later than on the page: it computes at all times
-    watch(shown)
-    break_and_fix(shown)
-    shown.press("Shift+F5", "Control+s")
-    expect(shown.page.locator(".live-status")).to_contain_text("Ended")
-    expect(shown.page.locator(".dirty")).to_have_count(0)
+        # Later than on the page, and ended before the test runs: the simulation computes at all times.
+        start_simulation(shown)
+        watch(shown)
+        break_and_fix(shown)
+        shown.press("Shift+F5", "Control+s")
+        expect(shown.page.locator(".live-status")).to_contain_text("Ended")
+        expect(shown.page.locator(".dirty")).to_have_count(0)
 
     shutil.copy(tmp_path / "look_around.xml", pytester.path)
     pytester.makepyfile(test_look_around=TEST)
