@@ -9,7 +9,7 @@ import pytest
 from naoserver.capabilities import STILL, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from tests.support.humanoids import Humanoid, Noise
-from tests.support.soak import cases
+from tests.support.soak import cases, repeated
 from tests.support.walking import mean_velocity
 
 pytestmark = pytest.mark.sim
@@ -121,8 +121,8 @@ def test_its_odometry_knows_where_it_has_got_to(robot):
 def test_it_walks_with_noise_in_sensors_and_gears(body, seed):
     robot = Humanoid(body, seed=seed, noise=Noise())
     robot.go(1.0)
-    robot.walk(WalkVelocity(forward=robot.footsteps.limits.forward), 6.0)
-    robot.walk(WalkVelocity(0.2, 0.0, 0.2), 3.0)
+    robot.walk(WalkVelocity(forward=robot.footsteps.limits.forward), repeated(4.0, 6.0))
+    robot.walk(WalkVelocity(0.2, 0.0, 0.2), repeated(2.0, 3.0))
     end(robot)
     assert not robot.fallen
     assert robot.place()[0] > 1.0
