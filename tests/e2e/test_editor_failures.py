@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage
+from tests.support.browser import EditorPage, open_alone
 from tests.support.monitor import DOCUMENT, monitor_page, robot_and_editor, status
 
 ZERO = DOCUMENT.replace("count += 1\n", "count += 1\nif count &gt; 3:\n    count = 0.5 / (count - 4)\n")
@@ -17,13 +17,40 @@ GUARD = DOCUMENT.replace("count &gt; 1000000", "count &gt; 3 and missing.x &gt; 
 AT_ONCE = DOCUMENT.replace("count += 1\n", "count += unknown\n")
 
 
-@pytest.fixture
-def shown(browser: Browser, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[EditorPage]:
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the documents of this file."""
+    root = tmp_path_factory.mktemp("failures") / "root"
+    root.mkdir()
+    return root
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, root: Path) -> Iterator[EditorPage]:
+    """The page beside a robot, which shows the document of one test after the other."""
     with (
-        robot_and_editor(tmp_path / "walk.xml", request.param) as (_, editor),
-        monitor_page(browser, editor) as shown,
+        robot_and_editor(root / "walk.xml") as (_, running),
+        monitor_page(browser, running) as opened,
+        running.window() as other,
     ):
-        yield shown
+        other.ask("close", tab=1)
+        yield opened
+
+
+@pytest.fixture
+def path(root: Path, request: pytest.FixtureRequest) -> Path:
+    """A document in a folder of its own."""
+    path = root / str(request.node.name) / "walk.xml"
+    path.parent.mkdir()
+    return path
+
+
+@pytest.fixture
+def shown(opened: EditorPage, path: Path, request: pytest.FixtureRequest) -> Iterator[EditorPage]:
+    """The page with the document of the test alone."""
+    path.write_text(request.param)
+    with open_alone(opened, path):
+        yield opened
 
 
 @pytest.mark.parametrize("shown", [ZERO], indirect=True)
@@ -213,10 +240,10 @@ def look_at(folder: Path, text: str = IMPORTED) -> None:
 
 @pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
 def test_an_error_in_an_imported_automaton_marks_its_state_and_leads_to_its_file(
-    shown: EditorPage, tmp_path: Path
+    shown: EditorPage, path: Path
 ) -> None:
     page = shown.page
-    look_at(tmp_path)
+    look_at(path.parent)
     shown.press("F5")
     expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
     expect(shown.state("wait")).to_have_attribute(
@@ -234,10 +261,10 @@ def test_an_error_in_an_imported_automaton_marks_its_state_and_leads_to_its_file
 
 @pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
 def test_the_end_of_a_run_in_imported_code_shows_that_code_until_its_file_changes(
-    shown: EditorPage, tmp_path: Path
+    shown: EditorPage, path: Path
 ) -> None:
     page = shown.page
-    look_at(tmp_path)
+    look_at(path.parent)
     shown.press("F5")
     expect(status(shown)).to_have_text("Ended: division by zero in look")
     page.locator(".live-bar").get_by_role("button", name="line 2").click()
@@ -249,7 +276,7 @@ def test_the_end_of_a_run_in_imported_code_shows_that_code_until_its_file_change
     expect(page.get_by_role("tab", name="walk", selected=True)).to_be_visible()
     assert not shown.violations("hfsm-code-panel")
 
-    look_at(tmp_path, IMPORTED.replace("1 / 0", "1 / 1"))
+    look_at(path.parent, IMPORTED.replace("1 / 0", "1 / 1"))
     expect(page.locator(".cm-failed")).to_have_count(0)
     expect(field).to_have_text(re.compile("1 / 1"))
     expect(shown.state("look")).not_to_have_class(re.compile(r"\bfailed\b"))
@@ -257,10 +284,10 @@ def test_the_end_of_a_run_in_imported_code_shows_that_code_until_its_file_change
 
 @pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
 def test_what_checks_find_in_an_imported_file_marks_its_state_its_code_and_leads_to_its_file(
-    shown: EditorPage, tmp_path: Path
+    shown: EditorPage, path: Path
 ) -> None:
     page = shown.page
-    look_at(tmp_path, IMPORTED.replace("1 / 0", "print(unknown)"))
+    look_at(path.parent, IMPORTED.replace("1 / 0", "print(unknown)"))
     words = "In parts/look.xml, code of look, line 2: `unknown` is not defined"
     expect(shown.state("wait")).to_have_attribute("aria-label", re.compile(f"warning: {words}"))
     shown.state("wait").click()
@@ -288,7 +315,7 @@ def test_what_checks_find_in_an_imported_file_marks_its_state_its_code_and_leads
 
 @pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
 def test_an_import_that_cannot_be_read_is_said_once_and_leads_to_what_is_wrong(
-    shown: EditorPage, tmp_path: Path
+    shown: EditorPage, path: Path
 ) -> None:
     page = shown.page
     shown.press("Control+m")
@@ -298,7 +325,7 @@ def test_an_import_that_cannot_be_read_is_said_once_and_leads_to_what_is_wrong(
     missing.click()
     expect(page.get_by_role("textbox", name="File")).to_be_focused()
 
-    look_at(tmp_path, "<VisualHFSM>\n<SubAutomata")
+    look_at(path.parent, "<VisualHFSM>\n<SubAutomata")
     broken = problems.filter(has_text="parts/look.xml › line 2")
     expect(broken).to_have_count(1)
     expect(missing).to_have_count(0)
@@ -307,7 +334,7 @@ def test_an_import_that_cannot_be_read_is_said_once_and_leads_to_what_is_wrong(
     expect(shown.state("wait")).to_have_attribute(
         "aria-label", re.compile("error: In parts/look.xml, line 2: malformed XML")
     )
-    look_at(tmp_path)
+    look_at(path.parent)
     expect(broken).to_have_count(0)
     expect(shown.state("wait")).not_to_have_attribute("aria-label", re.compile("error"))
 
@@ -318,9 +345,9 @@ PAUSING = IMPORTED.replace("</state>", """</state><state id="2"><posx>200</posx>
 
 
 @pytest.mark.parametrize("shown", [IMPORTING], indirect=True)
-def test_a_breakpoint_in_an_imported_automaton_halts_there(shown: EditorPage, tmp_path: Path) -> None:
+def test_a_breakpoint_in_an_imported_automaton_halts_there(shown: EditorPage, path: Path) -> None:
     page = shown.page
-    look_at(tmp_path, PAUSING)
+    look_at(path.parent, PAUSING)
     shown.state("wait").click()
     shown.press("Enter")
     shown.state("rest").click()

@@ -526,7 +526,7 @@ def forget(page: Page, origin: str) -> None:
 
 @contextlib.contextmanager
 def open_alone(shown: EditorPage, path: Path) -> Iterator[None]:
-    """Open a document in a window that shows none; afterwards close it, all panels and notices."""
+    """Open a document in a window that shows none; afterwards close it, other documents, panels and notices."""
     page = shown.page
     with shown.editor.window() as other:
         tab = other.ask("open", path=str(path))["tab"]
@@ -534,6 +534,9 @@ def open_alone(shown: EditorPage, path: Path) -> Iterator[None]:
         page.locator("hfsm-canvas .state").first.wait_for()
         yield
         other.ask("close", tab=tab, discard=True)
+        for each in other.workspace["tabs"]:
+            if each["tab"] != tab:
+                other.ask("close", tab=each["tab"], discard=True)
     page.get_by_role("heading", name="Draw what your robot does").wait_for()
     page.evaluate("document.querySelector('hfsm-app').showSide('')")
     page.evaluate("document.querySelector('hfsm-app').showBottom('')")
