@@ -129,11 +129,14 @@ def stop(endpoint: str, *options: str, limits: StopLimits | None = None) -> Outc
 
 
 def giving_up(attempt: Callable[..., Outcome], *words: str, until_it_says: str) -> Outcome:
-    """Return the outcome of a stop that gives up soon, of the first that has had the time to hear something."""
+    """Return the outcome of a stop that gives up soon, the first that has had the time to hear something.
+
+    Each has twice as long as the one before, on a busy machine.
+    """
     outcomes = list[Outcome]()
 
     def said() -> bool:
-        outcomes.append(attempt(*words, "--seconds", "0.2"))
+        outcomes.append(attempt(*words, "--seconds", str(0.2 * 2 ** len(outcomes))))
         return until_it_says in outcomes[-1].text
 
     until(said, RUN_LIMIT)

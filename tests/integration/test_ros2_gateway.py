@@ -167,7 +167,7 @@ def clock() -> RobotClock:
 @pytest.fixture
 def hurried(clock: RobotClock) -> Iterator[None]:
     """The same clock at a higher pace, for what lasts in robot time only."""
-    clock.update(clock.now(), 5.0, clock.simulated)
+    clock.update(clock.now(), 4.0, clock.simulated)
     yield
     clock.update(clock.now(), 1.0, clock.simulated)
 
