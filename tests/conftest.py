@@ -61,6 +61,7 @@ NEW_OBJECTS = 10_000
 LAST_LIMIT = 30.0
 """How long after its limit a test that does not fail ends its process, in s."""
 
+_memory: Final = Memory()
 _stderr: Final = pytest.StashKey[int]()
 """The standard error of the process, while that of tests is captured."""
 
@@ -177,26 +178,17 @@ def leaks() -> Iterator[Leaks]:
         yield leaks
 
 
-@pytest.fixture(scope="session")
-def process_memory() -> Memory:
-    """The memory of this process, which is kept small."""
-    return Memory()
-
-
 @pytest.fixture(scope="module", autouse=True)
-def module_leak_check(leaks: Leaks, process_memory: Memory, request: pytest.FixtureRequest) -> Iterator[None]:
+def module_leak_check(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[None]:
     """Fail if the shared fixtures of a test file leave something behind."""
     with leaks.check(request.path.name):
         yield
-    process_memory.give_back()
+    _memory.give_back()
 
 
 @pytest.fixture(autouse=True)
 def each_test(
-    leaks: Leaks,
-    process_memory: Memory,
-    request: pytest.FixtureRequest,
-    tmp_path_factory: pytest.TempPathFactory,
+    leaks: Leaks, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[None]:
     """Fail a test that leaves threads, Zenoh sessions or child processes behind, and tidy up around it.
 
@@ -204,7 +196,7 @@ def each_test(
     """
     with leaks.check("the test"), log_handlers(), rendering(request.node), own_state(tmp_path_factory):
         yield
-    process_memory.give_back()
+    _memory.give_back()
 
 
 @contextmanager
