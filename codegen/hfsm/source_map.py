@@ -21,6 +21,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from .code.names import quoted
+from .code.text import parse_python
 
 __all__ = [
     "FILE",
@@ -113,7 +114,8 @@ class SourceMap:
         if not found:
             return cls()
         try:
-            rows: list[TableRow] = list(ast.literal_eval(f"({table.partition(_END)[0]}\n)"))
+            tree = parse_python(f"({table.partition(_END)[0]}\n)", mode="eval")
+            rows: list[TableRow] = list(ast.literal_eval(tree))
             return cls(_source_rows(component.split("\n"), rows))
         except (SyntaxError, TypeError, ValueError):  # somebody has edited it
             return cls()
