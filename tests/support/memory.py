@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import ctypes
 import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final
 
 import psutil
 
-__all__ = ["Memory", "freeze"]
+__all__ = ["Memory", "freeze", "garbage_that_parses"]
 
 _GROWTH: Final = 32 << 20
 """A process that has grown by so many bytes looks for garbage."""
@@ -47,3 +50,30 @@ def freeze() -> None:
     """
     gc.collect()
     gc.freeze()
+
+
+class _Parses:
+    def __init__(self) -> None:
+        self.itself = self
+
+    def __del__(self) -> None:
+        ast.parse("a + b")
+
+
+@contextmanager
+def garbage_that_parses() -> Iterator[None]:
+    """Leave garbage that parses when it is collected, as the warnings of some libraries do for their tracebacks.
+
+    It is collected in the block, once a tree of some hundred nodes is made.
+    """
+    thresholds = gc.get_threshold()
+    freeze()
+    gc.disable()
+    for _ in range(3):
+        _Parses()
+    gc.set_threshold(700, 1, 1)
+    gc.enable()
+    try:
+        yield
+    finally:
+        gc.set_threshold(*thresholds)

@@ -17,6 +17,7 @@ from hfsm_runtime import VirtualRun
 from hfsm_runtime.errors import VariablesError
 from hfsm_runtime.source_map import sources_of
 from tests.support.documents import load
+from tests.support.memory import garbage_that_parses
 from tests.support.model_documents import automaton, document, state, when
 from visualhfsm.simulation._loading import load_component
 
@@ -101,6 +102,15 @@ def test_a_component_that_is_generated_again_keeps_the_map_of_its_code(tmp_path:
     with pytest.raises(VariablesError) as raised:
         VirtualRun(running)
     assert re.findall(r"xml:(\d+)", str(raised.value)) == re.findall(r"xml:(\d+)", place_of_failure(path))
+
+
+def test_garbage_that_parses_at_its_end_hides_no_map(tmp_path: Path) -> None:
+    path = tmp_path / "many.xml"
+    path.write_text(write_document(document(automaton(1, [state(number) for number in range(1, 400)]))))
+    text = component(path)
+    found = SourceMap.read(text)
+    with garbage_that_parses():
+        assert SourceMap.read(text).rows == found.rows
 
 
 def test_a_generated_line_is_in_no_row(path: Path) -> None:
