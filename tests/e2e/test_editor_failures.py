@@ -28,12 +28,9 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def opened(browser: Browser, root: Path) -> Iterator[EditorPage]:
     """The page beside a robot, which shows the document of one test after the other."""
-    with (
-        robot_and_editor(root / "walk.xml") as (_, running),
-        monitor_page(browser, running) as opened,
-        running.window() as other,
-    ):
-        other.ask("close", tab=1)
+    with robot_and_editor(root / "walk.xml") as (_, running), monitor_page(browser, running) as opened:
+        with running.window() as other:
+            other.ask("close", tab=1)
         yield opened
 
 

@@ -528,15 +528,14 @@ def forget(page: Page, origin: str) -> None:
 def open_alone(shown: EditorPage, path: Path) -> Iterator[None]:
     """Open a document in a window that shows none; afterwards close it, other documents, panels and notices."""
     page = shown.page
+    with shown.editor.window() as other:  # not open during the test, where it would read nothing
+        other.ask("open", path=str(path))
+    page.get_by_role("tab", name=path.stem).click()
+    page.locator("hfsm-canvas .state").first.wait_for()
+    yield
     with shown.editor.window() as other:
-        tab = other.ask("open", path=str(path))["tab"]
-        page.get_by_role("tab", name=path.stem).click()
-        page.locator("hfsm-canvas .state").first.wait_for()
-        yield
-        other.ask("close", tab=tab, discard=True)
-        for each in other.workspace["tabs"]:
-            if each["tab"] != tab:
-                other.ask("close", tab=each["tab"], discard=True)
+        for tab in [each["tab"] for each in other.workspace["tabs"]]:
+            other.ask("close", tab=tab, discard=True)
     page.get_by_role("heading", name="Draw what your robot does").wait_for()
     page.evaluate("document.querySelector('hfsm-app').showSide('')")
     page.evaluate("document.querySelector('hfsm-app').showBottom('')")
