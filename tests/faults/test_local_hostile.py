@@ -143,7 +143,7 @@ class TestVisitors:
             encode((RETURN, 1, -1)),
             encode((CANCEL, 1 << 63)),
         ],
-        ids=str,
+        ids=range(13),
     )
     def test_a_malformed_message_ends_its_connection_and_nothing_else(
         self, door: Door, message: bytes
