@@ -21,6 +21,7 @@ from typing import Final
 import msgspec
 
 from codegen.hfsm.code.names import component_name
+from codegen.hfsm.code.text import parse_python
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from visualhfsm._editing.places import Place
@@ -339,7 +340,7 @@ def _functions(file: Path, document: str) -> Iterator[str]:
         text = file.read_text("utf-8")
         if document not in text:
             return
-        tree = ast.parse(text)
+        tree = parse_python(text)
     except (OSError, SyntaxError, ValueError, RecursionError):  # pytest says what is wrong with it
         return
     for node in tree.body:
