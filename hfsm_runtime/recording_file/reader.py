@@ -22,8 +22,6 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
-from zenoh_ice.struct_types import settled
-
 from .messages import MESSAGES, METADATA, SOURCES, Image, Message, Picture
 
 LARGEST_RECORD: Final = 64 << 20
@@ -97,6 +95,11 @@ class ImageHash(msgspec.Struct):
     hash: str
 
 
+# msgspec reads a type's annotations when it is first decoded, and crashes if two threads do that at once.
+for _kind in (*MESSAGES.values(), ImageHash):
+    msgspec.json.Decoder(_kind)
+
+
 class RecordingFile:
     """A recording on disk; its beginning has been read. Raises RecordingError.
 
@@ -107,8 +110,6 @@ class RecordingFile:
     def __init__(self, path: Path, limits: ReadLimits = READ_LIMITS) -> None:
         self._path = path
         self._limits = limits
-        for kind in (*MESSAGES.values(), ImageHash):  # other threads may read others
-            settled(kind)
         self.metadata: dict[str, str] = {}
         self.sources: dict[str, bytes] = {}
         self.truncated = False
