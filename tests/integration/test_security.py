@@ -12,7 +12,7 @@ from queue import SimpleQueue
 import pytest
 
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
-from tests.support.limits import EVENT_LIMIT, START_LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.security import Keys, routing
 from tests.support.stranger import session_of
@@ -28,6 +28,7 @@ from zenoh_ice.exceptions import (
     SystemException,
     TimeoutException,
 )
+from zenoh_ice.limits import Limits
 from zenoh_ice.settings import Settings
 
 
@@ -69,13 +70,13 @@ def own_keys(tmp_path_factory: pytest.TempPathFactory) -> Keys:
     return Keys(tmp_path_factory.mktemp("own_keys"))
 
 
-Open = Callable[[Settings], Communicator]
+Open = Callable[..., Communicator]
 
 
 @pytest.fixture
 def open_with() -> Iterator[Open]:
     with ExitStack() as opened:
-        yield lambda settings: opened.enter_context(initialize(settings))
+        yield lambda settings, **limits: opened.enter_context(initialize(settings, **limits))
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +161,11 @@ def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> No
 def test_the_robot_learns_of_an_operator_who_is_gone_and_of_no_tokens_of_a_student(
     keys: Keys, router: None, open_with: Open
 ) -> None:
-    robot, student, operator = (open_with(keys.settings(who)) for who in ("robot", "student", "operator"))
+    patient = Limits(
+        token_looks=int(FOREVER / Limits.look_period)
+    )  # a caller without a token counts as lost later
+    robot = open_with(keys.settings("robot"), limits=patient)
+    student, operator = (open_with(keys.settings(who)) for who in ("student", "operator"))
     serve(robot, HeadI(), "Head")
     lost: list[str] = []  # also of the test before, which may be noticed late
     with closing(robot.onClientLost(lost.append)):

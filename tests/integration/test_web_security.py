@@ -176,7 +176,7 @@ def test_a_page_comes_in_again_after_a_restart_on_the_same_port(root: Path) -> N
 
 def test_a_port_that_the_system_picked_leaves_no_key_behind(tmp_path: Path) -> None:
     (tmp_path / "root").mkdir()
-    with editor(tmp_path / "root") as running, running.window() as window:
+    with editor(tmp_path / "root", port=0) as running, running.window() as window:
         assert len(window.hello["key"]) == 64
     assert not (tmp_path / "keys").exists()
 
