@@ -95,10 +95,14 @@ STATES_ARE: Final = """names => {
     return states.length === names.length && states.every((each, index) => isShown(each, names[index]));
 }"""
 
+HASTE: Final = 1 if SOAKS else 5
+"""The page waits so many times less for a pause in what a user does, such as the end of typing or of a hover."""
+
 # On a busy machine a message could be gone before it is looked for.
-KEEP_NOTICES: Final = """
+PACE: Final = f"""
     const genuine = window.setTimeout;
-    window.setTimeout = (handler, delay, ...rest) => genuine(handler, delay >= 6000 ? 20 * delay : delay, ...rest);
+    const paced = (delay) => (delay >= 6000 ? 20 * delay : delay >= 100 && delay <= 600 ? delay / {HASTE} : delay);
+    window.setTimeout = (handler, delay, ...rest) => genuine(handler, paced(delay), ...rest);
 """
 
 
@@ -504,7 +508,7 @@ def window(
 def new_window(browser: Browser, language: str | None = None) -> Page:
     """Open a window for `EditorPage`."""
     page = new_context(browser, language).new_page()
-    for script in (KEEP_CONNECTIONS, KEEP_NOTICES, FOLD_ROBOT):
+    for script in (KEEP_CONNECTIONS, PACE, FOLD_ROBOT):
         page.add_init_script(script)
     page.set_default_timeout(PAGE_LIMIT * 1000)
     return page

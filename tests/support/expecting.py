@@ -1,4 +1,4 @@
-"""Wait for elements, and make assertions about them once they exist, with a look every 100 ms."""
+"""Wait for elements, and make assertions about them once they exist, with looks every 50 or 100 ms."""
 
 from __future__ import annotations
 
@@ -24,16 +24,20 @@ Playwright leaves out intervals that are longer than a fifth of the wait.
 """
 
 
-def _in_slices(look: Callable[[float], None], timeout: float | None) -> None:
+_SHORT_SLICE: Final = 250.0
+"""The same for every 50 ms, where the error of a wait that is over costs little: it describes nothing."""
+
+
+def _in_slices(look: Callable[[float], None], timeout: float | None, slice_: float = _SLICE) -> None:
     """Call `look` with the ms that it may wait, until it raises no error or the time is over."""
     left = PAGE_LIMIT * 1000 if timeout is None else timeout
     end = time.monotonic() + left / 1000
-    while left > _SLICE:
+    while left > slice_:
         begin = time.monotonic()
         try:
-            look(_SLICE)
+            look(slice_)
         except (AssertionError, LateError):
-            if time.monotonic() - begin < _SLICE / 2000:
+            if time.monotonic() - begin < slice_ / 2000:
                 raise  # not because of the time, and so not about to change
         else:
             return
@@ -70,7 +74,7 @@ class _Awaiting:
 
 @contextlib.contextmanager
 def awaited_elements() -> Iterator[None]:
-    """Within the block, wait for elements in steps of 100 ms, and let `expect` wait for one before it checks it.
+    """Within the block, wait for elements in steps of 50 ms, and let `expect` wait for one before it checks it.
 
     Playwright's longest steps are 500 ms, so what takes 0.3 s would take almost 0.8 s. Whenever the element is missing,
     `expect` would describe the whole page in words, for an error that nobody sees: this takes Chromium as long as
@@ -84,7 +88,7 @@ def awaited_elements() -> Iterator[None]:
         return _Awaiting(actual, assertions) if isinstance(actual, Locator | Page) else assertions
 
     def wait_in_slices(self: Locator, *, timeout: float | None = None, **options: Any) -> None:
-        _in_slices(lambda limit: wait_for(self, timeout=limit, **options), timeout)
+        _in_slices(lambda limit: wait_for(self, timeout=limit, **options), timeout, _SHORT_SLICE)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(type(expect), "__call__", expect_of)
