@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import math
 import os
 import resource
@@ -77,8 +76,6 @@ def no_file_stays_open(pool: Pool) -> Iterator[None]:
     pool.kind()  # begins to look after its threads
     before = open_files()
     yield
-    if not open_files() <= before:
-        gc.collect()  # exceptions and their frames hold each other
     until(lambda: open_files() <= before)
 
 

@@ -22,7 +22,7 @@ from tests.support.bodies import ARM, CART, GIANT
 from tests.support.conformance import motors
 from tests.support.limits import FOREVER
 from tests.support.present import present
-from tests.support.robot_server import eventually, served_to_client, wait_for
+from tests.support.robot_server import clock_at, eventually, served_to_client, wait_for
 
 ALWAYS = {"Body", "Clock", "Description", "Health", "Safety"}
 BALLS = {f"Ball{color}{part}" for color in ("Red", "Green") for part in ("Motors", "Encoders")}
@@ -34,7 +34,7 @@ PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 
 @pytest.fixture(scope="module")
 def cart():
-    with served_to_client(FakeRobot(body=CART), PATIENT) as robot:
+    with served_to_client(FakeRobot(clock_at(4.0), body=CART), PATIENT) as robot:
         yield robot
 
 
