@@ -192,8 +192,8 @@ def test_ctrl_c_twice_keeps_what_is_done(
         client.process.send_signal(signal.SIGINT)
         assert client.wait() == 130, client.output
         assert_gone(below)
-    # On a busy machine the signals may come when the last trial has ended: then nothing is left to go on with.
-    assert ("the same command goes on" in client.output) is (disturbed.done < RUNS)
+    # On a busy machine the signals may come when the last trial has ended: then there may be nothing to go on with.
+    assert "the same command goes on" in client.output or disturbed.done == RUNS
     assert disturbed.finish() == undisturbed
 
 
