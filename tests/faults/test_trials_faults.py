@@ -269,7 +269,7 @@ def test_ctrl_c_leaves_a_cluster_free(
             disturbed.until_done(moment(number, "ctrl-c there"), client)
             client.process.send_signal(signal.SIGINT)
             assert client.wait() == 130, client.output
-        assert ("the same command goes on" in client.output) is (disturbed.done < RUNS)
+        assert "the same command goes on" in client.output or disturbed.done == RUNS
         assert disturbed.finish(*there) == undisturbed
 
 
