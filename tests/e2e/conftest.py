@@ -81,6 +81,21 @@ def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
         yield shown
 
 
+@pytest.fixture(scope="module")
+def shared_root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the documents of tests that share a page."""
+    root = tmp_path_factory.mktemp("shared") / "root"
+    root.mkdir()
+    return root
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, shared_root: Path) -> Iterator[EditorPage]:
+    """The page that tests of a file share, which shows the document of one after the other: see `open_alone`."""
+    with editor(shared_root) as running, editor_page(browser, running) as opened:
+        yield opened
+
+
 @pytest.fixture
 def behaviors(root: Path) -> Path:
     """The folder of the editor with the behaviors of the paper."""

@@ -18,26 +18,18 @@ AT_ONCE = DOCUMENT.replace("count += 1\n", "count += unknown\n")
 
 
 @pytest.fixture(scope="module")
-def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the documents of this file."""
-    root = tmp_path_factory.mktemp("failures") / "root"
-    root.mkdir()
-    return root
-
-
-@pytest.fixture(scope="module")
-def opened(browser: Browser, root: Path) -> Iterator[EditorPage]:
+def opened(browser: Browser, shared_root: Path) -> Iterator[EditorPage]:
     """The page beside a robot, which shows the document of one test after the other."""
-    with robot_and_editor(root / "walk.xml") as (_, running), monitor_page(browser, running) as opened:
+    with robot_and_editor(shared_root / "walk.xml") as (_, running), monitor_page(browser, running) as opened:
         with running.window() as other:
             other.ask("close", tab=1)
         yield opened
 
 
 @pytest.fixture
-def path(root: Path, request: pytest.FixtureRequest) -> Path:
+def path(shared_root: Path, request: pytest.FixtureRequest) -> Path:
     """A document in a folder of its own."""
-    path = root / str(request.node.name) / "walk.xml"
+    path = shared_root / str(request.node.name) / "walk.xml"
     path.parent.mkdir()
     return path
 

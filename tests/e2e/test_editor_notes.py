@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import Box, EditorPage, editor_page, new_context, open_alone, saved, shared_address
-from tests.support.editor import editor
+from tests.support.browser import Box, EditorPage, new_context, open_alone, saved, shared_address
 from tests.support.processes import REPOSITORY
 
 NOTHING_COVERED = """() => {
@@ -21,25 +20,10 @@ NOTHING_COVERED = """() => {
 }"""
 
 
-@pytest.fixture(scope="module")
-def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the documents of this file."""
-    root = tmp_path_factory.mktemp("notes") / "root"
-    root.mkdir()
-    return root
-
-
-@pytest.fixture(scope="module")
-def opened(browser: Browser, root: Path) -> Iterator[EditorPage]:
-    """The page, which shows the document of one test after the other."""
-    with editor(root) as running, editor_page(browser, running) as opened:
-        yield opened
-
-
 @pytest.fixture
-def path(root: Path, request: pytest.FixtureRequest) -> Path:
+def path(shared_root: Path, request: pytest.FixtureRequest) -> Path:
     """A copy of a behavior that no other test changes."""
-    path = root / str(request.node.name) / "dance_and_follow.xml"
+    path = shared_root / str(request.node.name) / "dance_and_follow.xml"
     path.parent.mkdir()
     for name in ("dance_and_follow", "dance", "follow_ball"):
         shutil.copy(REPOSITORY / "behaviors" / f"{name}.xml", path.parent)

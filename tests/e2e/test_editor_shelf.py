@@ -52,25 +52,10 @@ SERVED = """async (names) => {
 """Let the page see a robot that serves some things."""
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the documents of most tests, without a shelf of its own."""
-    folder = tmp_path_factory.mktemp("shelf") / "root"
-    folder.mkdir()
-    return folder
-
-
-@pytest.fixture(scope="module")
-def opened(browser: Browser, folder: Path) -> Iterator[EditorPage]:
-    """The page, which shows the document of one test after the other."""
-    with editor(folder) as running, editor_page(browser, running) as opened:
-        yield opened
-
-
 @pytest.fixture
-def path(folder: Path, request: pytest.FixtureRequest) -> Path:
+def path(shared_root: Path, request: pytest.FixtureRequest) -> Path:
     """A document that no other test changes."""
-    path = folder / str(request.node.name) / "walk.xml"
+    path = shared_root / str(request.node.name) / "walk.xml"
     path.parent.mkdir()
     path.write_text(DOCUMENT, "utf-8")
     return path

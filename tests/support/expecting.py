@@ -22,8 +22,6 @@ _SLICE: Final = 2400.0
 
 Playwright leaves out intervals that are longer than a fifth of the wait.
 """
-
-
 _SHORT_SLICE: Final = 250.0
 """The same for every 50 ms, where the error of a wait that is over costs little: it describes nothing."""
 
