@@ -163,6 +163,7 @@ def test_the_list_of_problems_offers_the_fixes_of_the_code(shown: EditorPage) ->
     shown.press("Control+m")
     problems = page.get_by_role("list", name="Problems")
     row = problems.get_by_role("listitem").filter(has_text="each automaton has its own").first
+    row.wait_for()
     assert shown.violations("hfsm-problems") == []
     row.get_by_role("button", name="Write self.count in both").click()
     expect(problems.get_by_text("each automaton has its own")).to_have_count(0)

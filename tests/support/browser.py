@@ -399,11 +399,14 @@ class EditorPage:
             raise
 
     def violations(self, *areas: str, in_both_themes: bool = SOAKS) -> list[str]:
-        """Return what axe finds wrong in the page, or in those of some areas that are shown.
+        """Return what axe finds wrong in the page, or in some areas of it, once they are shown.
 
         It checks the theme that is shown, and on demand the other one. There only colors differ, so it checks only
         the colors. The page stays in that theme, because drawing it once more takes time, too.
         """
+        if areas:
+            all_are_shown = "areas => areas.every((each) => document.querySelector(each))"
+            self.page.wait_for_function(all_are_shown, arg=areas)
         if self.page.evaluate("!window.axe"):
             self.page.evaluate(AXE.read_text("utf-8"))
         found = self._violations(areas, {"rules": {each: {"enabled": True} for each in EXPERIMENTAL_RULES}})
@@ -417,8 +420,7 @@ class EditorPage:
         # again would take a third of its time, and serves only a rule that is off because it is experimental.
         found: list[str] = self.page.evaluate(
             """async ([areas, options]) => {
-              const shown = areas.filter((each) => document.querySelector(each)).map((each) => [each]);
-              if (areas.length && !shown.length) throw new Error(`nothing is shown of ${areas}`);
+              const shown = areas.map((each) => [each]);
               const usual = {resultTypes: ["violations"], preload: {assets: ["media"]}};
               const found = await axe.run(areas.length ? {include: shown} : document, {...usual, ...options});
               return found.violations.flatMap(({id, nodes}) =>
