@@ -399,7 +399,7 @@ class EditorPage:
             raise
 
     def violations(self, *areas: str, in_both_themes: bool = SOAKS) -> list[str]:
-        """Return what axe finds wrong in the page, or in some areas of it, once they are shown.
+        """Return what axe finds wrong in the page, or in areas of it (selectors) once each is shown.
 
         It checks the theme that is shown, and on demand the other one. There only colors differ, so it checks only
         the colors. The page stays in that theme, because drawing it once more takes time, too.

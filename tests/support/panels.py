@@ -89,4 +89,4 @@ def undo_names(shown: EditorPage) -> list[str]:
 
 def panel_violations(shown: EditorPage) -> list[str]:
     """Return the violations that axe finds in the panels."""
-    return shown.violations(".side", ".bottom")
+    return shown.violations(".side, .bottom")
