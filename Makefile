@@ -9,7 +9,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 UV := $(BIN)/uv pip install --python $(BIN)/python --constraint constraints.txt
-PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install
+PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install
 PYTHONS ?= python3.11 python3.12 python3.13
 ROS_PYTHON ?= python3.11
 CACHE := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/visualhfsm
@@ -52,7 +52,7 @@ soak: $(VENV)/dev.stamp packages node-modules ## Repeat what only repetition fin
 
 coverage: $(VENV)/dev.stamp packages node-modules ## Run every test and report what it covers of the packages and of the page
 	@rm -rf coverage
-	@PAGE_COVERAGE=$(CURDIR)/coverage/page $(BIN)/coverage run -m pytest -q -n logical --dist worksteal || touch coverage/failed
+	@PAGE_COVERAGE="$(CURDIR)/coverage/page" $(BIN)/coverage run -m pytest -q -n logical --dist worksteal || touch coverage/failed
 	@$(BIN)/coverage combine --quiet && $(BIN)/coverage report && $(BIN)/coverage html --quiet
 	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory cover-page; \
 	else echo "Node.js is not installed: the coverage of the page is not reported"; fi
