@@ -11,7 +11,7 @@ import pytest
 import typer
 
 from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx
-from tests.integration.test_hfsm_monitor import until
+from tests.integration.test_hfsm_monitor import first_snapshot
 from tests.support.commands import run_here
 from tests.support.documents import generate
 from tests.support.limits import START_LIMIT
@@ -60,27 +60,27 @@ def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_p
         assert why.wait() == 0, why.output
     assert "followBall is in red" in why.output
     assert "enough fires" in steer("force", "dance_and_follow", "enough")
-    before = until(monitor, dancing)
+    before = first_snapshot(monitor, dancing)
     assert before.automata[0].timers[0].remaining <= 600.0
 
     path.write_text(source.replace(">600000<", ">3600000<"), encoding="utf-8")
     assert "dance_and_follow was reloaded" in steer("reload", "dance_and_follow", str(path))
-    after = until(monitor, lambda snapshot: snapshot.generation == 1)
+    after = first_snapshot(monitor, lambda snapshot: snapshot.generation == 1)
     assert dancing(after)
     assert after.automata[0].enteredAt == before.automata[0].enteredAt
     spent = after.time - after.automata[0].enteredAt
     assert after.automata[0].timers[0].remaining == pytest.approx(3600.0 - spent, abs=0.5)
     assert after.automata[1].state == before.automata[1].state
-    until(monitor, lambda snapshot: snapshot.automata[4].cycles > after.automata[4].cycles + 3)
+    first_snapshot(monitor, lambda snapshot: snapshot.automata[4].cycles > after.automata[4].cycles + 3)
 
     path.write_text(source.replace("self.Head.stop()", "self.Head.stopp("), encoding="utf-8")
     assert "nothing was written or reloaded" in steer("reload", "dance_and_follow", str(path), code=1)
 
     assert "followBall" in steer("break", "dance_and_follow", "followBall", "--state")
     steer("force", "dance_and_follow", "tired")
-    stopped = until(monitor, lambda snapshot: bool(snapshot.stoppedAt))
+    stopped = first_snapshot(monitor, lambda snapshot: bool(snapshot.stoppedAt))
     assert stopped.automata[0].state == 1
     steer("call", "Hfsm.dance_and_follow.resume", app=visualhfsm_nao)
-    until(monitor, lambda snapshot: snapshot.status is ComponentStatus.Running)
+    first_snapshot(monitor, lambda snapshot: snapshot.status is ComponentStatus.Running)
     steer("stop", "dance_and_follow")
     assert component.wait() == 0, component.output

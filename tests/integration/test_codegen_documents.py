@@ -13,7 +13,7 @@ from tests.support.commands import run_file_here
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import END_LIMIT
 from tests.support.processes import ComponentProcess
-from tests.support.running import eventually
+from tests.support.waiting import until
 
 PARAMETERS = """<parameters>
   <parameter><name>top_speed</name><type>float</type><default>0.5</default><description>In m/s.</description></parameter>
@@ -84,7 +84,7 @@ def test_watching_looks_at_imported_files_and_extensions(home: Path) -> None:
         (home / "main_ext.py").write_text("class Other:\n    pass\n")
         watching.wait_for(r"there is no class `MainExtension`")
         (home / "main_ext.py").write_text("class MainExtension:\n    settled = True\n")
-        eventually(lambda: "MainExtension" in (home / "main.py").read_text())
+        until(lambda: "MainExtension" in (home / "main.py").read_text())
         watching.process.send_signal(2)
         assert watching.wait(END_LIMIT) == 130
 

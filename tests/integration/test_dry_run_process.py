@@ -17,8 +17,8 @@ from naoserver.bodies import find_body
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT
 from tests.support.processes import ComponentProcess, module
-from tests.support.running import eventually
 from tests.support.soak import cases
+from tests.support.waiting import until
 from visualhfsm.simulation._dry_run import main
 from zenoh_ice import initialize
 
@@ -68,7 +68,7 @@ def test_a_dry_run_describes_the_robot_that_was_chosen(tmp_path: Path, endpoint:
         assert json.loads(described.getBody())["name"] == "T1"
         joints = json.loads(described.getLooks())["shapes"]
         assert joints
-        eventually(lambda: {*monitor.getSnapshot().joints} == {*find_body("T1").joint_names})
+        until(lambda: {*monitor.getSnapshot().joints} == {*find_body("T1").joint_names})
 
 
 def test_a_dry_run_of_a_robot_that_is_not_there_says_so(
@@ -90,7 +90,7 @@ def test_code_that_hangs_keeps_neither_the_monitor_nor_a_signal_waiting(
     tmp_path: Path, endpoint: str, options: tuple[str, ...]
 ) -> None:
     with tried(tmp_path, endpoint, HANGS, *options) as (process, monitor):
-        eventually(lambda: monitor.getSnapshot().automata[0].hangsFor > 0.0)
+        until(lambda: monitor.getSnapshot().automata[0].hangsFor > 0.0)
         assert "odd" in monitor.getSnapshot().automata[0].hangsAt
         monitor.setSpeed(20.0)
         monitor.pause()
@@ -115,7 +115,7 @@ def test_code_that_sleeps_ends_with_its_dry_run(tmp_path: Path, endpoint: str) -
     code = "import time\nprint('second', flush=True)\ntime.sleep(600)"
     with tried(tmp_path, endpoint, code) as (process, monitor):
         monitor.pause()
-        eventually(lambda: not monitor.getSnapshot().automata[0].inCycle)
+        until(lambda: not monitor.getSnapshot().automata[0].inCycle)
         monitor.resume()
         process.process.send_signal(signal.SIGTERM)
         assert process.wait(END_LIMIT) == 143

@@ -33,11 +33,13 @@ from interfaces.hfsm import (
 from tests.conftest import Pair
 from tests.support.automata import component
 from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.running import eventually
+from tests.support.waiting import until
 from zenoh_ice import WallClock
 
 
-def until(proxy: HfsmMonitorPrx, condition: Callable[[ComponentSnapshot], bool]) -> ComponentSnapshot:
+def first_snapshot(
+    proxy: HfsmMonitorPrx, condition: Callable[[ComponentSnapshot], bool]
+) -> ComponentSnapshot:
     """Return the first snapshot of the stream that meets a condition."""
     deadline = time.monotonic() + EVENT_LIMIT
     for sample in proxy.getSnapshot.samples(timeout=EVENT_LIMIT):
@@ -150,13 +152,13 @@ def test_what_a_component_marks_is_in_its_snapshots(pair: Pair) -> None:
     root = Automaton(id=1, name="walker", period=0.05, states=(state,))
     made.append(component(root))
     with monitored(pair, root, made[0]) as (_, proxy):
-        seen = until(proxy, lambda snapshot: bool(snapshot.marks))
+        seen = first_snapshot(proxy, lambda snapshot: bool(snapshot.marks))
     assert seen.marks == [Mark("Camera", 12.5, 7.0, "ball")]
 
 
 def test_snapshots_report_states_timers_guards_variables_and_cycles(pair: Pair) -> None:
     with monitored(pair, tree()) as (_, proxy):
-        snapshot = until(proxy, lambda snapshot: snapshot.automata[1].cycles >= 3)
+        snapshot = first_snapshot(proxy, lambda snapshot: snapshot.automata[1].cycles >= 3)
     assert snapshot.status is ComponentStatus.Running
     root, child = snapshot.automata
     assert (root.state, root.ghost, child.state, child.ghost) == (1, False, 1, False)
@@ -196,14 +198,16 @@ def test_a_cycle_that_does_not_end_is_reported_with_its_line_and_one_that_sleeps
     made = Walker()
     with monitored(pair, made.automaton(), made, RuntimeLimits(hangs=0.2)) as (_, proxy):
         assert asleep.wait(EVENT_LIMIT)
-        seen = until(proxy, lambda snapshot: snapshot.automata[2].hangsFor > 0.5)
+        seen = first_snapshot(proxy, lambda snapshot: snapshot.automata[2].hangsFor > 0.5)
         root, sleeping, hanging = seen.automata
         assert (root.hangsFor, sleeping.hangsFor, sleeping.hangsAt) == (0, 0, "")
         assert sleeping.inCycle
         number = int(hanging.hangsAt.removeprefix("test_hfsm_monitor.py:"))
         assert Path(__file__).read_text().split("\n")[number - 1].strip() == "release.wait(FOREVER)"
         release.set()
-        until(proxy, lambda snapshot: snapshot.automata[2].cycles > 1 and not snapshot.automata[2].hangsFor)
+        first_snapshot(
+            proxy, lambda snapshot: snapshot.automata[2].cycles > 1 and not snapshot.automata[2].hangsFor
+        )
 
 
 def test_snapshots_come_each_tenth_of_a_second_and_at_every_change(pair: Pair) -> None:
@@ -216,16 +220,16 @@ def test_snapshots_come_each_tenth_of_a_second_and_at_every_change(pair: Pair) -
             states.append((snapshot.automata[0].state, snapshot.automata[1].ghost))
 
         subscription = proxy.getSnapshot.subscribe(lambda sample: take(sample.value))
-        eventually(lambda: len(times) >= 5)
+        until(lambda: len(times) >= 5)
         runtime.force(1, 1)
-        eventually(lambda: (2, True) in states)
+        until(lambda: (2, True) in states)
         subscription.close()
 
 
 def test_a_transition_is_forced_and_the_child_becomes_a_ghost(pair: Pair) -> None:
     with monitored(pair, tree()) as (_, proxy):
         proxy.forceTransition(1, 1)
-        snapshot = until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+        snapshot = first_snapshot(proxy, lambda snapshot: snapshot.automata[0].state == 2)
         assert snapshot.automata[0].lastTransition == 1
         assert snapshot.automata[1].ghost
         with pytest.raises(NoSuchElement, match="no transition 9"):
@@ -237,7 +241,7 @@ def test_a_transition_is_forced_and_the_child_becomes_a_ghost(pair: Pair) -> Non
 def test_pause_step_and_resume(pair: Pair) -> None:
     with monitored(pair, tree()) as (runtime, proxy):
         proxy.pause()
-        eventually(lambda: not runtime.in_cycle)
+        until(lambda: not runtime.in_cycle)
         paused = proxy.getSnapshot()
         assert paused.status is ComponentStatus.Paused
         proxy.step(2)
@@ -245,14 +249,14 @@ def test_pause_step_and_resume(pair: Pair) -> None:
         assert stepped.automata[1].cycles == paused.automata[1].cycles + 1
         assert stepped.time == pytest.approx(paused.time + 0.05)
         proxy.resume()
-        until(proxy, lambda snapshot: snapshot.automata[1].cycles > stepped.automata[1].cycles + 1)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[1].cycles > stepped.automata[1].cycles + 1)
 
 
 def test_stop_ends_the_component(pair: Pair) -> None:
     with monitored(pair, tree()) as (runtime, proxy):
         proxy.stop()
         assert runtime.ended.wait(EVENT_LIMIT)
-        assert until(proxy, lambda snapshot: True).status is ComponentStatus.Halted
+        assert first_snapshot(proxy, lambda snapshot: True).status is ComponentStatus.Halted
 
 
 def test_errors_of_user_code_are_shown(pair: Pair) -> None:
@@ -261,7 +265,7 @@ def test_errors_of_user_code_are_shown(pair: Pair) -> None:
 
     root = Automaton(id=1, name="walker", states=(State(id=3, name="a", initial=True, code=broken),))
     with monitored(pair, root) as (_, proxy):
-        snapshot = until(proxy, lambda snapshot: snapshot.status is ComponentStatus.Halted)
+        snapshot = first_snapshot(proxy, lambda snapshot: snapshot.status is ComponentStatus.Halted)
     (error,) = snapshot.errors
     assert (error.automaton, error.state, error.message) == (1, 3, "ValueError: no ball")
     assert error.time >= 0
@@ -296,7 +300,7 @@ def counter(period: float = 0.02, **states: Any) -> Automaton:
 
 
 def stopped(proxy: HfsmMonitorPrx) -> ComponentSnapshot:
-    return until(proxy, lambda snapshot: bool(snapshot.stoppedAt))
+    return first_snapshot(proxy, lambda snapshot: bool(snapshot.stoppedAt))
 
 
 def test_a_breakpoint_pauses_before_the_code_of_the_state(pair: Pair) -> None:
@@ -320,7 +324,9 @@ def test_a_breakpoint_pauses_before_the_code_of_the_state(pair: Pair) -> None:
         assert stepped.stoppedAt == []
         assert stepped.status is ComponentStatus.Paused
         proxy.resume()
-        until(proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) > count + 2_000_000)
+        first_snapshot(
+            proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) > count + 2_000_000
+        )
 
 
 def test_a_breakpoint_at_a_transition_goes_on_where_it_stood(pair: Pair) -> None:
@@ -330,7 +336,9 @@ def test_a_breakpoint_at_a_transition_goes_on_where_it_stood(pair: Pair) -> None
         count = int(stopped(proxy).automata[0].variables["count"])
         proxy.setBreakpoints([])
         proxy.resume()
-        snapshot = until(proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) != count)
+        snapshot = first_snapshot(
+            proxy, lambda snapshot: int(snapshot.automata[0].variables["count"]) != count
+        )
         assert (int(snapshot.automata[0].variables["count"]) - count) % 1_000_000 == 0
         assert (snapshot.status, snapshot.stoppedAt) == (ComponentStatus.Running, [])
 
@@ -363,10 +371,10 @@ def test_a_breakpoint_is_reached_when_its_condition_holds(pair: Pair) -> None:
     with monitored(pair, counter()) as (_, proxy):
         proxy.setBreakpoints([Breakpoint(1, 2, 0, "count >= 1000 and not count < 0")])
         proxy.setVariable(1, "go", "true")
-        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].state == 2)
         proxy.setVariable(1, "go", "false")
         proxy.sendEvent("home", "")
-        before = until(proxy, lambda snapshot: snapshot.automata[0].state == 1)
+        before = first_snapshot(proxy, lambda snapshot: snapshot.automata[0].state == 1)
         assert before.status is ComponentStatus.Running
         proxy.setVariable(1, "count", "1000")
         proxy.setVariable(1, "go", "true")
@@ -497,7 +505,7 @@ def test_values_that_do_not_fit_are_refused(
         with pytest.raises(error, match=reason):
             proxy.setVariable(automaton, name, value)
         proxy.setVariable(1, "go", "true")  # it is as alive as before
-        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].state == 2)
 
 
 def test_an_event_takes_its_data_to_the_automata(pair: Pair) -> None:
@@ -513,7 +521,7 @@ def test_an_event_takes_its_data_to_the_automata(pair: Pair) -> None:
     )
     with monitored(pair, root) as (_, proxy):
         proxy.sendEvent("ball_lost", '{"color": "red", "at": [1, 2.5, null]}')
-        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].state == 2)
     assert taken == [{"color": "red", "at": [1, 2.5, None]}]
 
 
@@ -534,7 +542,7 @@ def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(pai
         )
         proxy.sendEvent("go", "")
         runtime.component.send("go & see")  # its own code may
-        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].state == 2)
 
 
 @pytest.mark.parametrize(
@@ -549,7 +557,7 @@ def test_events_that_make_no_sense_are_refused(pair: Pair, name: str, data: str,
 
 def test_why_not_reports_guards_timers_and_events(pair: Pair) -> None:
     with monitored(pair, counter()) as (_, proxy):
-        until(proxy, lambda snapshot: snapshot.automata[0].cycles > 3)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].cycles > 3)
         first = proxy.explain(1)
         (go,) = first.transitions
         assert (first.automaton, first.state, first.ghost, first.enteredBy) == (1, 1, False, 0)
@@ -559,7 +567,7 @@ def test_why_not_reports_guards_timers_and_events(pair: Pair) -> None:
         assert re.match(r"its guard `go` was false when it was evaluated \d+\.\d", go.reason)
         assert first.summary.startswith("walker has been in a for ")
         proxy.setVariable(1, "go", "true")
-        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].state == 2)
         second = proxy.explain(1)
         (back,) = second.transitions
         assert (second.enteredBy, back.askedAt, back.asked) == (1, -1.0, False)

@@ -30,11 +30,11 @@ from interfaces.hfsm import (
 )
 from interfaces.nao import HeadLimits, HeadPose, PoseHead
 from tests.conftest import Pair
-from tests.integration.test_hfsm_monitor import until
+from tests.integration.test_hfsm_monitor import first_snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limited import HASTY
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
-from tests.support.running import eventually
+from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, WallClock
 
 HEAD = (
@@ -109,7 +109,7 @@ def count(snapshot: ComponentSnapshot) -> int:
 
 def in_b(proxy: HfsmMonitorPrx) -> ComponentSnapshot:
     proxy.sendEvent("go", "")
-    return until(
+    return first_snapshot(
         proxy,
         lambda snapshot: snapshot.automata[0].state == 2 and "[1" in snapshot.automata[1].variables["seen"],
     )
@@ -122,7 +122,9 @@ def test_the_new_document_goes_on_in_the_state_with_the_variables(pair: Pair, ve
         report = proxy.reload()
         assert (report.generation, report.notKept) == (1, [])
         assert report.held > 0.0
-        after = until(proxy, lambda snapshot: snapshot.generation == 1 and count(snapshot) > 1_000_000)
+        after = first_snapshot(
+            proxy, lambda snapshot: snapshot.generation == 1 and count(snapshot) > 1_000_000
+        )
         root, child = after.automata
         assert (root.state, child.state, child.ghost) == (2, 1, False)
         assert (root.enteredAt, root.lastTransition) == (before.automata[0].enteredAt, 1)
@@ -140,7 +142,7 @@ def test_a_timer_that_is_shorter_now_fires(pair: Pair, version: Version) -> None
         in_b(proxy)
         version.write(walker(seconds=0.05))
         proxy.reload()
-        until(proxy, lambda snapshot: snapshot.automata[0].state == 1)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].state == 1)
 
 
 def test_it_can_be_reloaded_again_and_again(pair: Pair, version: Version) -> None:
@@ -149,7 +151,7 @@ def test_it_can_be_reloaded_again_and_again(pair: Pair, version: Version) -> Non
         for generation in range(1, 6):
             version.write(walker(step=10**generation))
             assert proxy.reload().generation == generation
-            until(proxy, lambda snapshot, least=10**generation: count(snapshot) > least)  # type: ignore[misc]
+            first_snapshot(proxy, lambda snapshot, least=10**generation: count(snapshot) > least)  # type: ignore[misc]
 
 
 def test_automata_come_and_go_with_their_threads(pair: Pair, version: Version) -> None:
@@ -166,11 +168,13 @@ def test_automata_come_and_go_with_their_threads(pair: Pair, version: Version) -
             )
         )
         assert proxy.reload().notKept == []
-        until(proxy, lambda snapshot: len(snapshot.automata) == 3 and snapshot.automata[2].cycles > 3)
+        first_snapshot(
+            proxy, lambda snapshot: len(snapshot.automata) == 3 and snapshot.automata[2].cycles > 3
+        )
         assert names() == before | {"automaton red"}
         version.write(walker())
         assert proxy.reload().notKept == ["automaton 3 (red) is gone, which was in x"]
-        eventually(lambda: names() == before)
+        until(lambda: names() == before)
         assert len(proxy.getSnapshot().automata) == 2
 
 
@@ -190,10 +194,10 @@ def test_a_component_that_stands_at_a_breakpoint_goes_on_from_there(pair: Pair, 
     with running(pair, version) as (_, proxy):
         proxy.setBreakpoints([Breakpoint(1, 2, 0, "")])
         proxy.sendEvent("go", "")
-        before = until(proxy, lambda snapshot: bool(snapshot.stoppedAt))
+        before = first_snapshot(proxy, lambda snapshot: bool(snapshot.stoppedAt))
         version.write(walker(step=1000))
         proxy.reload()
-        after = until(proxy, lambda snapshot: snapshot.generation == 1)
+        after = first_snapshot(proxy, lambda snapshot: snapshot.generation == 1)
         assert after.stoppedAt == before.stoppedAt
         assert (after.time, count(after)) == (before.time, count(before))
         proxy.step(1)
@@ -215,7 +219,7 @@ def test_what_is_gone_is_reported(pair: Pair, version: Version) -> None:
             "automaton 2 (b) is gone, which was in red",
             "automaton 1 (walker) was in the state b, which is gone, and restarts in a",
         ]
-        snapshot = until(proxy, lambda snapshot: snapshot.generation == 1)
+        snapshot = first_snapshot(proxy, lambda snapshot: snapshot.generation == 1)
         assert [automaton.state for automaton in snapshot.automata] == [1]
 
 
@@ -240,7 +244,7 @@ def test_a_file_that_cannot_be_loaded_changes_nothing(
         with pytest.raises(ReloadRefused, match=reason):
             proxy.reload()
         assert runtime.component is component
-        after = until(proxy, lambda snapshot: count(snapshot) > count(before) + 3)
+        after = first_snapshot(proxy, lambda snapshot: count(snapshot) > count(before) + 3)
         assert (after.generation, after.automata[0].state) == (0, 2)
 
 
@@ -268,7 +272,7 @@ def test_automata_that_make_no_sense_change_nothing(
         version.file.write_text(changed)
         with pytest.raises(ReloadRefused, match=reason):
             proxy.reload()
-        until(proxy, lambda snapshot: snapshot.generation == 0 and count(snapshot) > 5)
+        first_snapshot(proxy, lambda snapshot: snapshot.generation == 0 and count(snapshot) > 5)
 
 
 def test_automata_for_which_no_thread_can_start_refuse_the_reload(
@@ -291,8 +295,8 @@ def test_automata_for_which_no_thread_can_start_refuse_the_reload(
             patch.setattr(threading.Thread, "start", start)
             with pytest.raises(ReloadRefused, match="1 automata need a thread each: can't start new thread"):
                 proxy.reload()
-        before = until(proxy, lambda snapshot: snapshot.generation == 0)
-        until(proxy, lambda snapshot: count(snapshot) > count(before) + 3)
+        before = first_snapshot(proxy, lambda snapshot: snapshot.generation == 0)
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > count(before) + 3)
         assert proxy.reload().generation == 1
 
 
@@ -305,7 +309,7 @@ def test_a_cycle_that_does_not_end_refuses_the_reload(pair: Pair, version: Versi
     release = threading.Event()
     with running(pair, version, RuntimeLimits(gap=0.2), release=release) as (runtime, proxy):
         try:
-            until(proxy, lambda snapshot: hasattr(runtime.component, "waiting"))
+            first_snapshot(proxy, lambda snapshot: hasattr(runtime.component, "waiting"))
             version.write(walker())
             with pytest.raises(
                 ReloadRefused, match=r"the cycle of walker in the state a did not end within 0\.4 s"
@@ -314,17 +318,17 @@ def test_a_cycle_that_does_not_end_refuses_the_reload(pair: Pair, version: Versi
         finally:
             release.set()
         assert 2 * LIMITS.gap == 1.0, "as the refusal says outside of tests"
-        until(proxy, lambda snapshot: count(snapshot) > 3)
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > 3)
         assert proxy.reload().generation == 1
 
 
 def test_code_that_sleeps_is_cut_so_that_it_is_reloaded(pair: Pair, version: Version) -> None:
     version.write(walker().replace("count += 1<", "count += 1; self.sleep(3600)<"))
     with running(pair, version) as (_, proxy):
-        until(proxy, lambda snapshot: count(snapshot) > 0)
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > 0)
         version.write(walker())
         assert proxy.reload().generation == 1
-        until(proxy, lambda snapshot: count(snapshot) > 5)
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > 5)
 
 
 class Head(PoseHead):
@@ -356,10 +360,10 @@ def test_a_proxy_that_is_new_is_connected_before_anything_changes(
         version.write(looking)
         with pytest.raises(ReloadRefused, match=r"self\.head: .*Head"):
             proxy.reload()
-        until(proxy, lambda snapshot: count(snapshot) > 3)
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > 3)
         pair.adapter.add(Head(), "Head")
         assert proxy.reload().generation == 1
-        until(proxy, lambda snapshot: snapshot.automata[0].variables["count"] == "0.25")
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].variables["count"] == "0.25")
 
 
 def test_hand_written_code_beside_it_is_loaded_again(pair: Pair, version: Version) -> None:
@@ -369,10 +373,10 @@ def test_hand_written_code_beside_it_is_loaded_again(pair: Pair, version: Versio
     document_text = walker(step=1).replace("count += 1<", "count += self.bonus()<")
     version.write(document_text)
     with running(pair, version) as (_, proxy):
-        until(proxy, lambda snapshot: count(snapshot) > 3)
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > 3)
         extension.write_text(text.format(100000))
         proxy.reload()
-        until(proxy, lambda snapshot: count(snapshot) > 100000)
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > 100000)
 
 
 def test_two_reloads_at_once_are_one_reload_and_one_refusal(pair: Pair, version: Version) -> None:
@@ -412,13 +416,13 @@ def test_what_is_edited_within_a_second_to_the_same_size_counts(
         for value in (200, 300):
             write(value)
             proxy.reload()
-            until(proxy, lambda snapshot, value=value: count(snapshot) == value)  # type: ignore[misc]
+            first_snapshot(proxy, lambda snapshot, value=value: count(snapshot) == value)  # type: ignore[misc]
 
 
 def test_what_guards_of_the_former_version_said_is_forgotten(pair: Pair, version: Version) -> None:
     version.write(walker().replace('type="event">go<', 'type="condition">count &lt; 0<'))
     with running(pair, version) as (_, proxy):
-        until(proxy, lambda snapshot: snapshot.automata[0].cycles > 3)
+        first_snapshot(proxy, lambda snapshot: snapshot.automata[0].cycles > 3)
         proxy.pause()
         assert proxy.explain(1).transitions[0].reason.startswith("its guard `count < 0` was false")
         proxy.reload()
@@ -435,7 +439,7 @@ def test_what_follows_an_error_is_what_the_new_document_says(pair: Pair, version
         broken = walker().replace("count += 1<", "count += 1; missing()<")
         version.write(broken.replace("<VisualHFSM>", "<VisualHFSM><onerror>continue</onerror>"))
         proxy.reload()
-        snapshot = until(proxy, lambda snapshot: len(snapshot.errors) > 3)
+        snapshot = first_snapshot(proxy, lambda snapshot: len(snapshot.errors) > 3)
         assert snapshot.status is ComponentStatus.Running
 
 
@@ -443,7 +447,7 @@ def test_errors_after_a_reload_point_into_the_new_document(pair: Pair, version: 
     with running(pair, version) as (_, proxy):
         version.write("\n" + walker().replace("count += 1<", "missing()<"))
         proxy.reload()
-        snapshot = until(proxy, lambda snapshot: bool(snapshot.errors))
+        snapshot = first_snapshot(proxy, lambda snapshot: bool(snapshot.errors))
         assert "NameError" in snapshot.errors[0].message
         assert "walker.xml:4" in snapshot.errors[0].location
 
@@ -518,11 +522,11 @@ def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(pair: Pair, tmp_path:
         version.file.write_text(texts[-1], encoding="utf-8")
         assert proxy.reload().generation == runtime.reloads > 5
         cycles = [automaton.cycles for automaton in proxy.getSnapshot().automata]
-        until(
+        first_snapshot(
             proxy,
             lambda snapshot: all(
                 now.cycles > then + 5 for now, then in zip(snapshot.automata, cycles, strict=True)
             ),
         )
         assert proxy.getSnapshot().errors == []
-        eventually(lambda: len(threads()) == len(before))
+        until(lambda: len(threads()) == len(before))

@@ -42,7 +42,7 @@ from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
-from tests.support.running import eventually
+from tests.support.waiting import until
 from tests.support.watching import content
 from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
@@ -84,7 +84,7 @@ class HandClock(VirtualClock):
     def until_waiting(self, thread: str) -> None:
         """Return when a thread waits for a later time than now, which it may do twice before it sees a new one."""
         seen = self.looks[thread]
-        eventually(lambda: self.looks[thread] >= seen + 2)
+        until(lambda: self.looks[thread] >= seen + 2)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +100,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
         runtime.start()
         try:
             for cycle in range(1, CYCLES + 1):
-                eventually(partial(lambda number: runtime.run(1).cycles == number, cycle))
+                until(partial(lambda number: runtime.run(1).cycles == number, cycle))
                 clock.until_waiting(root)  # its cycle is counted before its time is taken
                 clock.advance(0.01)
         finally:

@@ -15,7 +15,7 @@ import pytest
 
 from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY
-from tests.support.running import eventually
+from tests.support.waiting import until
 from visualhfsm._watched_process import LineReports, Lines
 from zenoh_ice.application.child import ChildProcess
 
@@ -165,7 +165,7 @@ def test_what_a_child_leaves_behind_ends_with_it() -> None:
         return int(output.lines[0][1].split()[1])
 
     pid = asyncio.run(go())
-    eventually(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
+    until(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
 
 
 SERVER = """
@@ -212,7 +212,7 @@ def test_a_child_ends_with_a_server_that_is_killed() -> None:
         child = psutil.Process(pid)
         server.kill()
         server.wait(END_LIMIT)
-        eventually(lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE)
+        until(lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE)
 
 
 def test_a_command_that_does_not_exist_is_reported(tmp_path: Path) -> None:

@@ -21,8 +21,8 @@ from tests.conftest import Pair
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
-from tests.support.running import eventually
 from tests.support.soak import cases
+from tests.support.waiting import until
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm.nao._command import app as nao_app
@@ -102,7 +102,7 @@ def shell(pair: Pair, component: Component, tmp_path: Path) -> Iterator[Shell]:
 def test_pause_step_and_resume(shell: Shell) -> None:
     shell.call("pause")
     assert shell.runtime.status is ComponentStatus.Paused
-    eventually(lambda: not shell.runtime.in_cycle)
+    until(lambda: not shell.runtime.in_cycle)
     before = shell.variable(2, "corner")
     out = shell("step", "walker", "follow", "--count", "3")
     assert "follow > red" in out
@@ -116,7 +116,7 @@ def test_pause_step_and_resume(shell: Shell) -> None:
         ("follow", "red"),
     ]
     shell.call("resume")
-    eventually(lambda: shell.variable(2, "corner") > before + 10)
+    until(lambda: shell.variable(2, "corner") > before + 10)
 
 
 def test_a_step_names_a_cycle_that_still_runs(pair: Pair, tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_a_step_names_a_cycle_that_still_runs(pair: Pair, tmp_path: Path) -> Non
 
 def test_a_step_of_a_ghost_reports_that_nothing_ran(shell: Shell) -> None:
     shell("force", "walker", "enough")
-    eventually(lambda: shell.current() == "dance")
+    until(lambda: shell.current() == "dance")
     shell.call("pause")
     before = shell.runtime.run(2).cycles
     result = shell.result("step", "walker", "follow")
@@ -192,7 +192,7 @@ def test_waiting_for_a_breakpoint_ends(shell: Shell) -> None:
 
 def test_a_transition_is_forced(shell: Shell) -> None:
     assert shell("force", "walker", "follow -> dance") == "enough fires at the next cycle\n"
-    eventually(lambda: shell.current() == "dance")
+    until(lambda: shell.current() == "dance")
     with pytest.raises(
         VisualHfsmError, match="the transition enough leaves the state 'follow', and walker is in 'dance'"
     ):
@@ -217,7 +217,7 @@ def test_variables_and_parameters_are_set(shell: Shell) -> None:
 
 def test_an_event_is_sent(shell: Shell) -> None:
     shell.call("sendEvent", "ball_lost", '{"color": "red"}')
-    eventually(lambda: shell.current() == "dance")
+    until(lambda: shell.current() == "dance")
 
 
 def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(shell: Shell) -> None:
@@ -242,28 +242,28 @@ def test_what_is_almost_json_is_no_text(shell: Shell, value: str, problem: str) 
 
 
 def test_why_not(shell: Shell) -> None:
-    eventually(lambda: shell.runtime.run(2).cycles > 3)
+    until(lambda: shell.runtime.run(2).cycles > 3)
     out = shell("why", "walker")
     assert "walker is in follow\n  1. enough to dance: no event ball_lost has come" in out
     assert "follow is in red\n  1. to green to green: its guard `corner < 0` was false" in out
     (explained,) = json.loads(shell("why", "walker", "follow", "--json"))
     assert explained["transitions"][0]["value"] is False
     shell("force", "walker", "enough")
-    eventually(lambda: shell.current() == "dance")
+    until(lambda: shell.current() == "dance")
     assert "follow is a ghost in red" in shell("why", "walker", "follow")
     assert "2. " not in shell("why", "walker")
 
 
 def test_reload_compiles_writes_and_keeps_the_state(shell: Shell) -> None:
     shell("force", "walker", "enough")
-    eventually(lambda: shell.variable(1, "beats") > 2)
+    until(lambda: shell.variable(1, "beats") > 2)
     shell.file.write_text(walker(seconds=7200, step=1000), encoding="utf-8")
     out = shell("reload", "walker", str(shell.file))
     assert "walker.py is written" in out
     assert "walker was reloaded, and paused for" in out
     assert "not kept" not in out
     assert shell.current() == "dance"
-    eventually(lambda: shell.variable(1, "beats") > 1000)
+    until(lambda: shell.variable(1, "beats") > 1000)
     report = json.loads(shell("reload", "walker", str(shell.file), "--json"))
     assert (report["generation"], report["notKept"]) == (2, [])
 

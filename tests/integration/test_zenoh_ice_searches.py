@@ -17,7 +17,7 @@ from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.processes import free_endpoint
-from tests.support.running import eventually
+from tests.support.waiting import until
 from zenoh_ice import (
     Communicator,
     CommunicatorDestroyedException,
@@ -43,9 +43,9 @@ def test_a_lost_link_is_warned_of_where_somebody_named_an_endpoint(
             return not isinstance(listener.presence.explain_absence(absent), ConnectFailedException)
 
         tool = make_communicator(connect=[endpoint], realm="listening")
-        eventually(linked)
+        until(linked)
         tool.destroy()
-        eventually(lambda: not linked())
+        until(lambda: not linked())
     assert ("no process is linked any more" in caplog.text) is named
 
 

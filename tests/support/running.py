@@ -10,10 +10,9 @@ from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.errors import OnError
 from tests.support.automata import component
-from tests.support.waiting import until
 from zenoh_ice import WallClock
 
-__all__ = ["eventually", "running"]
+__all__ = ["running"]
 
 
 @contextmanager
@@ -29,8 +28,3 @@ def running(
         yield runtime
     finally:
         runtime.stop()
-
-
-def eventually(condition: Callable[[], bool]) -> None:
-    """Wait until a condition is true."""
-    until(condition)

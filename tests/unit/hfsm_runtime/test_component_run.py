@@ -17,7 +17,7 @@ from hfsm_runtime.errors import EventError, ReloadRefusedError, UnknownElementEr
 from hfsm_runtime.virtual import PacedClock, PacedExecution, VirtualWorld
 from interfaces.hfsm import Breakpoint, ComponentStatus
 from tests.support.automata import automaton, on, when
-from tests.support.running import eventually
+from tests.support.waiting import until
 from zenoh_ice import WallClock
 
 
@@ -70,29 +70,29 @@ def state(run: ComponentRun) -> str:
 
 
 def test_a_pause_holds_it_and_a_step_runs_one_cycle(run: ComponentRun) -> None:
-    eventually(lambda: run.tree.root.cycles > 0)
+    until(lambda: run.tree.root.cycles > 0)
     run.pause()
-    eventually(lambda: not run.in_cycle)
+    until(lambda: not run.in_cycle)
     cycles, now = run.tree.root.cycles, run.component_time.now()
     run.step(0)
     assert (run.tree.root.cycles, run.component_time.now()) == (cycles + 1, now + 20_000_000)
     assert run.status is ComponentStatus.Paused
     run.resume()
-    eventually(lambda: run.tree.root.cycles > cycles + 2)
+    until(lambda: run.tree.root.cycles > cycles + 2)
 
 
 def test_an_event_a_variable_and_a_forced_transition(run: ComponentRun) -> None:
     run.send("rest")
-    eventually(lambda: state(run) == "rests")
+    until(lambda: state(run) == "rests")
     run.set_variable(1, "count", -5)
-    eventually(lambda: state(run) == "counts")
+    until(lambda: state(run) == "counts")
     run.set_variable(1, "count", 0)
     run.set_variable(0, "step", 2)
     assert run.component.step == 2  # type: ignore[attr-defined]
     run.send("rest")
-    eventually(lambda: state(run) == "rests")
+    until(lambda: state(run) == "rests")
     run.force(1, run.tree.root.automaton.transitions[2].id)
-    eventually(lambda: state(run) == "ends")
+    until(lambda: state(run) == "ends")
 
 
 def test_what_it_does_not_have_is_refused(run: ComponentRun) -> None:
@@ -118,9 +118,9 @@ def test_a_breakpoint_pauses_it_and_a_snapshot_shows_it(make: Make) -> None:
     points = Breakpoints(run)
     points.set([Breakpoint(1, 2, 0, "count > 3")])
     run.start()
-    eventually(lambda: run.tree.root.cycles > 5)
+    until(lambda: run.tree.root.cycles > 5)
     run.send("rest")
-    eventually(lambda: run.status is ComponentStatus.Paused)
+    until(lambda: run.status is ComponentStatus.Paused)
     snapshot = take_snapshot(run, 0.0, points)
     assert [point.state for point in snapshot.stoppedAt] == [2]
     assert snapshot.automata[0].state == 2
@@ -131,14 +131,14 @@ def test_it_begins_where_it_is_to_begin(make: Make) -> None:
     run = make()
     run.begin_at(1, 3)
     run.start()
-    eventually(lambda: run.tree.root.cycles > 0)
+    until(lambda: run.tree.root.cycles > 0)
     assert state(run) == "ends"
 
 
 def test_it_continues_in_another_version_until_it_has_ended(run: ComponentRun) -> None:
     reloading = Reloading(run, lambda _component: None)
     run.send("rest")
-    eventually(lambda: state(run) == "rests")
+    until(lambda: state(run) == "rests")
     assert reloading.exchange(Counts()).notKept == []
     assert (state(run), run.reloads) == ("rests", 1)
     run.request_stop()

@@ -18,7 +18,7 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
 from tests.support.automata import Code, after, automaton, component, finished, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.running import eventually
+from tests.support.waiting import until
 from zenoh_ice import WallClock
 from zenoh_ice.exceptions import ConnectionLostException
 
@@ -306,7 +306,7 @@ def test_threads_hand_up_in_the_order_of_the_times_however_long_code_takes() -> 
     runtime.tree.observers.append(watch)
     runtime.start()
     try:
-        eventually(lambda: len(watch.below) > 20)
+        until(lambda: len(watch.below) > 20)
     finally:
         runtime.stop()
     # Nobody waits longer than 0.1 s for a thread that the machine does not let run.
@@ -328,7 +328,7 @@ def test_nobody_waits_for_the_outputs_of_code_that_hangs() -> None:
     try:
         assert hangs.wait(EVENT_LIMIT)
         known = len(above.seen)
-        eventually(lambda: len(above.seen) > known + 3)
+        until(lambda: len(above.seen) > known + 3)
     finally:
         release.set()
         runtime.stop()
@@ -340,7 +340,7 @@ def test_an_end_is_not_seen_before_the_last_outputs_even_while_a_condition_hangs
 
     def until_the_end() -> bool:
         if above.taken == {"n": 0}:  # so long that the automaton below does not wait any more
-            eventually(lambda: runtime.run(2).finished)
+            until(lambda: runtime.run(2).finished)
         return False
 
     states = [State(id=1, name="x"), State(id=2, name="end", final=True, entry=child.let(n=1))]
@@ -352,7 +352,7 @@ def test_an_end_is_not_seen_before_the_last_outputs_even_while_a_condition_hangs
     )
     runtime.start()
     try:
-        eventually(lambda: bool(ended))
+        until(lambda: bool(ended))
     finally:
         runtime.stop()
     assert ended == [{"n": 1}]

@@ -18,8 +18,9 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run, Tree
 from tests.support.automata import after, automaton, component, finished, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.running import eventually, running
+from tests.support.running import running
 from tests.support.soak import repeated
+from tests.support.waiting import until
 from zenoh_ice import WallClock
 
 MS = 1_000_000
@@ -98,14 +99,14 @@ def leaves_after(seconds: float, child: Automaton) -> Automaton:
 @pytest.mark.parametrize("late", ["root", "child"])
 def test_what_the_parent_leaves_at_the_same_time_does_not_happen_below(late: str) -> None:
     with running_late(leaves_after(0.1, child_of(0.05, 0.1)), late, 0.03) as (runtime, entered):
-        eventually(lambda: entered.often("B"))
+        until(lambda: entered.often("B"))
         assert entered.never("c", runtime)
 
 
 @pytest.mark.slow
 def test_a_parent_that_is_late_by_several_periods_of_its_child_comes_first() -> None:
     with running_late(leaves_after(0.1, child_of(0.01, 0.11)), "root", 0.04) as (runtime, entered):
-        eventually(lambda: entered.often("B"))
+        until(lambda: entered.often("B"))
         assert entered.never("c", runtime)
 
 
@@ -118,7 +119,7 @@ def test_a_child_that_finishes_late_has_finished_when_a_later_cycle_asks() -> No
     ]
     ways = [finished(1, 2), after(0.1, 1, 3), after(0.1, 2, 1), after(0.1, 3, 1)]
     with running_late(automaton(1, "root", states, ways, period=0.1), "child", 0.05) as (runtime, entered):
-        eventually(lambda: entered.often("B"))
+        until(lambda: entered.often("B"))
         assert entered.never("too late", runtime)
 
 
@@ -128,7 +129,7 @@ def test_grandparents_come_first() -> None:
         3, "middle", [State(id=1, name="m", children=(child_of(0.05, 0.1),), restart=True)], period=0.05
     )
     with running_late(leaves_after(0.1, middle), "root", 0.03) as (runtime, entered):
-        eventually(lambda: entered.often("B"))
+        until(lambda: entered.often("B"))
         assert entered.never("c", runtime)
 
 
@@ -150,7 +151,7 @@ def test_a_parent_that_hangs_does_not_hold_up_its_child(where: str) -> None:
     with running(automaton(1, "root", states, ways, period=0.02)) as runtime:
         assert hangs.wait(EVENT_LIMIT)
         cycles = runtime.run(2).cycles
-        eventually(lambda: runtime.run(2).cycles > cycles + 3)
+        until(lambda: runtime.run(2).cycles > cycles + 3)
         release.set()
 
 
@@ -168,7 +169,7 @@ def test_a_parent_that_sleeps_does_not_hold_up_its_child() -> None:
     with running(root) as runtime:
         assert sleeps.wait(EVENT_LIMIT)
         cycles = runtime.run(2).cycles
-        eventually(lambda: runtime.run(2).cycles > cycles + 3)
+        until(lambda: runtime.run(2).cycles > cycles + 3)
 
 
 def test_a_child_that_hangs_does_not_keep_its_parent_from_leaving() -> None:
@@ -183,7 +184,7 @@ def test_a_child_that_hangs_does_not_keep_its_parent_from_leaving() -> None:
     child = automaton(2, "child", states, [when(hang, 1, 2)], period=0.01)
     with running(leaves_after(0.06, child), limits=RuntimeLimits(hand_over=0.05)) as runtime:
         assert hangs.wait(EVENT_LIMIT)
-        eventually(lambda: runtime.tree.root.current.name == "B" or bool(runtime.errors))
+        until(lambda: runtime.tree.root.current.name == "B" or bool(runtime.errors))
         release.set()
 
 
@@ -194,7 +195,7 @@ def test_automata_side_by_side_do_not_wait_for_each_other() -> None:
     right = automaton(3, "right", [State(id=1, name="x")], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", children=(left, right))], period=0.02)
     with running_late(root, "left", FOREVER) as (runtime, _):
-        eventually(lambda: runtime.run(3).cycles > runtime.run(2).cycles + 5)
+        until(lambda: runtime.run(3).cycles > runtime.run(2).cycles + 5)
 
 
 def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late_parent() -> None:
@@ -207,15 +208,13 @@ def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late
     try:
         assert clock.waits.wait(EVENT_LIMIT)
         runtime.pause()
-        eventually(lambda: not runtime.in_cycle)
+        until(lambda: not runtime.in_cycle)
         cycles = [run.cycles for run in runtime.tree.runs]
         runtime.step(0)
         assert [run.cycles for run in runtime.tree.runs] == [each + 1 for each in cycles]
         runtime.resume()
         # A child whose turn it is not wakes the one whose turn it is.
-        eventually(
-            lambda: all(run.cycles > each + 3 for run, each in zip(runtime.tree.runs, cycles, strict=True))
-        )
+        until(lambda: all(run.cycles > each + 3 for run, each in zip(runtime.tree.runs, cycles, strict=True)))
     finally:
         runtime.stop()
     assert not any(thread.name.startswith("automaton") for thread in threading.enumerate())

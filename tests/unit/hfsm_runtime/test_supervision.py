@@ -13,7 +13,8 @@ from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from tests.support.automata import after, automaton, component, when
 from tests.support.limits import FOREVER
-from tests.support.running import eventually, running
+from tests.support.running import running
+from tests.support.waiting import until
 
 
 class Gate:
@@ -179,7 +180,7 @@ def test_on_threads_it_is_asked_at_once_and_then_only_after_a_delay() -> None:
         return True
 
     with running(commanding(gate, 0.01), limits=RuntimeLimits(retry=FOREVER)) as runtime:
-        eventually(lambda: runtime.refusal is not None)
+        until(lambda: runtime.refusal is not None)
         for _ in range(3):
             runtime.retry(taken)
         assert runtime.refusal is not None
@@ -200,12 +201,12 @@ def test_on_threads_it_is_paused_until_commands_are_taken() -> None:
             runtime.retry(taken)
             return condition()
 
-        eventually(tried)
+        until(tried)
 
     with running(commanding(gate, 0.01), limits=RuntimeLimits(retry=0.01)) as runtime:
-        eventually(lambda: len(gate.taken) > 2)
+        until(lambda: len(gate.taken) > 2)
         gate.stopped = True
-        eventually(lambda: runtime.refusal is not None)
+        until(lambda: runtime.refusal is not None)
         assert runtime.status is ComponentStatus.Paused
         at = runtime.component_time.now()
         tried_until(lambda: len(asked) == 2)
@@ -220,12 +221,12 @@ def test_somebody_may_resume_it_by_hand_and_it_pauses_again_while_refused() -> N
     gate = Gate()
     gate.stopped = True
     with running(commanding(gate, 0.01)) as runtime:
-        eventually(lambda: runtime.refusal is not None)
+        until(lambda: runtime.refusal is not None)
         runtime.resume()
-        eventually(lambda: gate.refused == 2 and runtime.refusal is not None)
+        until(lambda: gate.refused == 2 and runtime.refusal is not None)
         gate.stopped = False
         runtime.resume()
-        eventually(lambda: len(gate.taken) > 2)
+        until(lambda: len(gate.taken) > 2)
         assert runtime.status is ComponentStatus.Running
 
 
@@ -233,7 +234,7 @@ def test_a_pause_by_hand_outlasts_the_refusal() -> None:
     gate = Gate()
     gate.stopped = True
     with running(commanding(gate, 0.01)) as runtime:
-        eventually(lambda: runtime.refusal is not None)
+        until(lambda: runtime.refusal is not None)
         refusal = runtime.refusal
         runtime.pause()
         runtime.resume(refusal)

@@ -19,7 +19,8 @@ from tests.support.automata import after, automaton, finished, on, when
 from tests.support.documents import load
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.places import DATA
-from tests.support.running import eventually, running
+from tests.support.running import running
+from tests.support.waiting import until
 from zenoh_ice import WallClock
 
 COMPONENTS = DATA / "components"
@@ -28,7 +29,7 @@ COMPONENTS = DATA / "components"
 @pytest.mark.slow
 def test_cycles_keep_to_their_schedule() -> None:
     with running(automaton(1, "root", [State(id=1, name="a")], period=0.02)) as runtime:
-        eventually(lambda: runtime.component_time.now() > 200_000_000 and runtime.tree.root.cycles > 1)
+        until(lambda: runtime.component_time.now() > 200_000_000 and runtime.tree.root.cycles > 1)
     run = runtime.tree.root
     # Each slot is run at most once, whatever the load of the machine.
     assert 1 < run.cycles <= runtime.component_time.now() // 20_000_000 + 1
@@ -60,16 +61,16 @@ def test_paused_nothing_runs_and_timers_stand_still() -> None:
         period=0.02,
     )
     with running(root) as runtime:
-        eventually(lambda: len(ran) >= 1)  # after two cycles, a busy machine may be in the second state
+        until(lambda: len(ran) >= 1)  # after two cycles, a busy machine may be in the second state
         runtime.pause()
         assert runtime.status.name == "Paused"
-        eventually(lambda: not runtime.tree.root.in_cycle)
+        until(lambda: not runtime.tree.root.in_cycle)
         count, now = len(ran), runtime.component_time.now()
         time.sleep(0.15)  # longer than the timer
         assert (len(ran), runtime.component_time.now()) == (count, now)
         runtime.resume()
         assert runtime.status.name == "Running"
-        eventually(lambda: runtime.tree.root.current.name == "b")
+        until(lambda: runtime.tree.root.current.name == "b")
     entered = runtime.tree.root.entered
     assert entered is not None
     assert entered >= 100_000_000
@@ -91,7 +92,7 @@ def test_a_step_runs_one_cycle_and_moves_time_on_by_one_period() -> None:
     )
     with running(root) as runtime:
         runtime.pause()
-        eventually(lambda: not any(run.in_cycle for run in runtime.tree.runs))
+        until(lambda: not any(run.in_cycle for run in runtime.tree.runs))
         ran.clear()
         now = runtime.component_time.now()
         runtime.step(2)
@@ -107,7 +108,7 @@ def test_a_step_runs_one_cycle_and_moves_time_on_by_one_period() -> None:
 
 def test_a_step_while_it_runs_does_nothing() -> None:
     with running(automaton(1, "root", [State(id=1, name="a")], period=60)) as runtime:
-        eventually(lambda: runtime.tree.root.cycles == 1)
+        until(lambda: runtime.tree.root.cycles == 1)
         runtime.step(0)
     assert runtime.tree.root.cycles == 1
 
@@ -118,7 +119,7 @@ def test_a_component_that_is_to_end_makes_no_further_step() -> None:
     with running(root) as runtime:
         assert ran.wait(EVENT_LIMIT)
         runtime.pause()
-        eventually(lambda: not runtime.in_cycle)
+        until(lambda: not runtime.in_cycle)
         ran.clear()
         runtime.request_stop()
         runtime.step(0)
@@ -138,7 +139,7 @@ def test_a_transition_is_forced_whatever_its_guard_says() -> None:
         with pytest.raises(UnknownElementError, match="leaves the state 'b'"):
             runtime.force(1, back.id)
         runtime.force(1, forth.id)
-        eventually(lambda: runtime.tree.root.current.name == "b")
+        until(lambda: runtime.tree.root.current.name == "b")
         assert runtime.tree.root.last_transition == forth.id
         with pytest.raises(UnknownElementError, match="no transition 999999"):
             runtime.force(1, 999999)
@@ -176,7 +177,7 @@ def test_an_exception_halts_all_automata() -> None:
         assert runtime.ended.wait(EVENT_LIMIT)
         assert runtime.failed
         assert runtime.status is ComponentStatus.Halted
-        eventually(lambda: not any(run.in_cycle for run in runtime.tree.runs))
+        until(lambda: not any(run.in_cycle for run in runtime.tree.runs))
         cycles = [run.cycles for run in runtime.tree.runs]
         time.sleep(0.1)
         assert [run.cycles for run in runtime.tree.runs] == cycles
@@ -194,7 +195,7 @@ def test_a_component_that_halts_stays_halted() -> None:
     with running(automaton(1, "root", [State(id=1, name="a")], period=0.02)) as runtime:
         runtime.request_stop()
         runtime.resume()
-        eventually(lambda: not runtime.tree.root.in_cycle)
+        until(lambda: not runtime.tree.root.in_cycle)
         cycles = runtime.tree.root.cycles
         time.sleep(0.1)
         assert runtime.tree.root.cycles == cycles
@@ -218,9 +219,9 @@ def test_events_reach_automata_from_other_threads_and_from_each_other() -> None:
         )
 
     with running(root) as runtime:
-        eventually(lambda: runtime.tree.runs[1].active)
+        until(lambda: runtime.tree.runs[1].active)
         runtime.send("go", 7)
-        eventually(lambda: next(runtime.tree.root.paths()) == "b")
+        until(lambda: next(runtime.tree.root.paths()) == "b")
 
 
 def test_a_sleep_of_user_code_ends_with_a_pause_and_the_cycle_runs_again_when_it_goes_on() -> None:
@@ -238,7 +239,7 @@ def test_a_sleep_of_user_code_ends_with_a_pause_and_the_cycle_runs_again_when_it
     with running(root) as runtime:
         assert sleeping.wait(EVENT_LIMIT)
         runtime.pause()
-        eventually(lambda: not runtime.in_cycle)
+        until(lambda: not runtime.in_cycle)
         sleeping.clear()
         runtime.resume()
         assert sleeping.wait(EVENT_LIMIT)
@@ -260,11 +261,11 @@ def test_an_entry_that_a_pause_cuts_short_is_run_again() -> None:
     with running(root) as runtime:
         assert sleeping.wait(EVENT_LIMIT)
         runtime.pause()
-        eventually(lambda: not runtime.in_cycle)
+        until(lambda: not runtime.in_cycle)
         assert runtime.tree.root.owed
         paused.set()
         runtime.resume()
-        eventually(lambda: next(runtime.tree.root.paths()) == "b")
+        until(lambda: next(runtime.tree.root.paths()) == "b")
 
 
 def test_code_may_sleep_in_a_step() -> None:
@@ -279,7 +280,7 @@ def test_code_may_sleep_in_a_step() -> None:
 
     with running(root) as runtime:
         runtime.pause()
-        eventually(lambda: not runtime.in_cycle)
+        until(lambda: not runtime.in_cycle)
         slept.clear()
         runtime.step(0)
         assert slept == ["slept"]
@@ -316,7 +317,7 @@ def test_functions_of_a_document_may_be_called_like_those_of_every_component() -
     runtime = Runtime(load(COMPONENTS / "own_names.py"), WallClock())
     runtime.start()
     try:
-        eventually(lambda: next(runtime.tree.root.paths()) == "rest")
+        until(lambda: next(runtime.tree.root.paths()) == "rest")
     finally:
         runtime.stop()
     assert runtime.errors == ()
@@ -355,17 +356,17 @@ def test_an_automaton_that_wakes_after_a_pause_is_not_kept_waiting(monkeypatch: 
     root = automaton(1, "root", states, [when(lambda: False, 1, 2), when(lambda: False, 2, 1)], period=0.02)
     forth, back = root.transitions
     with running(root, limits=RuntimeLimits(idle=FOREVER, paused=FOREVER)) as runtime:
-        eventually(lambda: runtime.run(2).cycles > 0)
+        until(lambda: runtime.run(2).cycles > 0)
         runtime.pause()
-        eventually(lambda: not runtime.in_cycle)
+        until(lambda: not runtime.in_cycle)
         runtime.force(1, forth.id)
         runtime.step(1)
         assert alarm_rests.wait(EVENT_LIMIT)
         runtime.resume()
-        eventually(lambda: runtime.run(3).cycles > 5)
+        until(lambda: runtime.run(3).cycles > 5)
         before = runtime.run(2).cycles
         runtime.force(1, back.id)
-        eventually(lambda: runtime.run(2).cycles > before)
+        until(lambda: runtime.run(2).cycles > before)
 
 
 def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
@@ -394,7 +395,7 @@ def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
     monkeypatch.setattr("hfsm_runtime._threads.threading", Threading())
     root = automaton(1, "root", [State(id=1, name="a")], period=60)
     with running(root, limits=RuntimeLimits(idle=FOREVER, stop=EVENT_LIMIT)) as runtime:
-        eventually(lambda: runtime.tree.root.cycles == 1)
+        until(lambda: runtime.tree.root.cycles == 1)
         armed.set()
         runtime.resume()
         assert reached.wait(EVENT_LIMIT)
@@ -413,16 +414,16 @@ def test_a_step_of_many_ends_when_the_component_does(caplog: pytest.LogCaptureFi
     child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", code=code, children=(child,))], period=0.02)
     with running(root) as runtime:
-        eventually(lambda: runtime.run(2).cycles > 0)
+        until(lambda: runtime.run(2).cycles > 0)
         runtime.pause()
-        eventually(lambda: not runtime.in_cycle)
+        until(lambda: not runtime.in_cycle)
         paused.set()
         stepping = threading.Thread(target=runtime.step, args=(0,))
         stepping.start()
         assert inside.wait(EVENT_LIMIT)
         stopping = threading.Thread(target=runtime.stop)
         stopping.start()
-        eventually(lambda: "automaton child" not in {thread.name for thread in threading.enumerate()})
+        until(lambda: "automaton child" not in {thread.name for thread in threading.enumerate()})
         release.set()
         stepping.join(EVENT_LIMIT)
         stopping.join(EVENT_LIMIT)

@@ -14,7 +14,8 @@ from hfsm_runtime import Automaton, Component, State
 from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from tests.support.automata import Code, after, automaton, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.running import eventually, running
+from tests.support.running import running
+from tests.support.waiting import until
 
 PATIENT = RuntimeLimits(hand_over=FOREVER)
 """A cycle ends, even on a busy machine, before it is reported as an error."""
@@ -70,7 +71,7 @@ def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old
         period=0.01,
     )
     with running(root, limits=PATIENT) as runtime:
-        eventually(lambda: min(turns.values()) > 30)
+        until(lambda: min(turns.values()) > 30)
     assert faults == []
     assert runtime.errors == ()
 
@@ -98,10 +99,10 @@ def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_h
     order: list[str] = []
     release = threading.Event()
     with running(slow_hand_over(order, release), limits=PATIENT) as runtime:
-        eventually(lambda: not runtime.tree.runs[1].active)
+        until(lambda: not runtime.tree.runs[1].active)
         assert (order, runtime.tree.root.current.name) == (["child begins"], "a")
         release.set()
-        eventually(lambda: len(order) > 3)
+        until(lambda: len(order) > 3)
     assert order[:4] == ["child begins", "child ends", "transition", "new state"]
     assert runtime.errors == ()
 
@@ -110,7 +111,7 @@ def test_a_childs_cycle_that_does_not_end_is_reported_as_an_error() -> None:
     order: list[str] = []
     release = threading.Event()
     with running(slow_hand_over(order, release), limits=HASTY) as runtime:
-        eventually(lambda: "new state" in order)
+        until(lambda: "new state" in order)
         release.set()
     assert order[:3] == ["child begins", "transition", "new state"]
     (error,) = runtime.errors
@@ -146,9 +147,9 @@ def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_co
         period=0.02,
     )
     with running(root, limits=HASTY) as runtime:
-        eventually(lambda: runtime.tree.root.current.name == "b")
+        until(lambda: runtime.tree.root.current.name == "b")
         left.set()
-        eventually(lambda: not runtime.tree.runs[1].in_cycle)
+        until(lambda: not runtime.tree.runs[1].in_cycle)
     assert runtime.tree.runs[1].current.name == "x"
     assert ran == []
 
@@ -169,7 +170,7 @@ def cuts_short(build: Callable[[Component, Code], Automaton]) -> list[str]:
         return automaton(1, "root", states, [when(sleeping.is_set, 1, 2)], period=0.02)
 
     with running(root, limits=PATIENT) as runtime:
-        eventually(lambda: next(runtime.tree.root.paths()) == "b")
+        until(lambda: next(runtime.tree.root.paths()) == "b")
         assert not any(run.in_cycle for run in runtime.tree.runs[1:])
         assert runtime.errors == ()
     return after_sleep
@@ -225,10 +226,10 @@ def test_the_exit_code_of_children_that_restart_waits_for_their_running_cycles()
     ]
     change = when(lambda: "first begins" in order, 1, 2, code=lambda: order.append("fired"))
     with running(automaton(1, "root", states, [change], period=0.02), limits=PATIENT) as runtime:
-        eventually(lambda: not any(run.active for run in runtime.tree.runs[1:]))
+        until(lambda: not any(run.active for run in runtime.tree.runs[1:]))
         assert order == ["first begins"]
         release.set()
-        eventually(lambda: "b" in order)
+        until(lambda: "b" in order)
     assert order[:8] == [
         "first begins", "first ends", "exit first", "exit second", "exit a", "fired", "entry b", "b",
     ]  # fmt: skip
@@ -261,7 +262,7 @@ def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_tha
         runtime.step(1)  # back to a, where the child restarts
         assert next(runtime.tree.root.paths()) == "a/x"
         release.set()
-        eventually(lambda: not late.in_cycle)
+        until(lambda: not late.in_cycle)
         assert (next(runtime.tree.root.paths()), ran) == ("a/x", [])
 
 
@@ -273,7 +274,7 @@ def test_an_automaton_that_blocks_delays_no_other() -> None:
     with running(root, limits=PATIENT) as runtime:
         run = runtime.tree.run(2)
         assert run is not None
-        eventually(lambda: run.cycles > 20)
+        until(lambda: run.cycles > 20)
         release.set()
 
 
@@ -284,7 +285,7 @@ def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since(
     def cross() -> None:
         if "lowest leaves" in order:
             crossing.set()
-            eventually(lambda: not runtime.run(2).active)
+            until(lambda: not runtime.run(2).active)
 
     lowest = automaton(3, "lowest", [State(id=1, name="x", exit=lambda: order.append("lowest leaves"))])
     middle = automaton(
@@ -303,5 +304,5 @@ def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since(
     )
     with running(root, limits=PATIENT) as runtime:
         known.set()  # not before: the automata may be faster than this thread, and `cross` needs the runtime
-        eventually(lambda: next(runtime.tree.root.paths()) == "b")
+        until(lambda: next(runtime.tree.root.paths()) == "b")
     assert order == ["lowest leaves"]

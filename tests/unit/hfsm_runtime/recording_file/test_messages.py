@@ -37,7 +37,6 @@ from tests.support.automata import after, automaton, component, when
 from tests.support.documents import compile_to, document, state, sub
 from tests.support.examples import examples
 from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.running import eventually
 from tests.support.stepped_clock import SteppedClock
 from tests.support.waiting import until
 from zenoh_ice.clock import WallClock
@@ -388,13 +387,13 @@ def test_a_step_of_all_leaves_nothing_to_do_for_those_that_it_makes_ghosts(tmp_p
         runtime = RecordedRuntime(written, WallClock(), recorder)
         runtime.start()
         try:
-            eventually(lambda: runtime.run(2).cycles > 0)
+            until(lambda: runtime.run(2).cycles > 0)
             runtime.pause()
-            eventually(lambda: not runtime.in_cycle)
+            until(lambda: not runtime.in_cycle)
             runtime.force(1, root.transitions[0].id)
             runtime.step(0)
             assert next(runtime.tree.root.paths()) == "b"
-            eventually(lambda: not runtime.run(2).stepping)
+            until(lambda: not runtime.run(2).stepping)
         finally:
             runtime.stop()
 

@@ -21,7 +21,8 @@ from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException
 from tests.support.automata import after, automaton, component, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.running import eventually, running
+from tests.support.running import running
+from tests.support.waiting import until
 from zenoh_ice import CommunicatorDestroyedException
 
 
@@ -67,7 +68,7 @@ def test_time_passes_as_fast_as_it_is_set() -> None:
         assert run.speed == 1.0
         run.set_speed(100.0)
         began = time.monotonic()
-        eventually(lambda: run.time > 20.0)
+        until(lambda: run.time > 20.0)
         assert time.monotonic() - began >= 0.19
         assert run.state("root") == "a"
 
@@ -77,7 +78,7 @@ def test_no_cycle_is_left_out_however_fast_it_runs() -> None:
     with made(lambda c: two_states(1000.0, lambda: times.append(c.clock.now()))) as run:
         run.set_speed(100.0)
         run.start()
-        eventually(lambda: len(times) > 100)
+        until(lambda: len(times) > 100)
     assert times == pytest.approx([0.1 * number for number in range(len(times))])
 
 
@@ -103,7 +104,7 @@ def test_in_a_pause_all_time_stands_still_and_a_step_moves_it_by_a_period() -> N
         assert [run.time, run.clock.now()] == pytest.approx([now + 0.1, clock + 0.1])
         run.resume()
         assert run.clock.rate == 100.0
-        eventually(lambda: run.tree.root.cycles > cycles + 10)
+        until(lambda: run.tree.root.cycles > cycles + 10)
 
 
 def test_a_pause_leaves_no_cycle_out() -> None:
@@ -115,7 +116,7 @@ def test_a_pause_leaves_no_cycle_out() -> None:
             run.resume()
             time.sleep(0.005)
         run.set_speed(100.0)
-        eventually(lambda: len(times) > 50)
+        until(lambda: len(times) > 50)
     assert [after - before for before, after in pairwise(times)] == pytest.approx([0.1] * (len(times) - 1))
 
 
@@ -132,17 +133,17 @@ def test_code_that_sleeps_sleeps_by_its_time_and_is_cut_by_a_pause() -> None:
 
     with paced(sleeping) as run:
         run.pause()
-        eventually(lambda: not run.in_cycle)
+        until(lambda: not run.in_cycle)
         assert slept == []
         run.set_speed(100.0)
         run.resume()
-        eventually(lambda: len(slept) > 0)
+        until(lambda: len(slept) > 0)
         assert slept[0] == pytest.approx(5.0)
 
 
 def test_code_that_waits_ends_with_the_component() -> None:
     with paced(lambda c: two_states(1000.0, lambda: c.sleep(1e6))) as run:
-        eventually(lambda: run.in_cycle)
+        until(lambda: run.in_cycle)
         run.stop()
         assert not run.in_cycle
         with pytest.raises(CommunicatorDestroyedException):
@@ -161,7 +162,7 @@ def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
         run.set_speed(2.0)
         with pytest.raises(ReloadRefusedError, match="its code must not block"):
             run.exchange(component(two_states(1.0)))
-        eventually(lambda: run.hanging(run.tree.root)[0] > 0.05)
+        until(lambda: run.hanging(run.tree.root)[0] > 0.05)
         run.stop()
     assert "did not end within 0.05 s and is abandoned" in caplog.text
 
@@ -177,10 +178,10 @@ def test_a_refused_command_pauses_it_and_is_tried_again_after_a_second_of_its_cl
     with made(two_states(1000.0, command)) as run:
         run.set_speed(20.0)
         run.start()
-        eventually(lambda: run.refusal is not None)
+        until(lambda: run.refusal is not None)
         assert (run.status, run.time) == (ComponentStatus.Paused, 0.0)
         refused.clear()
-        eventually(lambda: run.time > 0.0)
+        until(lambda: run.time > 0.0)
         assert run.refusal is None
         assert run.clock.now() > 1.0
 
@@ -213,11 +214,11 @@ def test_an_error_ends_it_and_is_raised_where_its_time_is_waited_for() -> None:
 
 def test_it_continues_in_another_version() -> None:
     with paced(two_states(1000.0)) as run:
-        eventually(lambda: run.tree.root.cycles > 1)
+        until(lambda: run.tree.root.cycles > 1)
         run.exchange(component(automaton(1, "root", [State(id=1, name="z")], [when(lambda: False, 1, 1)])))
         assert run.state("root") == "z"
         cycles = run.tree.root.cycles
-        eventually(lambda: run.tree.root.cycles > cycles)
+        until(lambda: run.tree.root.cycles > cycles)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, 101.0, math.inf, math.nan])
@@ -262,7 +263,7 @@ def test_a_reload_right_after_a_cycle_doubles_none() -> None:
     with Late(component(root), VirtualWorld(PacedClock())) as run:
         run.set_speed(10.0)
         run.start()
-        eventually(lambda: len(times) > 8)
+        until(lambda: len(times) > 8)
     assert run.reloads == 1
     assert times == pytest.approx([0.1 * number for number in range(len(times))])
 

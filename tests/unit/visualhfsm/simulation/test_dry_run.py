@@ -18,7 +18,7 @@ from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.parts import Axis
 from tests.support.automata import automaton
 from tests.support.limits import START_LIMIT
-from tests.support.running import eventually
+from tests.support.waiting import until
 from visualhfsm.simulation._dry_run import dry_run
 from zenoh_ice import initialize
 
@@ -62,14 +62,14 @@ def test_the_fake_robot_moves_as_its_servants_are_called() -> None:
     with tried(Looks()) as run:
         assert run.joints()["HeadYaw"] == 0.0
         run.start()
-        eventually(lambda: math.isclose(run.joints()["HeadYaw"], 0.5, abs_tol=1e-3))
+        until(lambda: math.isclose(run.joints()["HeadYaw"], 0.5, abs_tol=1e-3))
 
 
 def test_a_dry_run_has_the_body_that_was_chosen() -> None:
     with tried(Looks(), "T1") as run:
         run.start()
         pan = find_body("T1").hinges["Neck"][Axis.PAN].joint
-        eventually(lambda: math.isclose(run.joints()[pan], 0.5, abs_tol=1e-3))
+        until(lambda: math.isclose(run.joints()[pan], 0.5, abs_tol=1e-3))
 
 
 @pytest.mark.slow
@@ -77,7 +77,7 @@ def test_a_command_expires_by_the_time_of_the_dry_run() -> None:
     with tried(Turns()) as run:
         run.set_speed(0.2)
         run.start()
-        eventually(lambda: run.joints()["HeadYaw"] > 0.05)
+        until(lambda: run.joints()["HeadYaw"] > 0.05)
         run.set_speed(100.0)
         run.clock.sleep(2.0)
         assert run.joints()["HeadYaw"] < 0.7  # it turned for half a second of its time
@@ -86,7 +86,7 @@ def test_a_command_expires_by_the_time_of_the_dry_run() -> None:
 def test_in_a_pause_the_robot_stands_still() -> None:
     with tried(Turns()) as run:
         run.start()
-        eventually(lambda: run.joints()["HeadYaw"] > 0.01)
+        until(lambda: run.joints()["HeadYaw"] > 0.01)
         run.pause()
         joints = run.joints()
         run.step(0)
