@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,8 +12,8 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import Editor, editor, services
-from tests.support.limits import CALL_LIMIT, FOREVER, RUN_LIMIT
+from tests.support.editor import Editor, NoCodeHelp, editor, services
+from tests.support.limits import CALL_LIMIT, FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
 from visualhfsm._code_help.service import CodeHelp
@@ -239,7 +240,7 @@ def opened(
     path: Path,
     code: str,
     monkeypatch: pytest.MonkeyPatch,
-    code_help: CodeHelp | None = None,
+    code_help: CodeHelp | NoCodeHelp | None = None,
 ) -> Iterator[EditorPage]:
     """Open the document with other code in its state `wait`, in an editor that can run it."""
     path.write_text(DOCUMENT.replace("<code>count += 1</code>", f"<code>{code}</code>"))
@@ -255,6 +256,37 @@ def opened(
     ):
         shown.state("wait").wait_for()
         yield shown
+
+
+class SlowHelp(NoCodeHelp):
+    """Knows nothing of the first word, and says so only when the second one has been typed."""
+
+    def __init__(self) -> None:
+        self.asked = threading.Event()
+        self.answers = threading.Event()
+
+    def ask(self, wanted: str, *place: object, column: int, **_: object) -> object:
+        if wanted != "complete":
+            return None
+        if self.asked.is_set():
+            return {"typed": 1, "options": [{"label": "second", "type": "variable"}]}
+        self.asked.set()
+        assert self.answers.wait(FOREVER)
+        return {"typed": column, "options": []}
+
+
+def test_what_is_typed_before_an_answer_is_completed_too(
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow_help = SlowHelp()
+    with opened(browser, path, "pass", monkeypatch, slow_help) as shown:
+        edit(shown, "wait")
+        shown.press("Control+a")
+        shown.type("f")
+        assert slow_help.asked.wait(PAGE_LIMIT)
+        shown.type(" = s")
+        slow_help.answers.set()
+        shown.page.get_by_role("option").filter(has_text="second").wait_for()
 
 
 @pytest.mark.slow

@@ -158,7 +158,11 @@ class Help {
     const word = context.matchBefore(/[\w.]+$/);
     if (!context.explicit && (!word || /^\d/.test(word.text))) return null;
     const found = await this.ask("complete", context.state, context.pos);
-    if (!found?.options.length || context.aborted) return null;
+    if (context.aborted) return null;
+    if (!found?.options.length) {
+      // About what was typed meanwhile CodeMirror asks only after a result, though it has no options.
+      return context.view?.state.doc === context.state.doc ? null : {from: context.pos, options: []};
+    }
     const from = context.pos - found.typed;
     /** Whether a word is complete: nothing longer begins with it. @param {string} typed */
     const isComplete = (typed) => {
