@@ -65,8 +65,8 @@ class PacedExecution(Execution):
 
     def pause(self) -> None:
         """Let all time stand still, and start no cycle until `resume`."""
+        self.clock.pause()  # first: else it could move on while the time of the component stands still
         super().pause()
-        self.clock.pause()
 
     def resume(self, after: Refusal | None = None) -> None:
         """Resume after a pause, or only after the pause for one refused command."""
