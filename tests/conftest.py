@@ -10,7 +10,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import count
@@ -118,7 +118,7 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
     """Remove environment variables that would change the tests, and let calls take longer."""
     if not session.items:  # pytest-xdist runs the tests in other processes
         return (yield)
-    with pytest.MonkeyPatch.context() as patch:
+    with ExitStack() as made, pytest.MonkeyPatch.context() as patch:
         for name in list(os.environ):
             if name in DECISIVE or name.startswith("VISUALHFSM_"):
                 patch.delenv(name)
@@ -126,7 +126,8 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
         patch.setenv("PYTEST_ADDOPTS", "-p no:anyio -p no:hypothesispytest")
         patch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
         patch.setenv("GIT_CONFIG_NOSYSTEM", "1")
-        patch.setenv("XDG_STATE_HOME", tempfile.gettempdir())  # of what fixtures of several tests start
+        states = made.enter_context(tempfile.TemporaryDirectory(prefix="visualhfsm-states-"))
+        patch.setenv("XDG_STATE_HOME", states)  # of what fixtures of several tests start
         # A shell makes background jobs ignore signals, as nohup does, and child processes inherit that.
         for number, handler in (
             (signal.SIGINT, signal.default_int_handler),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -30,7 +31,7 @@ shift 2
 exec {become} "$@"
 """
 VISUALHFSM = f"""#!/bin/sh
-PYTHONPATH={ROOT} exec {sys.executable} -m visualhfsm "$@"
+PYTHONPATH={shlex.quote(str(ROOT))} exec {shlex.quote(sys.executable)} -m visualhfsm "$@"
 """
 
 

@@ -11,6 +11,7 @@ import json
 import os
 import platform
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -155,10 +156,18 @@ def all_parts() -> dict[str, list[str]]:
             share = files[len(files) * index // count : len(files) * (index + 1) // count]
             found[f"{folder}-{index + 1}"] = [*pytest, *share]
     for python in PYTHONS:
-        if subprocess.run([python, "-c", ""], check=False, capture_output=True).returncode == 0:
+        if _is_installed(python):
             environment = [f"PYTHON={python}", f"VENV=.venv/{python}"]
             found[python] = ["make", "--no-print-directory", *environment, "all-tests"]
     return found
+
+
+def _is_installed(python: str) -> bool:
+    # pyenv has commands of all its versions: those of versions that are not chosen fail.
+    command = shutil.which(python)
+    if command is None:
+        return False
+    return subprocess.run([command, "-c", ""], check=False, capture_output=True).returncode == 0
 
 
 def current_commit(written: Path) -> str:

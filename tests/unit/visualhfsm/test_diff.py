@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -133,6 +134,6 @@ def test_git_shows_differences_with_it(repository: Path) -> None:
     (repository / "added.xml").write_text(BEFORE)
     git(repository, "add", "added.xml")
     tool = Path(sys.executable).with_name("visualhfsm")
-    shown = git(repository, "difftool", "--no-prompt", "--extcmd", f"{tool} diff", "HEAD")
+    shown = git(repository, "difftool", "--no-prompt", "--extcmd", f"{shlex.quote(str(tool))} diff", "HEAD")
     assert "state `run` of automaton 1 added" in shown
     assert "automaton 1 added" in shown  # the whole document is new
