@@ -8,7 +8,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-UV := $(BIN)/uv pip install --python $(BIN)/python --constraint constraints.txt
+# Like pip, uv then trusts what the system trusts, such as the proxy of a school.
+UV := $(BIN)/uv pip install --system-certs --python $(BIN)/python --constraint constraints.txt
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install
 PYTHONS ?= python3.11 python3.12 python3.13
 ROS_PYTHON ?= python3.11
