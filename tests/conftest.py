@@ -51,6 +51,7 @@ DECISIVE = frozenset(
         *("CI", "BUILD_NUMBER", "GITHUB_ACTIONS", "PYTEST_ADDOPTS"),  # pytest, rich and typer print more
         *("FORCE_COLOR", "NO_COLOR", "PY_COLORS", "COLUMNS", "LINES", "TERMINAL_WIDTH", "PYTHONWARNINGS"),
         *("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"),  # of a hook that runs the tests
+        "PYTHONUNBUFFERED",  # what containers set hides what is lost in a buffer
     }
 )
 """Environment variables that change the tested code."""

@@ -253,15 +253,33 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     _join_lines(app)
     atexit.register(gc.freeze)  # exiting frees all memory: skip the final garbage collection
     try:
-        app()
+        try:
+            app()
+        except SystemExit:
+            sys.stdout.flush()
+            raise
     except errors as error:
         _logger.debug("the command failed", exc_info=True)
         why = str(error)
     except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EPIPE):
             raise
+        if error.errno == errno.EPIPE:  # nobody reads on, as after `| head`
+            _end_output()
+            sys.exit(1)
         why = f"cannot write{f' {error.filename}' if error.filename else ''}: {error.strerror}"
     else:
         sys.exit(0)
+    _end_output()
     typer.echo(f"{program_name()}: error: {' '.join(why.split())}", err=True)
     sys.exit(1)
+
+
+def _end_output() -> None:
+    """Write what is left of the output, or drop it: Python would try again at its end, and complain."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)

@@ -140,20 +140,45 @@ WRITES = """
 @app.command()
 def command() -> None:
     sys.stdout.write("a line\\n")
-    sys.stdout.flush()
 """
+FLUSHES = f"{WRITES}    sys.stdout.flush()\n"
+
+
+def run_writing_to(output: int, body: str) -> tuple[int, str]:
+    done = subprocess.run(
+        script(body), stdout=output, stderr=subprocess.PIPE, text=True, timeout=RUN_LIMIT, check=False
+    )
+    return done.returncode, done.stderr
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("body", [WRITES, FLUSHES], ids=["in the end", "at once"])
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
-def test_a_full_disk_and_a_closed_output_are_no_crash() -> None:
-    code = shlex.join(script(WRITES))
-    full = subprocess.run(
-        ["sh", "-c", f"{code} > /dev/full"], capture_output=True, text=True, timeout=RUN_LIMIT, check=False
-    )
-    assert (full.returncode, full.stderr) == (1, "-c: error: cannot write: No space left on device\n")
+def test_a_full_disk_is_no_crash(body: str) -> None:
+    with Path("/dev/full").open("wb") as full:
+        assert run_writing_to(full.fileno(), body) == (
+            1,
+            "-c: error: cannot write: No space left on device\n",
+        )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", [WRITES, FLUSHES], ids=["in the end", "at once"])
+def test_an_output_that_nobody_reads_is_no_crash(body: str) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "wb") as pipe:
+        assert run_writing_to(pipe.fileno(), body) == (1, "")
+
+
+@pytest.mark.slow
+def test_a_closed_output_is_no_crash() -> None:
     closed = subprocess.run(
-        ["sh", "-c", f"{code} >&-"], capture_output=True, text=True, timeout=RUN_LIMIT, check=False
+        ["sh", "-c", f"{shlex.join(script(FLUSHES))} >&-"],
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
     )
     assert (closed.returncode, closed.stderr) == (0, "")
 
