@@ -10,7 +10,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable, Generator, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import count
@@ -119,7 +119,10 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
     """Remove environment variables that would change the tests, and let calls take longer."""
     if not session.items:  # pytest-xdist runs the tests in other processes
         return (yield)
-    with ExitStack() as made, pytest.MonkeyPatch.context() as patch:
+    with (
+        tempfile.TemporaryDirectory(prefix="visualhfsm-states-") as states,
+        pytest.MonkeyPatch.context() as patch,
+    ):
         for name in list(os.environ):
             if name in DECISIVE or name.startswith("VISUALHFSM_"):
                 patch.delenv(name)
@@ -127,7 +130,6 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
         patch.setenv("PYTEST_ADDOPTS", "-p no:anyio -p no:hypothesispytest")
         patch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
         patch.setenv("GIT_CONFIG_NOSYSTEM", "1")
-        states = made.enter_context(tempfile.TemporaryDirectory(prefix="visualhfsm-states-"))
         patch.setenv("XDG_STATE_HOME", states)  # of what fixtures of several tests start
         # A shell makes background jobs ignore signals, as nohup does, and child processes inherit that.
         for number, handler in (

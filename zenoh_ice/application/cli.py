@@ -252,6 +252,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     _drop_other_commands(app)
     _join_lines(app)
     atexit.register(gc.freeze)  # exiting frees all memory: skip the final garbage collection
+    why: str | None
     try:
         try:
             app()
@@ -261,17 +262,17 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     except errors as error:
         _logger.debug("the command failed", exc_info=True)
         why = str(error)
+    except BrokenPipeError:
+        why = None  # nobody reads on, as after `| head`
     except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EPIPE):
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
-        if error.errno == errno.EPIPE:  # nobody reads on, as after `| head`
-            _end_output()
-            sys.exit(1)
         why = f"cannot write{f' {error.filename}' if error.filename else ''}: {error.strerror}"
     else:
         sys.exit(0)
     _end_output()
-    typer.echo(f"{program_name()}: error: {' '.join(why.split())}", err=True)
+    if why is not None:
+        typer.echo(f"{program_name()}: error: {' '.join(why.split())}", err=True)
     sys.exit(1)
 
 

@@ -59,7 +59,7 @@ def test_commands_in_the_text_of_tutorials_and_how_tos_are_taken(
         for line in re.findall(r"`([^`\n]+)`", text):
             if line.split()[0] not in PROGRAMS or line in NAMED or line.endswith("<TAB>"):
                 continue
-            for name in re.findall(r"(?<![\w/])\w[\w/]*\.(?:xml|mcap|toml|idl)", line.replace("./", "")):
+            for name in re.findall(r"\w[\w/]*\.(?:xml|mcap|toml|idl)", line):
                 (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
                 (tmp_path / name).touch()
             try:
