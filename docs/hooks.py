@@ -10,10 +10,13 @@ import ast
 import importlib
 import inspect
 import itertools
+import logging
 import posixpath
 import re
+import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -109,11 +112,27 @@ def _relink(text: str, folder: str, page: str) -> str:
 def commands() -> str:
     """Return the help of every command."""
     return "\n\n".join(
-        _command(name, typer.main.get_command(importlib.import_module(module).app))
+        _with_libqi(partial(_help, name, module), f"`{name}`")
         for name, module in sorted(
             {**COMMANDS, **PARTS}.items(), key=lambda item: [*COMMANDS].index(item[0].split()[0])
         )
     )
+
+
+def _help(name: str, module: str) -> str:
+    return _command(name, typer.main.get_command(importlib.import_module(module).app))
+
+
+def _with_libqi(text: Callable[[], str], what: str) -> str:
+    """Return a text that is made from code on libqi, or that this Python has no libqi."""
+    try:
+        return text()
+    except ModuleNotFoundError as error:
+        if error.name != "qi":
+            raise
+    version = ".".join(map(str, sys.version_info[:2]))
+    logging.getLogger("mkdocs").info("%s is left out: libqi has no package for Python %s", what, version)
+    return f"{what}: not shown here, as libqi has no package for the Python of this build, {version}."
 
 
 def component() -> str:
@@ -277,6 +296,10 @@ def edits() -> str:
 
 def naoqi() -> str:
     """Return a table of the operations of NAOqi's services on the virtual Nao."""
+    return _with_libqi(_naoqi_operations, "The table of NAOqi's operations")
+
+
+def _naoqi_operations() -> str:
     from naoserver.qi import _service as service
 
     rows = []
