@@ -36,6 +36,7 @@ from hfsm_runtime.recording_file.outcome import (
 from hfsm_runtime.recording_file.reader import RecordingError, RecordingFile
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
+from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.text import printable
@@ -224,7 +225,7 @@ async def _run_in_process(
 async def _listen(
     lines: asyncio.Queue[bytes], report: Callable[[Line], None], stop: threading.Event
 ) -> Outcome | None:
-    decoder = msgspec.json.Decoder(Line)
+    decode = typed.json_decoder(Line)
     heard = time.monotonic()
     while not stop.is_set():
         try:
@@ -239,7 +240,7 @@ async def _listen(
         if not text:
             return None
         try:
-            line = decoder.decode(text)
+            line = decode(text)
         except msgspec.MsgspecError as error:
             raise VisualHfsmError(
                 Message("the replay sent an invalid message: {reason}", reason=reason(error))

@@ -31,6 +31,7 @@ from visualhfsm._languages import decode_message
 from visualhfsm._services import Source, complete
 from visualhfsm._test_reasons import reason_of
 from visualhfsm._test_results import Passed, PassedCode, TestResult, TestsPush, TestView
+from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 
 Publish = Callable[[TestsPush], None]
@@ -240,7 +241,7 @@ class _TabTests:
     def _take(self, data: bytes) -> None:
         for line in data.splitlines():
             with contextlib.suppress(msgspec.DecodeError, RecursionError):  # a test wrote it
-                result = msgspec.json.decode(line, type=TestResult, dec_hook=decode_message)
+                result = typed.from_json(line, TestResult, dec_hook=decode_message)
                 former = self._results.get(result.name)
                 if former is None or former.outcome != "failed":  # a failed call, not its clean end
                     self._results[result.name] = result

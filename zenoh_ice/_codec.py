@@ -16,9 +16,9 @@ from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
 import msgspec
 
+from . import typed
 from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, StructType, Value, WireTypes, fields_of
 from .exceptions import MarshalException
-from .struct_types import READS_TYPES
 from .text import printable
 
 LARGE: Final = 1 << 16  # size in bytes from which a byte sequence becomes a separate piece
@@ -164,9 +164,9 @@ class Codec(Generic[S]):
         self.value_of: Callable[[S], object] = attrgetter(*self.fields) if self.fields else lambda _: None
         """Returns the plain value of a struct: None, a value or a tuple."""
         known, wire = StructType.known, WireTypes(struct)  # in this order: other threads make classes, too
-        self._decoder: tuple[object, msgspec.msgpack.Decoder[S]] = known, _decoder(wire)
+        self._decoder: tuple[object, Callable[[bytes], S]] = known, _decoder(wire)
         """The state of the known classes, and the decoder for them."""
-        self.decode: Callable[[bytes], S] | None = self._decoder[1].decode if wire.plain else None
+        self.decode: Callable[[bytes], S] | None = self._decoder[1] if wire.plain else None
         """The equivalent of `unpack` in C; it raises DECODE_ERRORS, which `misfit` explains.
 
         None if the type contains classes or proxies.
@@ -226,21 +226,20 @@ class Codec(Generic[S]):
         return self.value_of(self.unpack(payload, what, resolve))
 
     def _decode(self, payload: bytes, resolve: Resolve | None) -> S:
-        known, decoder = self._decoder
+        known, decode = self._decoder
         if known is not StructType.known:
             known = StructType.known  # first, as above
-            decoder = _decoder(WireTypes(self.struct))
-            self._decoder = known, decoder
+            decode = _decoder(WireTypes(self.struct))
+            self._decoder = known, decode
         token = _resolve.set(resolve)
         try:
-            return decoder.decode(payload)
+            return decode(payload)
         finally:
             _resolve.reset(token)
 
 
-def _decoder(wire: WireTypes) -> msgspec.msgpack.Decoder[Any]:
-    with READS_TYPES:
-        return msgspec.msgpack.Decoder(wire.root, dec_hook=_proxy)
+def _decoder(wire: WireTypes) -> Callable[[bytes], Any]:
+    return typed.msgpack_decoder(wire.root, dec_hook=_proxy)
 
 
 def too_large(size: int, limit: int, what: str) -> MarshalException:

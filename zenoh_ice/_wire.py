@@ -14,6 +14,7 @@ from weakref import WeakKeyDictionary
 import msgspec
 from msgspec import Meta
 
+from . import typed
 from ._codec import LARGEST_PAYLOAD, Buffer, Codec, decode_bounded, encode
 from ._values import Resolve
 from .exceptions import (
@@ -95,7 +96,7 @@ NO_ATTACHMENT: Final = Attachment()
 encode_attachment: Final = msgspec.msgpack.Encoder().encode
 """Encodes the members of an attachment, given as a tuple."""
 
-read_attachment: Final = msgspec.msgpack.Decoder(Attachment).decode
+read_attachment: Final = typed.msgpack_decoder(Attachment)
 
 
 def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: float) -> bytes:
@@ -132,7 +133,7 @@ class _WireError(msgspec.Struct, omit_defaults=True):
     member: str = ""
 
 
-_decode: Final = msgspec.msgpack.Decoder(_WireError).decode
+_decode: Final = typed.msgpack_decoder(_WireError)
 
 # Codecs of declared exceptions; making one takes a millisecond or more.
 _codecs: Final[WeakKeyDictionary[type[UserException], Codec[Any]]] = WeakKeyDictionary()

@@ -21,10 +21,10 @@ from typing import Annotated, Final, Literal
 import msgspec
 from msgspec import Meta
 
+from . import typed
 from ._codec import DECODE_ERRORS, misfit
 from .exceptions import ConfigurationException, MarshalException, ZenohIceError
 from .interface import OBJECT_TYPE_ID, RETURN_VALUE, Interface
-from .struct_types import settled
 from .text import printable
 
 _SCHEMA_FILE: Final = "schema.json"
@@ -164,8 +164,8 @@ def describe_package(package: str) -> dict[str, Definition]:
 
     try:
         data = (resources.files(package) / _SCHEMA_FILE).read_bytes()
-        definitions = msgspec.json.decode(data, type=dict[str, msgspec.Raw])["definitions"]
-        return msgspec.json.decode(definitions, type=settled(dict[_TypeId, Definition]))
+        definitions = typed.from_json(data, dict[str, msgspec.Raw])["definitions"]
+        return typed.from_json(definitions, dict[_TypeId, Definition])
     except (OSError, ImportError, TypeError, ValueError, KeyError) as error:
         where = package or "code outside a package"
         message = f"{where} has no readable {_SCHEMA_FILE}: generate it with codegen ({error})"
@@ -241,7 +241,7 @@ def parse_schema(text: str) -> Schema:
     if len(text) > _LARGEST_SCHEMA:
         raise _malformed(f"it has {len(text)} characters; at most {_LARGEST_SCHEMA} are accepted")
     try:
-        schema = msgspec.json.decode(text, type=settled(Schema))
+        schema = typed.from_json(text, Schema)
     except DECODE_ERRORS as error:
         raise misfit(error, _MALFORMED) from error
     _check_references(schema)

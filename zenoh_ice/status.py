@@ -13,6 +13,7 @@ from typing import Annotated
 
 import msgspec
 
+from . import typed
 from ._codec import LARGEST_PAYLOAD, Buffer, decode_bounded
 from .text import LONGEST_TEXT
 
@@ -66,7 +67,7 @@ def encode_status(since: float, *, local_sockets: bool, servants: Mapping[str, S
 
 def decode_status(data: Buffer, process: str) -> ProcessStatus:
     """Decode the status of a process; raises MarshalException that names it for a malformed one."""
-    decode = msgspec.msgpack.Decoder(ProcessStatus).decode
+    decode = typed.msgpack_decoder(ProcessStatus)
     return decode_bounded(decode, data, LARGEST_PAYLOAD, f"status of {process}")
 
 

@@ -20,6 +20,7 @@ from typing import Annotated, Any, Final, Literal, TypeVar, Union, get_args, get
 
 import msgspec
 
+from . import typed
 from .text import cut
 
 LARGEST_FILE: Final = 1 << 20  # bytes
@@ -73,7 +74,7 @@ def convert(
     and with the `text` of the file the line is named, too. Without `strict`, a text may represent a number.
     """
     try:
-        return msgspec.convert(value, kind, strict=strict)
+        return typed.convert(value, kind, strict=strict)
     except msgspec.ValidationError as refusal:
         problem = str(refusal)
     plain, remedy = _plain(kind)

@@ -1,26 +1,75 @@
-"""Let msgspec read the annotations of a type in one thread alone, before anything of it is decoded.
+"""Decode and convert values into types, from any thread.
 
-It reads those of a struct when that is decoded for the first time, and keeps what it has read so far in the
-class: another thread that decodes the same struct meanwhile ends the process (msgspec 0.22).
+msgspec reads the annotations of a struct when one is decoded or converted for the first time, and keeps what
+it has read so far in the class: another thread that does so meanwhile ends the process (msgspec 0.22). Here
+one thread alone reads those of a type, before anything of it is decoded.
 """
 
 from __future__ import annotations
 
 import threading
-from typing import Final, TypeVar
+from collections.abc import Callable
+from typing import Any, Final, TypeVar, overload
 
 import msgspec
 
-__all__ = ["READS_TYPES", "settled"]
+__all__ = ["convert", "from_json", "from_msgpack", "json_decoder", "msgpack_decoder"]
 
 T = TypeVar("T")
+_Text = bytes | bytearray | msgspec.Raw | str
+_Hook = Callable[[type, Any], Any]
 
-READS_TYPES: Final = threading.RLock()
-"""Held while a decoder is made of types that other threads may decode."""
+_READING: Final = threading.RLock()  # annotations may run code that comes here, too
 
 
-def settled(kind: T) -> T:
-    """Return a type whose annotations have been read: now any thread may decode it."""
-    with READS_TYPES:
-        msgspec.msgpack.Decoder(kind)
+@overload
+def convert(value: object, kind: type[T], *, strict: bool = True, from_attributes: bool = False) -> T: ...
+@overload
+def convert(value: object, kind: Any, *, strict: bool = True, from_attributes: bool = False) -> Any: ...  # noqa: ANN401
+def convert(value: object, kind: Any, *, strict: bool = True, from_attributes: bool = False) -> Any:
+    """Return a value as one of a type. Raises msgspec.ValidationError."""
+    return msgspec.convert(value, _read(kind), strict=strict, from_attributes=from_attributes)
+
+
+@overload
+def from_json(data: _Text, kind: type[T], *, dec_hook: _Hook | None = None) -> T: ...
+@overload
+def from_json(data: _Text, kind: Any = Any, *, dec_hook: _Hook | None = None) -> Any: ...  # noqa: ANN401
+def from_json(data: _Text, kind: Any = Any, *, dec_hook: _Hook | None = None) -> Any:
+    """Return the value of a type in a text of JSON. Raises msgspec.DecodeError, msgspec.ValidationError."""
+    return msgspec.json.decode(data, type=_read(kind), dec_hook=dec_hook)
+
+
+@overload
+def from_msgpack(data: bytes, kind: type[T]) -> T: ...
+@overload
+def from_msgpack(data: bytes, kind: Any = Any) -> Any: ...  # noqa: ANN401
+def from_msgpack(data: bytes, kind: Any = Any) -> Any:
+    """Return the value of a type in MessagePack. Raises msgspec.DecodeError, msgspec.ValidationError."""
+    return msgspec.msgpack.decode(data, type=_read(kind))
+
+
+@overload
+def json_decoder(kind: type[T]) -> Callable[[_Text], T]: ...
+@overload
+def json_decoder(kind: Any) -> Callable[[_Text], Any]: ...  # noqa: ANN401
+def json_decoder(kind: Any) -> Callable[[_Text], Any]:
+    """Return what decodes a text of JSON into a type, quicker than `from_json`."""
+    with _READING:
+        return msgspec.json.Decoder(kind).decode
+
+
+@overload
+def msgpack_decoder(kind: type[T], *, dec_hook: _Hook | None = None) -> Callable[[bytes], T]: ...
+@overload
+def msgpack_decoder(kind: Any, *, dec_hook: _Hook | None = None) -> Callable[[bytes], Any]: ...  # noqa: ANN401
+def msgpack_decoder(kind: Any, *, dec_hook: _Hook | None = None) -> Callable[[bytes], Any]:
+    """Return what decodes MessagePack into a type, quicker than `from_msgpack`."""
+    with _READING:
+        return msgspec.msgpack.Decoder(kind, dec_hook=dec_hook).decode
+
+
+def _read(kind: T) -> T:
+    """Return a type whose annotations have been read."""
+    msgpack_decoder(kind)
     return kind

@@ -12,7 +12,7 @@ from typing import Any, Final
 import msgspec
 
 from hfsm_runtime.recording_file.messages import Image, Message, Missing, Result, Stamp
-from zenoh_ice import MarshalException, ObjectPrx, ZenohIceError
+from zenoh_ice import MarshalException, ObjectPrx, ZenohIceError, typed
 from zenoh_ice.interface import Operation
 from zenoh_ice.transport import Parted, encode_error
 
@@ -75,7 +75,7 @@ class Results:
 
 def arguments_of(payload: bytes) -> Any:  # noqa: ANN401 - JSON
     """Return the arguments of a call in readable form."""
-    return readable(list(msgspec.msgpack.decode(payload).values()))
+    return readable(list(typed.from_msgpack(payload).values()))
 
 
 def digest(data: bytes) -> str:
@@ -95,7 +95,7 @@ def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[
     if len(payload) <= _LONGEST_WITHIN:
         return payload, found
     try:
-        plain = _take_bytes(msgspec.msgpack.decode(payload), [], found)
+        plain = _take_bytes(typed.from_msgpack(payload), [], found)
     except _MALFORMED:  # decoding it fails, too
         return payload, found
     return msgspec.msgpack.encode(plain), found
@@ -129,7 +129,7 @@ def _message(
     if packed is not None:
         try:
             operation.result.unpack(packed, operation.name, resolve)
-            plain = msgspec.msgpack.decode(packed)
+            plain = typed.from_msgpack(packed)
             for each in missing:
                 put_bytes(plain, each, f"<{each.size} bytes>")
             shown = readable(plain.get("returnValue") if list(plain) == ["returnValue"] else plain or None)
@@ -154,7 +154,7 @@ def _message(
 
 
 def _image(packed: bytes, data: bytes, hash: str, attribute: str, time: int) -> Message:
-    plain = msgspec.msgpack.decode(packed)
+    plain = typed.from_msgpack(packed)
     width, height, encoding, step = len(data), 1, "8UC1", len(data)
     value = plain.get("returnValue") if isinstance(plain, dict) else None
     description = value.get("description") if isinstance(value, dict) else None

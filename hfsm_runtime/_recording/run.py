@@ -20,7 +20,7 @@ import msgspec
 from hfsm_runtime.recording_file import messages
 from hfsm_runtime.recording_file.messages import SOURCES, Action
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
-from zenoh_ice import ObjectPrx
+from zenoh_ice import ObjectPrx, typed
 from zenoh_ice.clock import Clock
 
 from .._automaton import Automaton
@@ -123,7 +123,7 @@ def random_state() -> str:
 def restore_random(text: str) -> None:
     """Restore the recorded states of the random generators. Raises ValueError."""
     try:
-        state = msgspec.json.decode(text)
+        state = typed.from_json(text)
         version, internal, gauss = state["python"]
         random.setstate((version, tuple(internal), gauss))
         if state["numpy"] is not None:

@@ -12,6 +12,7 @@ import msgspec
 
 from hfsm_runtime.recording_file.messages import Action, Change, Cycle, Gap, Message, Overlap, Reading, Result
 from hfsm_runtime.recording_file.writer import Entry
+from zenoh_ice import typed
 from zenoh_ice.clock import VirtualClock
 
 from .._automaton import Automaton, Transition
@@ -165,7 +166,7 @@ class Replay(Observer):
     def _equip(self, component: Component) -> None:
         """Connect a component to the recorded world."""
         with suppress(msgspec.MsgspecError, AttributeError):
-            values = msgspec.json.decode(self.recording.metadata.get("parameters", "{}").encode())
+            values = typed.from_json(self.recording.metadata.get("parameters", "{}").encode())
             declared = parameters_of(component)
             for name, value in values.items():
                 if name in declared and type(value) is type(declared[name].default):
@@ -390,7 +391,7 @@ class Replay(Observer):
             elif action.kind == "force":
                 virtual.force(automaton, _number(action, "transition"))
             elif action.kind in ("set", "send"):
-                value = msgspec.json.decode(str(arguments.get("json")).encode())
+                value = typed.from_json(str(arguments.get("json")).encode())
                 if action.kind == "set":
                     virtual.set_variable(automaton, name, value)
                 else:

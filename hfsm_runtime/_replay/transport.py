@@ -12,7 +12,15 @@ from typing import Any, Final, NoReturn
 import msgspec
 
 from hfsm_runtime.recording_file.messages import Missing, Reading, Result
-from zenoh_ice import ConfigurationException, MarshalException, ObjectPrx, Settings, ZenohIceError, exceptions
+from zenoh_ice import (
+    ConfigurationException,
+    MarshalException,
+    ObjectPrx,
+    Settings,
+    ZenohIceError,
+    exceptions,
+    typed,
+)
 from zenoh_ice.clock import VirtualClock
 from zenoh_ice.exceptions import SystemException, TimeoutException, UnknownException
 from zenoh_ice.interface import Operation
@@ -44,7 +52,7 @@ class ReplayTransport(ObservedTransport):
         self.names: Final[dict[Target, str]] = {}
         """The names by which the recording identifies servants: the attributes of the recorded component."""
         with suppress(msgspec.MsgspecError, ConfigurationException):
-            proxies = msgspec.json.decode(recording.metadata.get("proxies", "{}"), type=dict[str, str])
+            proxies = typed.from_json(recording.metadata.get("proxies", "{}"), dict[str, str])
             for name, identity in proxies.items():
                 self.names.setdefault(target_of(self.communicator.stringToProxy(identity)), name)
 
@@ -125,7 +133,7 @@ class _Replayed:
         return packed
 
     def _with_bytes(self, packed: bytes, missing: list[Missing], want: Want) -> bytes:
-        plain = msgspec.msgpack.decode(packed)
+        plain = typed.from_msgpack(packed)
         for each in missing:
             data = self._transport.recording.image(each.hash)
             if data is None:

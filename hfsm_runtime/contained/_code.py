@@ -16,6 +16,7 @@ from typing import Any, Final
 import msgspec
 
 from interfaces.jderobot import CommandRefusedException
+from zenoh_ice import typed
 
 from .._advice import explain
 from .._automaton import Automaton, Event, State
@@ -88,7 +89,7 @@ class FarComponent:
             return False
         if not message.event:
             return bool(code())
-        data = msgspec.json.decode(message.data) if message.data else None
+        data = typed.from_json(message.data) if message.data else None
         return bool(code(Event(message.event, data)))
 
     def _begin(self, message: Begin) -> None:

@@ -8,7 +8,7 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
-from zenoh_ice import exceptions
+from zenoh_ice import exceptions, typed
 from zenoh_ice.clock import VirtualClock
 from zenoh_ice.exceptions import SystemException, UnknownException
 
@@ -33,7 +33,7 @@ class Link:
         self._pipe: Final = pipe
         self._thread: Final = threading.get_ident()
         self._encoder: Final = msgspec.msgpack.Encoder()
-        self._decode: Final = msgspec.msgpack.Decoder(ToFar).decode
+        self._decode: Final = typed.msgpack_decoder(ToFar)
 
     def run(self) -> None:
         """Serve until the near end closes the pipe, which raises PipeError."""

@@ -10,10 +10,8 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any, Final, Self
 
-import msgspec
-
 from interfaces import hfsm
-from zenoh_ice import Communicator, Current
+from zenoh_ice import Communicator, Current, typed
 
 from .._component_run import ComponentRun
 from .._robot import connect
@@ -134,7 +132,7 @@ def _read_json(text: str) -> Any:  # noqa: ANN401 - whatever JSON knows
     if len(text.encode()) > _LARGEST_VALUE:
         raise ValueTypeError(f"the value has more than {_LARGEST_VALUE} bytes")
     try:
-        return plain(msgspec.json.decode(text.encode()))
+        return plain(typed.from_json(text.encode()))
     except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
         raise ValueTypeError(f"the value is not JSON, or not accepted: {error}") from None
 

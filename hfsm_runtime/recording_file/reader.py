@@ -11,16 +11,18 @@ import os
 import re
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Final, NamedTuple, TypeVar
+from typing import IO, Any, Final, NamedTuple, TypeVar
 
 import msgspec
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+
+from zenoh_ice import typed
 
 from .messages import MESSAGES, METADATA, SOURCES, Image, Message, Picture
 
@@ -95,11 +97,6 @@ class ImageHash(msgspec.Struct):
     hash: str
 
 
-# msgspec reads a type's annotations when it is first decoded, and crashes if two threads do that at once.
-for _kind in (*MESSAGES.values(), ImageHash):
-    msgspec.json.Decoder(_kind)
-
-
 class RecordingFile:
     """A recording on disk; its beginning has been read. Raises RecordingError.
 
@@ -159,7 +156,7 @@ class RecordingFile:
             for opcode, content in _unpack(*_read_record(file)):
                 data = content[_MESSAGE_HEAD.size :]
                 if opcode == _MESSAGE and hash.encode() in data:
-                    image = msgspec.json.decode(data, type=kind)
+                    image = typed.from_json(data, kind)
                     if image.hash == hash:
                         return image
         return None
@@ -214,9 +211,18 @@ class RecordingFile:
 def decode(raw: RawMessage, kind: type[T]) -> T:
     """Return a message, all of it or some of its members; raises RecordingError."""
     try:
-        return msgspec.json.decode(raw.data, type=kind)
+        message: T = _decode[kind](raw.data)
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as error:
         raise RecordingError(f"message {raw.number} of {raw.topic} is malformed: {error}") from None
+    return message
+
+
+class _Decoders(dict[type, Callable[[bytes], Any]]):
+    def __missing__(self, kind: type) -> Callable[[bytes], Any]:
+        return self.setdefault(kind, typed.json_decoder(kind))
+
+
+_decode: Final = _Decoders()
 
 
 def _records(file: IO[bytes]) -> Iterator[tuple[int, tuple[int, bytes]]]:

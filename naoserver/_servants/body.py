@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-import msgspec
-
 from interfaces.nao import HeadLimits, HeadPose, JointLimits, Joints, JointState, PoseHead
 from naoserver._guarded_device import GuardedDevice
 from naoserver._servants.hinge import limits_of
@@ -18,7 +16,7 @@ from naoserver._servants.shared import (
 )
 from naoserver.parts import Axis, Hinge
 from naoserver.robot import JointReading
-from zenoh_ice import Current
+from zenoh_ice import Current, typed
 
 _LONGEST_CHANGE: Final = 60.0
 """Longest duration of a change of stiffness in s."""
@@ -127,4 +125,4 @@ class PoseHeadI(PoseHead):
 
 
 def _state(reading: JointReading) -> JointState:
-    return msgspec.convert(reading, JointState, from_attributes=True)
+    return typed.convert(reading, JointState, from_attributes=True)

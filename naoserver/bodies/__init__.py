@@ -13,11 +13,11 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from typing import Final
 
-import msgspec
 from msgspec import Struct
 
 from naoserver.body import Body, read_body
 from naoserver.errors import RobotError
+from zenoh_ice import typed
 
 
 class _Known(Struct, frozen=True, forbid_unknown_fields=True):
@@ -32,7 +32,7 @@ class _Known(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 _HERE: Final = resources.files(__name__)
-_KNOWN: Final[Mapping[str, _Known]] = msgspec.convert(
+_KNOWN: Final[Mapping[str, _Known]] = typed.convert(
     tomllib.loads((_HERE / "bodies.toml").read_text(encoding="utf-8")), dict[str, _Known]
 )
 BODY_NAMES: Final = tuple(_KNOWN)

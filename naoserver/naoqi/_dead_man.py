@@ -22,6 +22,7 @@ import msgspec
 
 from naoserver.errors import HardwareFailure
 from naoserver.naoqi._link import Link, RobotAddress, call
+from zenoh_ice import typed
 
 _logger = logging.getLogger(__name__)
 
@@ -180,7 +181,7 @@ def main() -> None:
         signal.signal(number, signal.SIG_IGN)  # the server decides when it is done
     logging.basicConfig(format="%(asctime)s %(levelname)-8s %(name)s: %(message)s", level=logging.WARNING)
     pipe = sys.stdin.fileno()
-    address = msgspec.json.decode(_first_line(pipe), type=RobotAddress)
+    address = typed.from_json(_first_line(pipe), RobotAddress)
     guard(pipe, lambda timeout: connect(address, timeout))
 
 

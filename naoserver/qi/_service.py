@@ -69,7 +69,7 @@ from naoserver.qi._connections import Connections, Offer
 from naoserver.qi._effectors import EffectorMotion
 from naoserver.qi._whole_body import WholeBody
 from naoserver.robot import Robot
-from zenoh_ice import WallClock
+from zenoh_ice import WallClock, typed
 
 _MODULES: Final = (
     behaviors,
@@ -98,7 +98,7 @@ class _Refused(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     operations: tuple[str, ...]
 
 
-REFUSED: Final = msgspec.convert(
+REFUSED: Final = typed.convert(
     tomllib.loads(resources.files("naoserver.qi").joinpath("refused.toml").read_text("utf-8")),
     dict[str, _Refused],
 )

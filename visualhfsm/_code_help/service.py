@@ -19,6 +19,7 @@ from visualhfsm._editing.serialization import written
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._languages import decode_message
 from visualhfsm._line_process import LineProcess, NoAnswerError
+from zenoh_ice import typed
 
 from .question import Question, Wanted
 
@@ -104,8 +105,8 @@ class CodeHelp:
             ) from error
         self._warm.add(process)
         if question.wanted == "lint":
-            return msgspec.json.decode(line, type=list[Problem], dec_hook=decode_message)
-        return msgspec.json.decode(line)
+            return typed.from_json(line, list[Problem], dec_hook=decode_message)
+        return typed.from_json(line)
 
     def _context_of(self, document: Document, place: Place) -> str:
         """Return the text around a piece of code; it is the same while the piece is typed."""

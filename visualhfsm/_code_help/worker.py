@@ -20,6 +20,7 @@ from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Problem, find_problems
 from visualhfsm._languages import encode_message
 from visualhfsm._line_process import answer_lines
+from zenoh_ice import typed
 
 from .answers import InterfaceDescription, OperationDescription
 from .completion import complete, explain, signature
@@ -35,7 +36,7 @@ _FINDERS: Final = {"complete": complete, "explain": explain, "signature": signat
 
 def answer(line: bytes) -> bytes:
     """Answer a question."""
-    return msgspec.json.encode(_answer(msgspec.json.decode(line, type=Question)), enc_hook=encode_message)
+    return msgspec.json.encode(_answer(typed.from_json(line, Question)), enc_hook=encode_message)
 
 
 def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several

@@ -15,6 +15,7 @@ from codegen.messages import Message
 from visualhfsm._errors import EditError
 from visualhfsm._languages import decode_message
 from visualhfsm._line_process import LineProcess, NoAnswerError
+from zenoh_ice import typed
 
 from . import problems
 from .problems import UNTITLED, Findings, Problem, Question
@@ -46,7 +47,7 @@ class CheckProcess:
             question = Question(text, str(path or self._folder / UNTITLED), [*map(str, include)], limit)
             try:
                 answer = self._process.ask(msgspec.json.encode(question), self._patience)
-                found = msgspec.json.decode(answer, type=Findings, dec_hook=decode_message)
+                found = typed.from_json(answer, Findings, dec_hook=decode_message)
             except (NoAnswerError, msgspec.MsgspecError):
                 continue
             if limit is None:

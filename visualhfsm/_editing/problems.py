@@ -19,6 +19,7 @@ from codegen.hfsm.loading import check_document
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._languages import encode_message
 from visualhfsm._line_process import answer_lines
+from zenoh_ice import typed
 
 from .imported_places import ImportedPlaces, shown_path
 from .places import Locator, Place
@@ -179,7 +180,7 @@ def _view(result: PropertyResult) -> CounterexampleView | None:
     found = result.counterexample
     if found is None or len(found.steps) > _MOST_STEPS:
         return None
-    return msgspec.convert(found, CounterexampleView, from_attributes=True)
+    return typed.convert(found, CounterexampleView, from_attributes=True)
 
 
 def _problem(found: Diagnostic, file: Path, locator: Locator, imports: ImportedPlaces) -> Problem:
@@ -261,7 +262,7 @@ class Question(msgspec.Struct, frozen=True):
 
 
 def _answer(line: bytes) -> bytes:
-    question = msgspec.json.decode(line, type=Question)
+    question = typed.from_json(line, Question)
     found = check(
         question.text,
         Path(question.path),

@@ -56,7 +56,7 @@ from visualhfsm._monitoring.robot import RobotState
 from visualhfsm._monitoring.run_log import Intervention, Interventions, LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitoring.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm._run_page import MOST_PICTURES, Run
-from zenoh_ice.struct_types import settled
+from zenoh_ice import typed
 from zenoh_ice.text import printable
 
 _INTERVAL: Final = 100_000_000
@@ -72,7 +72,7 @@ _MOST_IMAGES: Final = 500_000
 _MARK_SHOWN: Final = 500_000_000
 """Nanoseconds for which a mark is shown, as by a running component."""
 _JPEG: Final = b"\xff\xd8"
-_SNAPSHOT: Final = settled(ComponentSnapshot)
+_decode_snapshot: Final = typed.json_decoder(ComponentSnapshot)
 _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 
@@ -136,7 +136,7 @@ class RecordedPictures:
         self._file = file
         self._places: dict[str, list[tuple[float, str, int, bool]]] = {}
         try:
-            identities = msgspec.json.decode(file.metadata.get("proxies", "{}"), type=dict[str, str])
+            identities = typed.from_json(file.metadata.get("proxies", "{}"), dict[str, str])
         except msgspec.MsgspecError:
             identities = {}
         self._identities = identities
@@ -225,8 +225,8 @@ def open_recording(path: Path) -> RecordedRun:
 def _parameters(recording: RecordingFile, shown: Mapping[str, str]) -> dict[str, str]:
     """Return what a component has recorded of its parameters, or what its monitor has shown at first."""
     try:
-        found = msgspec.json.decode(
-            recording.metadata.get("parameters", "{}"), type=dict[str, bool | int | float | str]
+        found = typed.from_json(
+            recording.metadata.get("parameters", "{}"), dict[str, bool | int | float | str]
         )
     except msgspec.MsgspecError:
         found = {}
@@ -342,13 +342,13 @@ class _Run:
             self._status = ComponentStatus.Running
         elif action.kind == "structure":
             with suppress(msgspec.ValidationError):  # what happened in it is shown anyway
-                found = msgspec.convert(action.arguments, settled(ComponentStructure))
+                found = typed.convert(action.arguments, ComponentStructure)
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
         elif action.kind in STEERED:
             self._keep_intervention()
             with suppress(msgspec.ValidationError):
-                done = msgspec.convert(action.arguments, settled(_Steered))
+                done = typed.convert(action.arguments, _Steered)
                 now = self._now / 1e9
                 at = now if done.time is None else done.time
                 self._intervention = Intervention(
@@ -379,7 +379,7 @@ class _Run:
     def _show(self, snapshot: Snapshot, at: float) -> None:
         """Add a moment of a recording for viewing, which contains the snapshots themselves."""
         with suppress(msgspec.MsgspecError):
-            component = msgspec.json.decode(snapshot.component, type=_SNAPSHOT)
+            component = _decode_snapshot(snapshot.component)
             if is_sound(component):
                 self.log.add(LiveSnapshot(at, component, self._robot))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import logging
+import threading
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
@@ -34,7 +35,7 @@ from visualhfsm._monitoring.robot import RobotMonitor, RobotPresence
 from visualhfsm._monitoring.run_log import Interventions, LiveSnapshot, RunLog, Timeline
 from visualhfsm._run_page import MOST_PICTURES, Run, run_page
 from visualhfsm._services import USUAL_LIMITS, Components, Publish, ServiceLimits, Snapshot, Stale, Structure
-from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
+from zenoh_ice import Communicator, Settings, ZenohIceError, initialize, typed
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
@@ -79,11 +80,19 @@ class _Picture(msgspec.Struct, forbid_unknown_fields=True):
     at: Number
 
 
+_READS_NAO: Final = threading.Lock()
+
+
 @cache
-def _interfaces_of_nao() -> dict[str, list[str]]:
+def _read_interfaces_of_nao() -> dict[str, list[str]]:
     from visualhfsm.simulation import served_interfaces  # its libraries are needed only without a robot
 
     return served_interfaces()
+
+
+def _interfaces_of_nao() -> dict[str, list[str]]:
+    with _READS_NAO:  # each window asks for them when it opens: one thread alone does the work
+        return _read_interfaces_of_nao()
 
 
 class Monitoring:
@@ -177,19 +186,19 @@ class Monitoring:
                 case "facts":
                     return self._robot.facts()
                 case "body":
-                    return self._described(msgspec.convert(arguments, _Body).hash)
+                    return self._described(typed.convert(arguments, _Body).hash)
                 case "picture":
-                    wanted = msgspec.convert(arguments, _Picture)
+                    wanted = typed.convert(arguments, _Picture)
                     return await self._picture(component, wanted.camera, wanted.at)
                 case "placeObject" | "pushRobot" | "sayToRobot":
                     return await set_scene(self._communicator, action, arguments)
                 case "timeline":
                     return self._log(component).timeline()
                 case "at":
-                    time = msgspec.convert(arguments, _Moment).time
+                    time = typed.convert(arguments, _Moment).time
                     return heard_moment(self._log(component).at(time))
                 case "series":
-                    asked = msgspec.convert(arguments, _Series)
+                    asked = typed.convert(arguments, _Series)
                     log = self._log(component)
                     return await asyncio.to_thread(
                         log.series, asked.names, asked.start, asked.end, asked.points

@@ -30,6 +30,7 @@ from zenoh_ice import (
     TimeoutException,
     UnknownException,
     ZenohIceError,
+    typed,
 )
 from zenoh_ice.application.emergency_stop import SAFETY
 from zenoh_ice.interface import Operation
@@ -91,7 +92,7 @@ async def steer(follower: Follower, action: str, arguments: Mapping[str, Any]) -
         if action in _INTERVENTIONS and not refused:
             _, time = log.now()
             done = {**arguments, "action": action, "since": since, "time": time, "confirmed": confirmed}
-            follower.note(log, msgspec.convert(done, Intervention))
+            follower.note(log, typed.convert(done, Intervention))
 
 
 async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:
@@ -114,7 +115,7 @@ async def _request(
     try:
         if unknown := arguments.keys() - set(codec.fields):
             raise msgspec.ValidationError(f"it takes no {printable(min(unknown))[:40]}")
-        values = msgspec.structs.asdict(msgspec.convert(arguments, codec.struct))
+        values = msgspec.structs.asdict(typed.convert(arguments, codec.struct))
         with refusals(whom):
             found = await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
             return heard_explanation(found) if isinstance(found, Explanation) else found

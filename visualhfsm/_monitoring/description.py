@@ -27,8 +27,7 @@ from codegen.reasons import reason
 from interfaces.nao import DescriptionPrx
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.realm import PolledValue
-from zenoh_ice import Communicator
-from zenoh_ice.struct_types import settled
+from zenoh_ice import Communicator, typed
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
@@ -224,9 +223,7 @@ def describe(body: str, looks: str) -> DescribedRobot:
 @cache
 def nao() -> DescribedRobot:
     """Return a Nao: the robot of servers and recordings that describe none."""
-    content = msgspec.json.decode(
-        (resources.files(__package__) / _FILE).read_bytes(), type=dict[str, msgspec.Raw]
-    )
+    content = typed.from_json((resources.files(__package__) / _FILE).read_bytes(), dict[str, msgspec.Raw])
     return describe(bytes(content["body"]).decode(), bytes(content["looks"]).decode())
 
 
@@ -289,7 +286,7 @@ def _decode(text: str, part: type[P], what: Message) -> P:
             )
         )
     try:
-        return msgspec.json.decode(text, type=settled(part))
+        return typed.from_json(text, part)
     except (msgspec.MsgspecError, RecursionError) as error:
         raise VisualHfsmError(
             Message("the robot's {what} cannot be read: {reason}", what=what, reason=reason(error))

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from codegen.messages import Message, joined
 from visualhfsm._monitoring.heard import heard
 from visualhfsm._monitoring.run_log import LiveSnapshot
+from zenoh_ice import typed
 
 __all__ = ["heard_moment", "heard_snapshot"]
 
@@ -33,7 +34,7 @@ def heard_moment(moment: msgspec.Raw | None) -> dict[str, Any] | None:
     """Return a snapshot of a log in the same way; None for none."""
     if moment is None:
         return None
-    found: dict[str, Any] = msgspec.json.decode(moment)  # of no type: in JSON, what is not known is null
+    found: dict[str, Any] = typed.from_json(moment)  # of no type: in JSON, what is not known is null
     component, health = found["component"], found["robot"]["health"] or {}
     component["refusal"] = _refusal(component["refusal"])
     for each in (*component["errors"], *health.get("events", ())):

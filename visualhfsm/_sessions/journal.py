@@ -23,6 +23,7 @@ import msgspec
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._errors import EditError
+from zenoh_ice import typed
 from zenoh_ice.application.directories import state_directory
 
 _logger = logging.getLogger(__name__)
@@ -68,8 +69,8 @@ class Saved(msgspec.Struct, frozen=True, tag="saved", tag_field="entry"):
 
 Entry = Done | Undone | Redone | Saved
 
-_HEADER: Final = msgspec.json.Decoder(Header)
-_ENTRY: Final = msgspec.json.Decoder(Entry)
+_decode_header: Final = typed.json_decoder(Header)
+_decode_entry: Final = typed.json_decoder(Entry)
 _SAVED: Final = b'{"entry":"saved"'
 
 
@@ -122,7 +123,7 @@ class Journal:
                 content = stream.read(_LARGEST_JOURNAL)
             first, _, rest = content.partition(b"\n")
             try:
-                header = _HEADER.decode(first)
+                header = _decode_header(first)
             except msgspec.MsgspecError as error:
                 raise EditError(what, Message("it contains no document"), Message("remove it")) from error
             if header.version != _VERSION:
@@ -216,7 +217,7 @@ class Journal:
     def _entries(self, content: bytes, place: int) -> Iterator[tuple[Entry, int]]:
         for line in content.split(b"\n") if content else ():
             try:
-                entry = _ENTRY.decode(line)
+                entry = _decode_entry(line)
             except msgspec.MsgspecError as error:
                 self.cut(place, error)
                 return
@@ -236,7 +237,7 @@ def find_abandoned(directory: Path) -> list[Abandoned]:
             if not _lock(descriptor):
                 continue
             try:
-                header = _HEADER.decode(stream.readline(_LARGEST_JOURNAL))
+                header = _decode_header(stream.readline(_LARGEST_JOURNAL))
             except msgspec.MsgspecError:
                 _logger.warning("%s contains no document", file)
                 continue
@@ -253,7 +254,7 @@ def _saves(entries: Iterable[bytes]) -> Iterator[Saved]:
     for line in entries:
         if line.startswith(_SAVED):
             with suppress(msgspec.MsgspecError):
-                yield msgspec.json.decode(line, type=Saved)
+                yield typed.from_json(line, Saved)
 
 
 def _lock(descriptor: int) -> bool:

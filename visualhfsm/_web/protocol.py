@@ -23,6 +23,7 @@ from visualhfsm._languages import ENGLISH, encoder
 from visualhfsm._services import Push, tag
 from visualhfsm._sessions.shelf import ReadyState
 from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
+from zenoh_ice import typed
 
 # ------------------------------------------------------------------------------------------ requests
 
@@ -463,7 +464,7 @@ else:
     Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
     """Any request."""
 
-decode_request: Final[Callable[[bytes | str], Request]] = msgspec.json.Decoder(Request).decode
+decode_request: Final[Callable[[bytes | str], Request]] = typed.json_decoder(Request)
 """Return the request in a message; raises msgspec.DecodeError, and RecursionError if it is too deep."""
 
 
@@ -471,13 +472,13 @@ class _OnlyId(msgspec.Struct):
     id: RequestId
 
 
-_only_id = msgspec.json.Decoder(_OnlyId)
+_decode_only_id: Final = typed.json_decoder(_OnlyId)
 
 
 def request_id(text: bytes | str) -> int | None:
     """Return the id of a message that may be invalid; None without one."""
     try:
-        return _only_id.decode(text).id
+        return _decode_only_id(text).id
     except (msgspec.DecodeError, RecursionError, UnicodeError):
         return None
 

@@ -17,6 +17,7 @@ import msgspec
 
 from codegen.messages import Message
 from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
+from zenoh_ice import typed
 
 from ._errors import GradingError
 from ._exercise import Exercise
@@ -145,7 +146,7 @@ class _Processes:
     def _ask(self, task: Task, patience: float) -> Answer:
         answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
         try:
-            return msgspec.json.decode(answer, type=Answer)
+            return typed.from_json(answer, Answer)
         except msgspec.MsgspecError as error:
             raise NoAnswerError(f"it wrote something else: {error}") from error
 

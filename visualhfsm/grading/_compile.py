@@ -25,7 +25,7 @@ def main(name: str, *include: str) -> int:
     """Compile it; return 1 after errors, which standard error gets."""
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     with tempfile.TemporaryDirectory() as folder:
-        for file, content in msgspec.msgpack.decode(sys.stdin.buffer.read(), type=dict[str, bytes]).items():
+        for file, content in msgspec.msgpack.decode(sys.stdin.buffer.read()).items():
             (Path(folder) / file).write_bytes(content)
         path = Path(folder) / name
         diagnostics = Diagnostics()

@@ -12,6 +12,7 @@ from msgspec import Meta, Struct
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm.trials import FunctionFailed, TrialsError, call_function
+from zenoh_ice import typed
 from zenoh_ice.text import encodable, printable
 
 from ._errors import GradingError
@@ -66,7 +67,7 @@ def _by_state(
 
 def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdict:
     try:
-        found = msgspec.convert(call_function(reference, folder.resolve(), run), _Judged)
+        found = typed.convert(call_function(reference, folder.resolve(), run), _Judged)
     except TrialsError as error:
         raise GradingError(reason(error)) from error
     except FunctionFailed as error:

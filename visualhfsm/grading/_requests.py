@@ -13,7 +13,7 @@ from hfsm_runtime.contained import protocol
 from hfsm_runtime.contained.protocol import Answered, Deliver, Done, Failed, Message, Polled, Sample
 from hfsm_runtime.errors import ComponentError
 from visualhfsm.simulation import Behavior
-from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException, ZenohIceError
+from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException, ZenohIceError, typed
 from zenoh_ice.exceptions import MarshalException, SystemException
 from zenoh_ice.interface import Operation
 from zenoh_ice.proxy import Call
@@ -72,7 +72,7 @@ class Requests:
                     if (inlet := self._inlets.pop(message.stream, None)) is not None:
                         inlet.close()
                 case protocol.Send():
-                    data = msgspec.json.decode(message.data) if message.data else None
+                    data = typed.from_json(message.data) if message.data else None
                     self._behavior.send(message.name, data)
                 case protocol.SetMark():
                     self._behavior.component.mark(message.camera, message.u, message.v, message.label)

@@ -30,7 +30,7 @@ from hfsm_runtime.contained.protocol import (
 )
 from hfsm_runtime.source_map import PLACE
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
-from zenoh_ice import exceptions
+from zenoh_ice import exceptions, typed
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.text import printable
 
@@ -88,7 +88,7 @@ class Session:
         self.serve: Callable[[Any], Message] = _nobody
         self._allowance: Final = allowance
         self._encoder: Final = msgspec.msgpack.Encoder()
-        self._decode: Final = msgspec.msgpack.Decoder(ToNear).decode
+        self._decode: Final = typed.msgpack_decoder(ToNear)
         self._output: Final[BinaryIO] = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
         self._depth = 0
         self._requests = 0

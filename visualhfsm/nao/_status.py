@@ -14,7 +14,7 @@ from rich.table import Table
 from visualhfsm.nao._connection import ask_processes, find_servant, nobody, servants
 from visualhfsm.nao._output import console, count_text, print_json, span_text
 from visualhfsm.nao._values import Json, to_json
-from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
+from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize, typed
 from zenoh_ice.settings import Settings
 from zenoh_ice.status import ProcessStatus, ServantStatus
 from zenoh_ice.text import few, printable
@@ -130,7 +130,7 @@ def _read_robot(communicator: Communicator, found: list[ServantInfo]) -> dict[st
 def _named(body: object) -> dict[str, Json]:
     """Return what a description calls the robot; the rest of it is long."""
     try:
-        found = msgspec.json.decode(str(body), type=_Named)
+        found = typed.from_json(str(body), _Named)
     except (msgspec.MsgspecError, RecursionError) as error:
         return {"error": f"the description of the body cannot be read: {error}"}
     return {"name": found.name, "title": found.title or found.name}

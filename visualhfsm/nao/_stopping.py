@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import msgspec
 
-from zenoh_ice import ConnectFailedException, ZenohIceError
+from zenoh_ice import ConnectFailedException, ZenohIceError, typed
 from zenoh_ice.application.emergency_stop import SAFETY, STILL, STILL_LIMIT, refusal, stop_key, stop_payload
 from zenoh_ice.messenger import Answer, Messenger
 from zenoh_ice.settings import Settings
@@ -315,7 +315,7 @@ def _fastest(answers: list[Answer]) -> float | None:
     if len(answers) != 1 or not answers[0][0]:
         return None
     try:
-        state = msgspec.msgpack.decode(answers[0][1], type=_JointState).returnValue
+        state = typed.from_msgpack(answers[0][1], _JointState).returnValue
     except (msgspec.DecodeError, ValueError, RecursionError):
         return None
     return max((abs(speed) for speed in state.velocities), default=None)

@@ -15,7 +15,7 @@ import msgspec
 
 from visualhfsm.nao import NaoError
 from visualhfsm.nao._dynamic import Types
-from zenoh_ice import ObjectPrx, ZenohIceError
+from zenoh_ice import ObjectPrx, ZenohIceError, typed
 from zenoh_ice.interface import TYPE_FIELD, Value, type_id_of
 from zenoh_ice.reflection import Member, Schema, unscoped
 from zenoh_ice.text import cut
@@ -58,7 +58,7 @@ class FromJson:
         """Return the value of a type for a JSON value."""
         if kind in _ZEROS:
             try:
-                return msgspec.convert(value, self._types.of(kind))
+                return typed.convert(value, self._types.of(kind))
             except msgspec.ValidationError as error:
                 raise self._wrong(kind, value, path, f": {error}") from None
         if kind.endswith("*"):

@@ -30,6 +30,7 @@ from visualhfsm._sessions.files import write_file
 from visualhfsm._sessions.session import Change, Choice, DocumentSession, Resolution
 from visualhfsm._sessions.shelf import FOLDER as SHELF
 from visualhfsm._sessions.shelving import shelf_document, shelf_file
+from zenoh_ice import typed
 
 from ._analyses import Analyses, Tools
 from ._events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
@@ -374,21 +375,21 @@ class OpenDocument:
         process, and never run.
         """
         found = self._analyses.help_with_code("complete", self._version, place, code, (line, column))
-        return Completions(0, []) if found is None else msgspec.convert(found, Completions)
+        return Completions(0, []) if found is None else typed.convert(found, Completions)
 
     def explain(
         self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
     ) -> Explanation | None:
         """Return what the name at a position of the code stands for; see `complete`."""
         found = self._analyses.help_with_code("explain", self._version, place, code, (line, column))
-        return msgspec.convert(found, Explanation | None)
+        return typed.convert(found, Explanation | None)
 
     def signature(
         self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
     ) -> Signature | None:
         """Return the parameters of the call around a position of the code; see `complete`."""
         found = self._analyses.help_with_code("signature", self._version, place, code, (line, column))
-        return msgspec.convert(found, Signature | None)
+        return typed.convert(found, Signature | None)
 
     def generate(self, directory: str | Path | None = None) -> Path:
         """Write the component of the document as it is now, with unsaved changes, and return its file.

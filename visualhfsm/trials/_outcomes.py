@@ -19,6 +19,7 @@ import msgspec
 
 from codegen.messages import Message
 from codegen.reasons import reason
+from zenoh_ice import typed
 
 from ._errors import TrialsError
 from ._quantities import Value
@@ -176,7 +177,7 @@ def read_header(path: Path) -> Header | None:
     if not line.endswith(b"\n"):
         return None
     try:
-        return msgspec.json.decode(line, type=Header)
+        return typed.from_json(line, Header)
     except msgspec.MsgspecError as error:
         raise TrialsError(
             Message("{path} is no file of outcomes: {reason}", path=str(path), reason=reason(error))
@@ -191,7 +192,7 @@ def read_outcomes(path: Path) -> Iterator[Outcome]:
             if not line.endswith(b"\n"):
                 return  # a crash cut it off
             try:
-                yield msgspec.json.decode(line, type=Outcome)
+                yield typed.from_json(line, Outcome)
             except msgspec.MsgspecError as error:
                 raise TrialsError(
                     Message(

@@ -15,6 +15,7 @@ import msgspec
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
+from zenoh_ice import typed
 
 from ._errors import TrialsError
 from ._outcomes import Outcome
@@ -79,7 +80,7 @@ class Processes:
             raise TrialsError(Message("the trials have been ended"))
         answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
         try:
-            return msgspec.json.decode(answer, type=Answer)
+            return typed.from_json(answer, Answer)
         except msgspec.MsgspecError as error:
             raise NoAnswerError(f"it wrote something else: {error}") from error
 

@@ -21,6 +21,7 @@ from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._languages import encode_message
+from zenoh_ice import typed
 from zenoh_ice.application.cli import stop_on_signals
 
 from ._errors import TrialsError
@@ -145,7 +146,7 @@ def _sender(output: BinaryIO) -> Callable[[Report], object]:
 
 def main() -> None:
     """Carry out the order of the command line."""
-    order = msgspec.json.decode(sys.argv[1], type=Order)
+    order = typed.from_json(sys.argv[1], Order)
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     os.nice(_NICE)

@@ -26,6 +26,7 @@ from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._languages import decode_message
 from visualhfsm._services import Source, complete
+from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 
 from ._messages import Action, Choices, Order, Report, TrialsPush
@@ -309,7 +310,7 @@ class _Process:
             if max(map(len, (rest, *lines))) > self._limits.longest_report:
                 raise msgspec.DecodeError("it is too long")
             for line in lines:
-                report = msgspec.json.decode(line, type=Report, dec_hook=decode_message)
+                report = typed.from_json(line, Report, dec_hook=decode_message)
                 self._error = report.error
                 self._take(report)
         except (msgspec.DecodeError, RecursionError) as error:

@@ -19,6 +19,7 @@ from typing import Annotated, Any, Final
 import msgspec
 from msgspec import Meta
 
+from .. import typed
 from .._codec import DECODE_ERRORS, LARGEST_BULK, LARGEST_PAYLOAD, Parted, Pieces, too_large
 from .._memory import Arena, ArenaView, Extent, Reader
 from .._pool import Job, Source
@@ -136,9 +137,9 @@ class Sample(msgspec.Struct, array_like=True, tag=SAMPLE):
 ToServer = Part | Request | Return | Subscribe | Cancel
 ToClient = Part | Answer | Answers | Subscribed | Sample
 
-decode_hello: Final = msgspec.msgpack.Decoder(Hello).decode
-decode_to_server: Final[Callable[[bytes], Any]] = msgspec.msgpack.Decoder(ToServer).decode
-decode_to_client: Final[Callable[[bytes], Any]] = msgspec.msgpack.Decoder(ToClient).decode
+decode_hello: Final = typed.msgpack_decoder(Hello)
+decode_to_server: Final[Callable[[bytes], Any]] = typed.msgpack_decoder(ToServer)
+decode_to_client: Final[Callable[[bytes], Any]] = typed.msgpack_decoder(ToClient)
 
 
 class Parts:

@@ -9,6 +9,8 @@ import msgspec
 
 from zenoh_ice.application.directories import state_directory
 
+from .. import typed
+
 _LARGEST_FILE: Final = 1 << 16
 """Bytes of a file that can be ours."""
 
@@ -41,4 +43,4 @@ def kept_directory() -> Path:
 def read_kept(path: Path) -> Kept:
     """Return what a server kept in a file. Raises OSError and msgspec.MsgspecError."""
     with path.open("rb") as file:
-        return msgspec.json.decode(file.read(_LARGEST_FILE), type=Kept)
+        return typed.from_json(file.read(_LARGEST_FILE), Kept)

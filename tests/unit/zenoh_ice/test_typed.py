@@ -12,9 +12,9 @@ import msgspec
 import pytest
 
 from tests.support.limits import EVENT_LIMIT
+from zenoh_ice import typed
 from zenoh_ice._codec import Codec
 from zenoh_ice.generated import Struct
-from zenoh_ice.struct_types import settled
 
 SOURCE = """
 class Inner(Struct):
@@ -44,12 +44,12 @@ def by_codec(outer: type[Any]) -> Any:
     return Codec(outer).unpack(msgspec.msgpack.encode(CONTENT), "x")
 
 
-def by_settled(outer: type[Any]) -> Any:
-    return msgspec.json.decode(msgspec.json.encode(CONTENT), type=settled(outer))
+def by_typed(outer: type[Any]) -> Any:
+    return typed.from_json(msgspec.json.encode(CONTENT), outer)
 
 
-@pytest.mark.parametrize("first", [by_codec, by_settled])
-@pytest.mark.parametrize("second", [by_codec, by_settled])
+@pytest.mark.parametrize("first", [by_codec, by_typed])
+@pytest.mark.parametrize("second", [by_codec, by_typed])
 def test_a_type_whose_annotations_another_thread_reads_is_decoded_after_that(
     module: ModuleType, first: Callable[[Any], Any], second: Callable[[Any], Any]
 ) -> None:

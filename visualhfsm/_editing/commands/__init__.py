@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, Union
 
 import msgspec
@@ -12,6 +13,7 @@ import msgspec
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._errors import EditError
+from zenoh_ice import typed
 
 from . import (
     automata,
@@ -57,7 +59,7 @@ else:
     AnyCommand = Union[COMMANDS]  # noqa: UP007 - made of a tuple
     """The type of any command in JSON."""
 
-_DECODER: Final[msgspec.json.Decoder[Command]] = msgspec.json.Decoder(AnyCommand)
+_decode: Final[Callable[[bytes | str | msgspec.Raw], Command]] = typed.json_decoder(AnyCommand)
 
 
 def in_language(command: Command, language: str) -> Command:
@@ -69,6 +71,6 @@ def in_language(command: Command, language: str) -> Command:
 def decode_command(content: bytes | str | msgspec.Raw) -> Command:
     """Return the command in JSON. Raises EditError when it is not a command."""
     try:
-        return _DECODER.decode(content)
+        return _decode(content)
     except (msgspec.MsgspecError, UnicodeError) as error:
         raise EditError(Message("Cannot understand the command"), reason(error)) from error
