@@ -365,7 +365,8 @@ class _Program:
 
     async def _send(self, writer: asyncio.StreamWriter, header: _Header, payload: bytes) -> None:
         """Send a message. Raises TimeoutError when the other side does not take it."""
-        writer.writelines((_HEADER.pack(*header), payload))
+        # Not `writelines`: with that of Python 3.12, `drain` waits for nothing.
+        writer.write(_HEADER.pack(*header) + payload)
         async with asyncio.timeout(self._talk_limit):
             await writer.drain()
 
