@@ -80,6 +80,8 @@ def describe_end(
     if stopped:
         return _describe_stop(code, words, cut_short, origins, _STOPPED[by])
     message = describe_exit(code)
+    if code == -signal.SIGKILL:
+        message = Message("{ending}, by somebody or because memory ran out", ending=message)
     if cut_short is None and code == 0:
         return End(message)
     state = "" if cut_short is None or origins is None else origins.state_name(*cut_short[:2])
@@ -91,8 +93,6 @@ def describe_end(
         return End(message, words.origin, state)
     if code == 0:
         message = Message("it ended at once, with exit code 0")
-    if code == -signal.SIGKILL:
-        message = Message("{ending}, by somebody or because memory ran out", ending=message)
     if origins is None:
         return End(message)
     if state:
