@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,8 @@ LINES = [
 def test_a_command_is_taken_as_it_stands_there(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    if line.startswith("naoserver-naoqi"):
+        pytest.importorskip("qi", reason="libqi has no package for this Python")
     monkeypatch.chdir(tmp_path)
     take_line(line)
 
@@ -58,6 +61,8 @@ def test_commands_in_the_text_of_tutorials_and_how_tos_are_taken(
         text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.M | re.S)
         for line in re.findall(r"`([^`\n]+)`", text):
             if line.split()[0] not in PROGRAMS or line in NAMED or line.endswith("<TAB>"):
+                continue
+            if line.startswith("naoserver-naoqi") and find_spec("qi") is None:
                 continue
             for name in re.findall(r"\w[\w/]*\.(?:xml|mcap|toml|idl)", line):
                 (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
