@@ -249,6 +249,8 @@ class NaoqiPostures:
             why = "it was stopped" if self._stopped else "the robot did not reach its goal"
             try:
                 reached = bool(going.result(0.0))
+            except LinkLost:  # its answer is the first that says so
+                reached, why = False, _LOST
             except HardwareFailure as error:
                 reached, why = False, str(error)
             message = "" if reached else why
