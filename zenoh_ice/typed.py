@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from typing import Any, Final, TypeVar, overload
+from weakref import WeakSet
 
 import msgspec
 
@@ -20,6 +21,7 @@ _Text = bytes | bytearray | msgspec.Raw | str
 _Hook = Callable[[type, Any], Any]
 
 _READING: Final = threading.RLock()  # annotations may run code that comes here, too
+_READ: Final[WeakSet[type]] = WeakSet()
 
 
 @overload
@@ -71,5 +73,8 @@ def msgpack_decoder(kind: Any, *, dec_hook: _Hook | None = None) -> Callable[[by
 
 def _read(kind: T) -> T:
     """Return a type whose annotations have been read."""
-    msgpack_decoder(kind)
+    if kind not in _READ:
+        msgpack_decoder(kind)
+        if isinstance(kind, type):
+            _READ.add(kind)
     return kind

@@ -11,11 +11,11 @@ import os
 import re
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Final, NamedTuple, TypeVar
+from typing import IO, Final, NamedTuple, TypeVar
 
 import msgspec
 import zstandard
@@ -211,18 +211,9 @@ class RecordingFile:
 def decode(raw: RawMessage, kind: type[T]) -> T:
     """Return a message, all of it or some of its members; raises RecordingError."""
     try:
-        message: T = _decode[kind](raw.data)
+        return typed.from_json(raw.data, kind)
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as error:
         raise RecordingError(f"message {raw.number} of {raw.topic} is malformed: {error}") from None
-    return message
-
-
-class _Decoders(dict[type, Callable[[bytes], Any]]):
-    def __missing__(self, kind: type) -> Callable[[bytes], Any]:
-        return self.setdefault(kind, typed.json_decoder(kind))
-
-
-_decode: Final = _Decoders()
 
 
 def _records(file: IO[bytes]) -> Iterator[tuple[int, tuple[int, bytes]]]:

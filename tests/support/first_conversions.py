@@ -84,9 +84,8 @@ def convert_all(types: list[type[Any]], together: threading.Barrier) -> None:
         together.wait()
         # Not nested in its struct: the value of a field whose type is not known yet ends the process.
         for field in reversed(kind.__struct_encode_fields__):
-            with suppress(
-                msgspec.ValidationError, TypeError, NameError
-            ):  # the latter where none is ever converted
+            # The latter two where none is ever converted.
+            with suppress(msgspec.ValidationError, TypeError, NameError):
                 typed.convert({field: 0}, kind)
 
 
