@@ -45,15 +45,22 @@ def component_app(file: Path) -> typer.Typer:
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)
-    with patch.object(sys, "path", [str(file.parent), *sys.path]), patch.dict(sys.modules):
-        sys.modules[spec.name] = module
-        spec.loader.exec_module(module)
-        (component,) = (
-            each
-            for each in vars(module).values()
-            if isinstance(each, type) and issubclass(each, Component) and each.__module__ == spec.name
-        )
-        return make_app(component)
+    before = set(sys.modules)
+    try:
+        with patch.object(sys, "path", [str(file.parent), *sys.path]):
+            sys.modules[spec.name] = module
+            spec.loader.exec_module(module)
+            (component,) = (
+                each
+                for each in vars(module).values()
+                if isinstance(each, type) and issubclass(each, Component) and each.__module__ == spec.name
+            )
+            return make_app(component)
+    finally:
+        # Its own ones alone: others, which it was the first to load, are in use from now on.
+        for name in set(sys.modules) - before:
+            if Path(getattr(sys.modules[name], "__file__", None) or "/").is_relative_to(file.parent):
+                del sys.modules[name]
 
 
 def expand(words: list[str], folder: Path) -> list[str]:

@@ -1,7 +1,6 @@
 """Whatever a client sends, an operation accepts it or refuses it with an error that explains why."""
 
 import inspect
-import threading
 from contextlib import suppress
 
 import pytest
@@ -12,10 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
+from naoserver.qi._clients import Call
 from naoserver.qi._service import SERVICES
 from tests.support.any_text import any_text
 from tests.support.examples import examples
+from tests.support.limits import EVENT_LIMIT
 from tests.support.qi_service import Rig
+from tests.support.stepped_clock import SteppedClock
 
 SENSIBLE = [
     "HeadYaw",
@@ -47,16 +49,6 @@ FOREIGN = st.recursive(
 )
 
 
-class Ended:
-    """A call that was cancelled before it started, so that none lasts."""
-
-    stopped = threading.Event()
-    stopped.set()
-
-    def wait(self, _seconds):
-        return True
-
-
 @pytest.fixture(scope="module")
 def operations(tmp_path_factory):
     rig = Rig()
@@ -71,15 +63,23 @@ def operations(tmp_path_factory):
     rig.close()
 
 
+@pytest.fixture(scope="module")
+def ended():
+    """A call that was cancelled before it started, so that none lasts."""
+    call = Call(SteppedClock(limit=EVENT_LIMIT))
+    call.stop()
+    return call
+
+
 @pytest.mark.slow
 @settings(max_examples=examples(25))
 @given(st.lists(FOREIGN, min_size=6, max_size=6))
-def test_anything(operations, values):
+def test_anything(operations, ended, values):
     for operation in operations:
         parameters = list(inspect.signature(operation).parameters.values())
         long = bool(parameters) and parameters[0].name == "call"
         parameters = parameters[long:]
         several = any(parameter.kind is parameter.VAR_POSITIONAL for parameter in parameters)
-        arguments = [Ended()] * long + values[: len(parameters) + 2 * several]
+        arguments = [ended] * long + values[: len(parameters) + 2 * several]
         with suppress(RobotError):
             operation(*arguments)
