@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import itertools
 import logging
 import os
 import re
@@ -18,6 +17,7 @@ from typing import Any, Final, Self
 import msgspec
 from msgspec.structs import astuple
 
+from ._given_up import GivenUpCalls
 from ._pool import Pool
 from ._presence import ClientWatch, Presence, ServantInfo
 from ._threads import UserCodeThread
@@ -103,7 +103,8 @@ class Communicator:
         """Servants of this process."""
         self.client_watches: tuple[ClientWatch, ...] = ()
         """Those that want to know of calls."""
-        self.call_numbers: Final = itertools.count(1)
+        self.given_up: Final = GivenUpCalls()
+        """Calls of servants of this process that must not begin any more."""
         self._lock: Final = threading.RLock()
         self._active: Final[dict[ObjectAdapter, None]] = {}  # adapters, in the order of their activation
         self._serves_status = False

@@ -33,7 +33,9 @@ from .exceptions import (
 )
 from .text import cut, encodable, printable
 
-ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
+ATTACHMENT_LIMIT: Final = 2048  # bytes; ours has some 100, and 5 more for each call that was given up
+MOST_GIVEN_UP: Final = 256
+"""Calls that an attachment names as given up."""
 
 # The bounds also exclude nan: servants and readers wait for and compute with these.
 _WallTime = Annotated[float, Meta(ge=0.0, le=1e11)]
@@ -79,6 +81,8 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
     """`{session id}/{number}` of a call; of a sample the id of its stream, another after each restart."""
     timeout: _Timeout = 0.0
     """Time limit of the caller in s; 0 in a sample, and where it is unknown."""
+    given_up: Annotated[tuple[_Number, ...], Meta(max_length=MOST_GIVEN_UP)] = ()
+    """Numbers of earlier calls of the session to the same servant that it must not begin any more."""
 
     @property
     def stream(self) -> str:
@@ -99,10 +103,13 @@ encode_attachment: Final = msgspec.msgpack.Encoder().encode
 read_attachment: Final = typed.msgpack_decoder(Attachment)
 
 
-def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: float) -> bytes:
+def encode_call_attachment(
+    fingerprint: str, number: int, client: str, timeout: float, given_up: Sequence[int] = ()
+) -> bytes:
     """Return the encoded attachment of a call."""
     # A tuple rather than the struct: it saves a microsecond in every call.
-    return encode_attachment((fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout))
+    members = (fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout)
+    return encode_attachment((*members, given_up) if given_up else members)
 
 
 def encode_sample_attachment(

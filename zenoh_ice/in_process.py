@@ -13,6 +13,7 @@ from typing import Any, Final, TypeVar
 import msgspec
 
 from ._codec import Buffer, Parted, Pieces
+from ._given_up import OwnCalls
 from ._pool import Pool
 from .clock import WALL, Clock
 from .exceptions import ConnectionLostException, SystemException
@@ -56,6 +57,7 @@ class InProcessTransport:
 
     def __init__(self, pool: Pool) -> None:
         self.id = f"{next(_numbers):x}"
+        self.calls = OwnCalls(self.id)
         self.pool: Final = pool
         self.receivers: Final[dict[str, Receiver]] = {}
         """Receivers by the prefix of their target."""
@@ -72,8 +74,15 @@ class InProcessTransport:
     def explain_unreachable(self, limit: float) -> str:  # noqa: ARG002
         return ""  # it connects to nobody
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        return _Caller(self, target.prefix, operation.name, timeout)
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,
+    ) -> Caller:
+        return _Caller(self, target, target.prefix, operation.name, timeout, fingerprint)
 
     def wait_for(self, begin: Callable[[Callable[[T], object]], object], timeout: float) -> T:
         """Begin a call with a function for its outcome, and wait for that.
@@ -158,12 +167,15 @@ class InProcessTransport:
 
 class _Caller(msgspec.Struct, frozen=True, eq=False):
     transport: InProcessTransport
+    target: Target
     prefix: str
     operation: str
     timeout: float
+    fingerprint: str | None
 
-    def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        transport = self.transport
+    def call(self, payload: bytes) -> Outcome:
+        transport, calls = self.transport, self.transport.calls
+        attachment, _ = calls.attach(self.target, next(calls.numbers), self.fingerprint, self.timeout)
 
         def begin(done: Callable[[Answer], object]) -> None:
             def reply(ok: bool, payload: bytes | Pieces) -> None:
@@ -183,9 +195,9 @@ class _Caller(msgspec.Struct, frozen=True, eq=False):
         return ok, _arrived(result)
 
     def begin(
-        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        self.transport.pool.submit(lambda: done(outcome_of(partial(self.call, payload, attachment))))
+        self.transport.pool.submit(lambda: done(outcome_of(partial(self.call, payload))))
         return lambda: None
 
 

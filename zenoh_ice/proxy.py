@@ -24,7 +24,6 @@ from typing import (
     Concatenate,
     Final,
     Generic,
-    NoReturn,
     ParamSpec,
     Self,
     TypeVar,
@@ -35,7 +34,7 @@ from typing import (
 
 from ._codec import encode
 from ._values import Reference
-from ._wire import decode_error, encode_call_attachment
+from ._wire import decode_error
 from .exceptions import (
     ConfigurationException,
     InterfaceMismatchException,
@@ -102,12 +101,12 @@ class Call(Generic[P, V]):
             if self._proxy._line in self._communicator.pool.lines:  # it must not overtake waiting calls
                 return cast("T", self._launch(lambda: payload, finish).result())
             caller = self._find(time.monotonic() + self._proxy._timeout)
-        attachment = self._attachment(payload, caller.timeout)
+        self._check(payload)
         started = time.monotonic()
         try:
-            ok, answer = caller.call(payload, attachment)
+            ok, answer = caller.call(payload)
         except NoAnswer as end:
-            ok, answer = self._retry(caller, payload, attachment, end, started)
+            ok, answer = self._retry(caller, payload, end, started)
         return finish(ok, answer, started + caller.timeout)
 
     def _launch(
@@ -156,25 +155,21 @@ class Call(Generic[P, V]):
         left = deadline - time.monotonic()
         if left < 0.95 * limit:  # in tenths: each different limit needs another querier
             limit *= max(1, int(10 * left / limit)) / 10
-        caller = communicator.transport.caller(target, operation, timeout=limit)
+        caller = communicator.transport.caller(
+            target, operation, timeout=limit, fingerprint=self._fingerprint
+        )
         # Later calls use it, too, but must not overtake those that wait for the servant.
         if limit == proxy._timeout and proxy._line not in communicator.pool.lines:
             self._caller = caller
         return caller
 
-    def _attachment(self, payload: bytes, timeout: float) -> bytes:
-        """Return the attachment of a call; raises MarshalException for a request that is too large."""
-        if len(payload) > self._size_limit or self._communicator.destroyed:
-            self._refuse(payload)
-        number, client = next(self._communicator.call_numbers), self._communicator.client_id
-        return encode_call_attachment(self._fingerprint, number, client, timeout)
-
-    def _refuse(self, payload: bytes) -> NoReturn:
+    def _check(self, payload: bytes) -> None:
         """Raise the reason why a request is not sent: after a fork, say, the session must not be touched."""
-        self._communicator.check()
-        raise MarshalException(
-            f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
-        )
+        if len(payload) > self._size_limit or self._communicator.destroyed:
+            self._communicator.check()
+            raise MarshalException(
+                f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
+            )
 
     def _result(self, ok: bool, answer: bytes | Parted, deadline: float) -> object:
         """Return what the operation returns, or raise what it raises."""
@@ -197,7 +192,7 @@ class Call(Generic[P, V]):
         raise failure
 
     def _retry(
-        self, caller: Caller, payload: bytes, attachment: bytes, end: NoAnswer, started: float
+        self, caller: Caller, payload: bytes, end: NoAnswer, started: float, *, repeatable: bool = True
     ) -> Outcome:
         """Call an idempotent operation again if its server was lost and is back, or its connection alone was.
 
@@ -206,7 +201,7 @@ class Call(Generic[P, V]):
         presence, target = self._communicator.presence, self._proxy._target
         error = presence.explain_no_answer(target, self._what, started, caller.timeout, end)
         left = started + caller.timeout - time.monotonic()
-        if not self._operation.idempotent or end.timed_out or left <= 0:
+        if not (repeatable and self._operation.idempotent) or end.timed_out or left <= 0:
             raise error
         restarted = presence.lost_since(target, started) or presence.came_since(target, started)
         if not restarted and not (end.broken and presence.is_served(target, left)):
@@ -216,7 +211,7 @@ class Call(Generic[P, V]):
         again = time.monotonic()
         caller = self._find(started + caller.timeout)
         try:
-            return caller.call(payload, attachment)
+            return caller.call(payload)
         except NoAnswer as second:
             raise presence.explain_no_answer(target, self._what, again, caller.timeout, second) from None
 
@@ -228,7 +223,7 @@ class Call(Generic[P, V]):
         future: Future[Any],
     ) -> None:
         """Call without waiting; a future gets the outcome."""
-        attachment = self._attachment(payload, caller.timeout)
+        self._check(payload)
         started = time.monotonic()
 
         def done(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
@@ -236,8 +231,10 @@ class Call(Generic[P, V]):
                 return
             try:
                 if isinstance(outcome, NoAnswer):
-                    with self._communicator.pool.blocked():  # it may call again
-                        outcome = self._retry(caller, payload, attachment, outcome, started)
+                    with self._communicator.pool.blocked():
+                        # Later calls may have been made meanwhile, which it must not follow unless it stops.
+                        stops = self._operation.stop
+                        outcome = self._retry(caller, payload, outcome, started, repeatable=stops)
                 if isinstance(outcome, SystemException):
                     raise outcome
                 ok, answer = outcome
@@ -248,9 +245,8 @@ class Call(Generic[P, V]):
                 with suppress(InvalidStateError):  # cancelled meanwhile
                     future.set_result(result)
 
-        cancel = caller.begin(payload, attachment, done)
-        if cancel is not None:
-            future.add_done_callback(lambda ended: cancel() if ended.cancelled() else None)
+        cancel = caller.begin(payload, done)
+        future.add_done_callback(lambda ended: cancel() if ended.cancelled() else None)
 
 
 class StreamedCall(Call[P, V]):

@@ -9,7 +9,7 @@ import time
 from abc import ABC
 from collections import deque
 from collections.abc import Callable, Iterable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
 
@@ -22,6 +22,7 @@ from ._wire import (
     ATTACHMENT_LIMIT,
     NO_ATTACHMENT,
     Attachment,
+    decode_attachment,
     encode_error,
     read_attachment,
     unknown_exception,
@@ -41,7 +42,7 @@ from .interface import OBJECT_TYPE_ID, Interface, Operation
 from .reflection import schema_of
 from .status import ServantStatus
 from .streams import Publisher
-from .transport import Answer, Buffer, Outlet, Reply, Served, Target, check_name
+from .transport import Answer, Buffer, Ended, Outlet, Reply, Served, Target, check_name
 
 if TYPE_CHECKING:
     from ._communicator import Communicator
@@ -200,7 +201,8 @@ class _Method(msgspec.Struct, frozen=True, eq=False):
     decode: Callable[[bytes], msgspec.Struct]  # of the arguments; raises MarshalException or DECODE_ERRORS
     make_result: Callable[[Any], msgspec.Struct] | None  # of one value without byte sequences
     fingerprints: frozenset[str] | None  # of the callers' interfaces; None if they do not matter
-    frozen: bool  # whether attachments of its calls are not read
+    frozen: bool  # whether attachments of its calls do not matter
+    stops: bool  # whether it stops something: such a call is executed even if its caller gave it up
     kind: Kind
 
 
@@ -213,6 +215,7 @@ class _Call(msgspec.Struct, eq=False):
     about: Attachment
     reply: Reply
     since: float  # the moment of the monotonic clock at which it arrived
+    ended: Ended | None
 
 
 _Stage = Literal["admitted", "executed", "returned"]
@@ -252,7 +255,14 @@ class ServedObject:
 
     # The path of a call.
 
-    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job | None:
+    def admit(
+        self,
+        name: str,
+        payload: Buffer | None,
+        attachment: Buffer | None,
+        reply: Reply,
+        ended: Ended | None = None,
+    ) -> Job | None:
         """Give a call its turn, and return the function that executes or refuses it; None if it waits."""
         about, turn = NO_ATTACHMENT, self._turn
         try:
@@ -265,11 +275,16 @@ class ServedObject:
             if payload is not None and len(payload) > method.limit:
                 raise too_large(len(payload), method.limit, f"{method.what}: request")
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
-            if attachment is not None and not method.frozen:
-                if len(attachment) > ATTACHMENT_LIMIT:
-                    raise too_large(len(attachment), ATTACHMENT_LIMIT, "attachment")
-                about = read_attachment(bytes(attachment))
-            call = _Call(self, method, data, about, reply, time.monotonic())
+            if attachment is not None:
+                if method.frozen:
+                    self._hear(attachment)
+                else:
+                    if len(attachment) > ATTACHMENT_LIMIT:
+                        raise too_large(len(attachment), ATTACHMENT_LIMIT, "attachment")
+                    about = read_attachment(bytes(attachment))
+                    if about.given_up:
+                        self._communicator.given_up.hear(about)
+            call = _Call(self, method, data, about, reply, time.monotonic(), ended)
             with turn.lock:
                 if self._withdrawn:
                     raise ObjectNotExistException(f"{self.target.identity} is no longer served")
@@ -301,6 +316,10 @@ class ServedObject:
         try:
             if refusal is not None:
                 raise BusyException(f"{method.what} was not executed: {refusal}")
+            if not method.stops and (
+                (call.ended is not None and call.ended()) or self._communicator.given_up.has(about)
+            ):
+                raise TimeoutException(f"{method.what} was not executed: its caller gave it up")
             if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
                 own = self._interface
                 raise InterfaceMismatchException.between(
@@ -349,6 +368,13 @@ class ServedObject:
                 self._communicator.pool.submit(
                     partial(following.served._run, following), following.method.kind
                 )
+
+    def _hear(self, attachment: Buffer) -> None:
+        """Note what the attachment of a frozen call says of other calls, if it can be read."""
+        with suppress(MarshalException):
+            about = decode_attachment(attachment)
+            if about.given_up:
+                self._communicator.given_up.hear(about)
 
     def _enqueue(self, call: _Call) -> None:
         """Let a call wait for its turn; raises BusyException when too many do. Needs the turn's lock."""
@@ -417,6 +443,7 @@ class ServedObject:
             operation.result.make_single,
             None if frozen else fingerprints,
             frozen,
+            frozen or operation.stop,
             communicator.pool.kind(refusable=refusable and not frozen),
         )
 

@@ -94,6 +94,10 @@ Reply = Callable[[bool, "bytes | Pieces"], object]
 """Takes the answer of a call; it is called once."""
 
 
+Ended = Callable[[], bool]
+"""Returns whether the connection over which a call came has ended: then nobody waits for its answer."""
+
+
 class Receiver(Protocol):
     """The servant's side of calls, as a transport sees it."""
 
@@ -101,7 +105,14 @@ class Receiver(Protocol):
     def runs_here(self) -> bool:
         """Whether the current thread runs a call of the servant: it must not wait for another one's end."""
 
-    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job | None:
+    def admit(
+        self,
+        name: str,
+        payload: Buffer | None,
+        attachment: Buffer | None,
+        reply: Reply,
+        ended: Ended | None = None,
+    ) -> Job | None:
         """Take a call of an operation; return the function that runs or refuses it; None if it waits.
 
         Calls are executed in the order in which they are admitted; other calls wait meanwhile, so it takes
@@ -117,12 +128,13 @@ def admit(
     attachment: Buffer | None,
     *,
     reply: Reply,
+    ended: Ended | None = None,
 ) -> Job | None:
     """Let a receiver admit a call, or refuse one for which there is none; raises nothing."""
     try:
         if receiver is None:
             raise ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
-        return receiver.admit(name, payload, attachment, reply)
+        return receiver.admit(name, payload, attachment, reply, ended)
     except ObjectNotExistException as error:
         answer = encode_error(error)
     except BaseException as failure:
@@ -152,25 +164,21 @@ def outcome_of(call: Callable[[], Outcome]) -> Outcome | SystemException:
 
 
 class Caller(Protocol):
-    """Call one operation of one servant, within one time limit; thread-safe.
-
-    An empty attachment is none: the call then comes from nobody known, and of no version.
-    """
+    """Call one operation of one servant, within one time limit; thread-safe."""
 
     @property
     def timeout(self) -> float:
         """The limit of a call in s."""
 
-    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+    def call(self, payload: bytes) -> Outcome:
         """Call and wait for the answer; raises NoAnswer, or another SystemException for an unreadable one."""
 
     def begin(
-        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
-    ) -> Callable[[], object] | None:
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
+    ) -> Callable[[], object]:
         """Call without waiting; `done` gets the outcome, once, on another thread.
 
-        Return a function that forgets the call, None where that saves nothing. Raises SystemException where
-        the call cannot be sent.
+        Return a function that gives the call up. Raises SystemException where the call cannot be sent.
         """
 
 
@@ -292,8 +300,19 @@ class Transport(Protocol):
 
     # Calls.
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        """Return the caller of an operation; `timeout` is the limit of a call in s."""
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,
+    ) -> Caller:
+        """Return the caller of an operation.
+
+        `timeout` is the limit of a call in s. `fingerprint` is that of the caller's interface; without any,
+        the servant does not learn who calls.
+        """
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         """Pass the calls of a target to a receiver, on threads that may run user code."""

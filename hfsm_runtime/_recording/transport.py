@@ -118,7 +118,14 @@ class _RecordingTransport(ObservedTransport):
         self.clock = InterceptedClock(self.below.streams.clock, recorder.ask)
         super().__init__(self.below.settings)
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,  # noqa: ARG002
+    ) -> Caller:
         proxies = [proxy for _, known, proxy in self._proxies if known == target]
         fitting = (p for p in proxies if p.ice_interface.all_operations.get(operation.name) is operation)
         proxy = next(fitting, proxies[0] if proxies else self.below.stringToProxy(str(target)))
@@ -200,7 +207,7 @@ class _RecordedCaller(_Recorded):
         self.timeout: Final = proxy.ice_getInvocationTimeout() / 1000
         self._call: Final = Call(proxy, operation)
 
-    def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002 - each call below has its own
+    def call(self, payload: bytes) -> Outcome:
         """Call and wait for the answer, while other threads run code."""
         with self._recorded("call", payload) as exchange, self._lock.released():
             return _take(exchange, partial(self._call.call_encoded, payload))
@@ -208,7 +215,6 @@ class _RecordedCaller(_Recorded):
     def begin(
         self,
         payload: bytes,
-        attachment: bytes,  # noqa: ARG002
         done: Callable[[Outcome | SystemException], object],
     ) -> Callable[[], object]:
         """Call without waiting; `done`, and what it causes, runs under the lock."""

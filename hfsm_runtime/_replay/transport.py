@@ -67,7 +67,14 @@ class ReplayTransport(ObservedTransport):
             self.names.setdefault(target_of(proxy), name)
             vars(component)[name] = proxy
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,  # noqa: ARG002
+    ) -> Caller:
         """Return the caller of an operation."""
         return _ReplayedCaller(self, target, operation, timeout)
 
@@ -154,7 +161,7 @@ class _ReplayedCaller(_Replayed):
         super().__init__(transport, target, operation)
         self.timeout: Final = timeout
 
-    def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002
+    def call(self, payload: bytes) -> Outcome:
         want = self._want("call")
         outcome = self._outcome(want, self._answers.take(want, payload))
         if isinstance(outcome, SystemException):
@@ -164,7 +171,6 @@ class _ReplayedCaller(_Replayed):
     def begin(
         self,
         payload: bytes,
-        attachment: bytes,  # noqa: ARG002
         done: Callable[[Outcome | SystemException], object],
     ) -> Callable[[], object]:
 

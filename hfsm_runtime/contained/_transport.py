@@ -47,7 +47,14 @@ class FarTransport(InProcessTransport):
         )
         link.clock.call_every(LIMITS.linger / LOOKS, self.communicator.streams.close_unwanted)
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,  # noqa: ARG002
+    ) -> Caller:
         return _FarCaller(self._link, target, operation.name, timeout)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
@@ -70,15 +77,15 @@ class _FarCaller:
         self._target: Final = target
         self._operation: Final = operation
 
-    def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002 - the near end makes its own
+    def call(self, payload: bytes) -> Outcome:
         request = protocol.Call(*self._target, self._operation, payload)
         outcome = self._link.ask(request, protocol.Outcome)
         return outcome.ok, _payload(outcome.result)
 
     def begin(
-        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        done(outcome_of(partial(self.call, payload, attachment)))
+        done(outcome_of(partial(self.call, payload)))
         return lambda: None
 
 

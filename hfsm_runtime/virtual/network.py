@@ -119,8 +119,15 @@ class _VirtualTransport(InProcessTransport):
         self.clock = network.clock
         self._network: Final = network
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        genuine = super().caller(target, operation, timeout=timeout)
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,
+    ) -> Caller:
+        genuine = super().caller(target, operation, timeout=timeout, fingerprint=fingerprint)
         if operation.name.startswith("ice_"):
             return genuine
         return _LoggedCaller(self._network, genuine, target, operation)
@@ -150,11 +157,11 @@ class _LoggedCaller:
         self._operation: Final = operation
         self._what: Final = f"{target.identity}.{operation.name}"
 
-    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+    def call(self, payload: bytes) -> Outcome:
         try:
             if self._target.identity in self._network.offline:
                 raise ConnectionLostException(f"{self._target.identity} is offline: it was taken offline")
-            outcome = self._genuine.call(payload, attachment)
+            outcome = self._genuine.call(payload)
         except SystemException as error:
             self._note(payload, None, error)
             raise
@@ -168,10 +175,10 @@ class _LoggedCaller:
         return outcome
 
     def begin(
-        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
         """Call immediately, and pass the outcome on."""
-        done(outcome_of(partial(self.call, payload, attachment)))
+        done(outcome_of(partial(self.call, payload)))
         return lambda: None
 
     def _note(self, payload: bytes, result: object, error: Exception | None) -> None:

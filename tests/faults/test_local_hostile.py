@@ -82,7 +82,7 @@ def call(pool: Pool, door: Door) -> Iterator[Callable[..., bytes]]:
     with closing(Neighbor(pool, door.address, SERVER)) as neighbor:
 
         def call(payload: bytes = b"", operation: str = "echo") -> bytes:
-            outgoing = Outgoing(TARGET, operation, EVENT_LIMIT, 1 << 25, "it", set())
+            outgoing = Outgoing(TARGET, operation, EVENT_LIMIT, 1 << 25, "it")
             ok, answer = neighbor.call(outgoing, payload, b"")
             assert ok
             assert isinstance(answer, bytes)
@@ -240,7 +240,7 @@ class TestFloods:
                 with Visitor(door.address) as visitor, pytest.raises(ConnectionError):
                     visitor.enter()
             with closing(Neighbor(pool, door.address, SERVER)) as late, pytest.raises(NotSent):
-                late.call(Outgoing(TARGET, "echo", EVENT_LIMIT, 100, "it", set()), b"", b"")
+                late.call(Outgoing(TARGET, "echo", EVENT_LIMIT, 100, "it"), b"", b"")
             stack.pop_all().close()
             until(lambda: not door._connections)
             with Visitor(door.address).enter() as visitor:

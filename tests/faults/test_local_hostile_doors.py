@@ -25,6 +25,7 @@ from tests.support.soak import repeated
 from tests.support.stranger import stranger
 from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
+from zenoh_ice._given_up import OwnCalls
 from zenoh_ice._local import neighbors
 from zenoh_ice._local.channel import NotSent, Outgoing
 from zenoh_ice._local.door import door_space
@@ -86,7 +87,7 @@ def call(request: pytest.FixtureRequest, pool: Pool) -> Callable[..., Outcome]:
     def call(address: str, timeout: float = EVENT_LIMIT, hello: float = EVENT_LIMIT) -> Outcome:
         limits = Limits(hello=hello, hello_share=math.inf)
         with closing(Neighbor(pool, address, SERVER, limits)) as neighbor:
-            outgoing = Outgoing("t", "o", timeout, LIMIT, "it", set())
+            outgoing = Outgoing("t", "o", timeout, LIMIT, "it")
             if request.param == "line":
                 return neighbor.call(outgoing, b"arguments", b"")
             outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
@@ -188,7 +189,7 @@ class TestGreetings:
                 connection.send(answer(next_request(connection).number, b"", (), extent))
 
             with fake_door(behave) as address, closing(Neighbor(pool, address, SERVER)) as neighbor:
-                outgoing = Outgoing("t", "o", EVENT_LIMIT, LIMIT, "it", set())
+                outgoing = Outgoing("t", "o", EVENT_LIMIT, LIMIT, "it")
                 with pytest.raises(NotSent):
                     neighbor.call(outgoing, b"", b"")
                 neighbor._absent_until = 0.0
@@ -301,7 +302,7 @@ class TestAnswers:
 
         with fake_door(behave) as address, closing(Neighbor(pool, address, SERVER)) as neighbor:
             outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-            outgoing = Outgoing("t", "o", 0.05, LIMIT, "it", set())
+            outgoing = Outgoing("t", "o", 0.05, LIMIT, "it")
             neighbor.channel().begin(outgoing, b"", b"", outcomes.put)
             assert isinstance(outcomes.get(timeout=EVENT_LIMIT), NoAnswer)
             timed_out.set()
@@ -314,10 +315,10 @@ class TestAnswers:
         submit = pool.submit
         late: list[Callable[[], object]] = []
         with fake_door(replying()) as address:
-            neighborhood = Neighborhood(pool, lambda pattern, changed: None)
+            neighborhood = Neighborhood(pool, lambda pattern, changed: None, OwnCalls("c0ffee"))
             neighbor = neighborhood.neighbor(SERVER, address)
             assert neighbor is not None
-            outgoing = Outgoing("t", "o", FOREVER, LIMIT, "it", set())
+            outgoing = Outgoing("t", "o", FOREVER, LIMIT, "it")
             neighbor.channel().begin(outgoing, b"", b"", outcomes.put)
             pool.detach(neighbor.channel())  # and it does not notice the end by itself
             monkeypatch.setattr(pool, "submit", late.append)

@@ -33,7 +33,7 @@ from zenoh_ice._local.messages import (
 )
 from zenoh_ice._pool import Job, Kind
 from zenoh_ice._presence import parse_servant_token
-from zenoh_ice.transport import Buffer, Reply
+from zenoh_ice.transport import Buffer, Ended, Reply
 
 from .stranger import session_of
 
@@ -66,7 +66,14 @@ class Echo:
         """Return whether this thread runs a call of it: it never calls others."""
         return False
 
-    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job:
+    def admit(
+        self,
+        name: str,
+        payload: Buffer | None,
+        attachment: Buffer | None,
+        reply: Reply,
+        ended: Ended | None = None,
+    ) -> Job:
         content = b"" if payload is None else bytes(payload)
         if name == "big":
             return self._kind, partial(reply, True, Pieces((b"", b""), (bytes(1 << 20),), (0,)))

@@ -40,6 +40,8 @@ from .messages import (
     send_parts,
 )
 
+_numbers: Final = itertools.count(1)  # of the process: those of an ended channel mean nothing in the next one
+
 _SENDING_LIMIT: Final = 1.0  # s that a server may take none of its messages
 
 Done = Callable[[Outcome | SystemException], object]
@@ -71,7 +73,6 @@ class Channel(MessageSource):
         self._ended_at = math.inf
         self._pool: Final = pool
         self._view: Final = view
-        self._numbers: Final = itertools.count(1)
         self._pending: Final[dict[int, _Pending]] = {}
         self._subscribers: Final[dict[int, Subscriber]] = {}
         self._answers: Final[deque[Answer]] = deque()  # that came together
@@ -92,10 +93,9 @@ class Channel(MessageSource):
 
     def begin(self, call: Outgoing, payload: bytes, attachment: bytes, done: Done) -> None:
         """Send a call; `done` gets its outcome, once. Raises NotSent."""
-        number = next(self._numbers)
+        number = next(_numbers)
         deadline = time.monotonic() + call.timeout
         self._pending[number] = _Pending(call, deadline, done)
-        call.unanswered.add(number)
         try:
             self._send_call(number, call, payload, attachment)
         except BlockingIOError:  # no room for it, all the time
@@ -108,7 +108,7 @@ class Channel(MessageSource):
 
     def subscribe(self, target: str, operation: str, subscriber: Subscriber) -> int:
         """Ask for the samples of a stream, and return the number of the subscription; raises NotSent."""
-        number = next(self._numbers)
+        number = next(_numbers)
         self._subscribers[number] = subscriber
         if not self._send((SUBSCRIBE, number, target, operation)):
             self._subscribers.pop(number, None)
@@ -137,7 +137,7 @@ class Channel(MessageSource):
                 self._pool.submit(partial(pending.done, NoAnswer(timed_out=True)))
 
     def shut(self) -> None:
-        """Let it end, on a thread of the pool."""
+        """Let it end, on a thread of the pool; its server begins none of its calls any more."""
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
 
@@ -170,10 +170,7 @@ class Channel(MessageSource):
         return None
 
     def _take(self, number: int) -> _Pending | None:
-        pending = self._pending.pop(number, None)
-        if pending is not None:
-            pending.call.unanswered.discard(number)
-        return pending
+        return self._pending.pop(number, None)
 
     def _finish_all(self) -> None:
         while True:
@@ -249,8 +246,6 @@ class Outgoing(msgspec.Struct, eq=False):
     limit: int
     """Bytes that its result may have."""
     what: str
-    unanswered: set[int]
-    """The numbers of the calls of its target that are not answered yet."""
 
 
 class _Pending(msgspec.Struct, eq=False):

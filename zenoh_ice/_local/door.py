@@ -7,6 +7,7 @@ import logging
 import os
 import re
 import resource
+import select
 import socket
 import tempfile
 import threading
@@ -183,6 +184,8 @@ class _Connection(MessageSource):
         self._unsent: Final[deque[bytes]] = deque()  # one thread waits until its client takes them
         self._unsent_size = 0
         self._closed = False
+        self._ends: Final = select.poll()
+        self._ends.register(connection, select.POLLRDHUP)
         # Answers to calls in flight, sent together before the thread waits: each message wakes the client.
         self._held: Final[list[tuple[object, ...]]] = []
 
@@ -227,10 +230,16 @@ class _Connection(MessageSource):
             self._parts.complete(request.payload),
             request.attachment or None,
             reply=partial(self._answer, request.number),
+            ended=self._has_ended,
         )
         if self._held and (job is None or not job[0].quick or len(self._held) >= MOST_TOGETHER):
             self.flush()
         return job
+
+    def _has_ended(self) -> bool:
+        """Return whether its client has ended it, even if messages that it sent before wait to be read."""
+        with self._sending:
+            return self._closed or bool(self._ends.poll(0))
 
     def _subscribe(self, message: Subscribe) -> None:
         listeners = self._door.streams.get(f"{message.target}/{message.operation}")

@@ -58,6 +58,7 @@ class Neighbor:
         self._address: Final = address
         self._server: Final = server
         self._lock: Final = threading.Lock()
+        self._opening: Final = threading.Lock()  # of the channel, which may take a while
         self._idle: Final[deque[_Line]] = deque()
         self._lines: Final[set[_Line]] = set()
         self._channel: Channel | None = None
@@ -106,12 +107,15 @@ class Neighbor:
 
     def channel(self, timeout: float = math.inf) -> Channel:
         """Return the connection for calls in flight, of which one has this limit in s; raises NotSent."""
-        with self._lock:
-            if self._channel is None or self._channel.ended:
-                self._channel = Channel(self.pool, self._connect(timeout), self._view, self.limits)
-                if self._closed:
-                    self._channel.close()
-            return self._channel
+        with self._opening:
+            channel = self._channel
+            if channel is None or channel.ended:
+                channel = Channel(self.pool, self._connect(timeout), self._view, self.limits)
+                with self._lock:
+                    self._channel, closed = channel, self._closed
+                if closed:
+                    channel.close()
+            return channel
 
     def close(self) -> None:
         """End all connections for good: running calls end without an answer."""
@@ -120,9 +124,9 @@ class Neighbor:
 
     def shut(self) -> Channel | None:
         """End all connections for good, once what has arrived is read; return a channel that then ends."""
-        self._closed = True
         self._absent_until = math.inf
         with self._lock:
+            self._closed = True
             lines = list(self._lines)
             channel, self._channel = self._channel, None
         for line in lines:

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Final
 from weakref import WeakSet
 
+from .._given_up import OwnCalls
 from .._pool import Pool
 from .._presence import parse_servant_token
 from ..limits import LIMITS, Limits
@@ -27,16 +28,18 @@ class Route:
     Calls of one client stay in order: none takes another way than those before it that are not answered.
     """
 
-    def __init__(self, neighborhood: Neighborhood) -> None:
+    def __init__(self, neighborhood: Neighborhood, give_up: Callable[[int], object]) -> None:
         self.neighbor: Neighbor | None = None
         self.of_channel: Neighbor | None = None
         """The one to which the calls in the channel went."""
         self.changed: Final[set[Callable[[], object]]] = set()
         """Called, where they must not wait, whenever the neighbor is another one, or none."""
         self.in_channel: Final[set[int]] = set()
-        self.over_network: Final[dict[object, float]] = {}
-        """Calls in flight, with the moments of the monotonic clock at which they end in any case."""
+        """The numbers of calls in flight."""
+        self.over_network: Final[dict[int, float]] = {}
+        """The same, with the moments of the monotonic clock at which they end in any case."""
         self._neighborhood: Final = neighborhood
+        self._give_up: Final = give_up
         self._doors: Final[dict[str, tuple[str, str]]] = {}
 
     def on_token(self, key: str, came: bool) -> None:
@@ -65,6 +68,7 @@ class Route:
             now = time.monotonic()
             for call, end in list(self.over_network.items()):
                 if end <= now:
+                    self._give_up(call)
                     self.over_network.pop(call, None)
             if self.over_network:
                 return None
@@ -78,9 +82,11 @@ class Neighborhood:
         self,
         pool: Pool,
         watch: Callable[[str, Callable[[str, bool], object]], object],
+        calls: OwnCalls,
         limits: Limits = LIMITS,
     ) -> None:
         self._pool: Final = pool
+        self._calls: Final = calls
         self._limits: Final = limits
         self._watch: Final = watch
         self._space: Final = door_space()
@@ -95,7 +101,7 @@ class Neighborhood:
         with self._lock:
             if (known := self._routes.get(target)) is not None:
                 return known
-            route = self._routes[target] = Route(self)
+            route = self._routes[target] = Route(self, partial(self._calls.give_up, target))
         self._watch(f"@servant/{target.prefix}/**", route.on_token)
         return route
 
@@ -118,11 +124,14 @@ class Neighborhood:
         with self._lock:
             neighbor = self._neighbors.pop(server, None)
             routes = list(self._routes.values())
-        if neighbor is not None:
-            for route in routes:
-                if route.neighbor is neighbor:
-                    route.choose()
-            self._pool.submit(partial(self._let_end, neighbor))
+        if neighbor is None:
+            return
+        # First: what it was sent and has not read must not be executed after later calls.
+        if (channel := neighbor.shut()) is not None:
+            self._pool.submit(partial(self._let_end, channel))
+        for route in routes:
+            if route.neighbor is neighbor:
+                route.choose()
 
     def close(self) -> None:
         """End all calls."""
@@ -142,10 +151,8 @@ class Neighborhood:
         for channel in self._ending:
             channel.abandon()
 
-    def _let_end(self, neighbor: Neighbor) -> None:
-        channel = neighbor.shut()
-        if channel is not None:
-            with self._lock:
-                self._ending.add(channel)
-            if self._closed:
-                channel.close()
+    def _let_end(self, channel: Channel) -> None:
+        with self._lock:
+            self._ending.add(channel)
+        if self._closed:
+            channel.close()

@@ -17,6 +17,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from .._codec import LARGEST_PAYLOAD, Pieces
+from .._given_up import OwnCalls
 from .._local.channel import NotSent, Outgoing
 from .._local.door import Door
 from .._local.routes import Neighborhood, Route
@@ -117,7 +118,11 @@ class ZenohTransport:
             self.endpoints: Sequence[str] = tuple(connect_endpoints(settings))
             # Credentials mean that others decide who may call whom; they see nothing of a socket.
             self.is_local: Final = settings.local_sockets and settings.security == Security()
-            self.neighborhood: Final = Neighborhood(pool, self.local.watch, limits) if self.is_local else None
+            self.calls: Final = OwnCalls(self.id)
+            self.local.calls = self.calls
+            self.neighborhood: Final = (
+                Neighborhood(pool, self.local.watch, self.calls, limits) if self.is_local else None
+            )
             self._door: Door | None = None
             self._wants_door = self.is_local
             self.appear(settings.realm)
@@ -297,7 +302,13 @@ class ZenohTransport:
 
 class _Caller:
     def __init__(
-        self, transport: ZenohTransport, target: Target, operation: Operation[..., Any], *, timeout: float
+        self,
+        transport: ZenohTransport,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,
     ) -> None:
         settings, result = transport.settings, operation.result
         if target.realm != settings.realm:
@@ -306,16 +317,15 @@ class _Caller:
         self._transport: Final = transport
         self._target: Final = target
         self._operation: Final = operation
+        self._fingerprint: Final = fingerprint
+        self._calls: Final = transport.calls
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
         self._route: Final = transport.route(target)
         self._limit: Final = result.size_limit
         self._kind: Kind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
-        in_channel = set() if self._route is None else self._route.in_channel
-        self._outgoing: Final = Outgoing(
-            self._prefix, operation.name, timeout, self._limit, self._what, in_channel
-        )
+        self._outgoing: Final = Outgoing(self._prefix, operation.name, timeout, self._limit, self._what)
         bulk = operation.arguments.holds_bytes or result.holds_bytes
         # A blocked link may block the sender for the limit of the settings, after which Zenoh closes the
         # link; a call with a shorter limit is dropped instead, and ends at its limit.
@@ -335,51 +345,80 @@ class _Caller:
 
     @cached_property
     def _here(self) -> Caller:
-        return self._transport.local.caller(self._target, self._operation, timeout=self.timeout)
+        local = self._transport.local
+        return local.caller(
+            self._target, self._operation, timeout=self.timeout, fingerprint=self._fingerprint
+        )
 
-    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+    def call(self, payload: bytes) -> Outcome:
         if self._prefix in self._receivers:
-            return self._here.call(payload, attachment)
-        if (route := self._route) is not None and (neighbor := route.way) is not None:
-            with suppress(NotSent):
-                if route.in_channel:
-                    return self._call_in_channel(payload, attachment)
-                return neighbor.call(self._outgoing, payload, attachment)
+            return self._here.call(payload)
+        number = next(self._calls.numbers)
         try:
-            # No variable holds the channel: the frames of an exception would keep it alive, and a channel
-            # that a servant fills with further replies blocks everything on the same link.
-            reply = self._get(payload=payload, attachment=attachment or None).recv()
-        except zenoh.ZError:  # the end without an answer, of the session too
-            raise NoAnswer(timed_out=False) from None
-        return self._interpret(reply)
+            if (route := self._route) is not None and (neighbor := route.way) is not None:
+                with suppress(NotSent):
+                    if route.in_channel:
+                        return self._call_in_channel(number, payload)
+                    attachment, named = self._attach(number)
+                    return self._heard(named, neighbor.call(self._outgoing, payload, attachment))
+            attachment, named = self._attach(number)
+            try:
+                # No variable holds the channel: the frames of an exception would keep it alive, and a channel
+                # that a servant fills with further replies blocks everything on the same link.
+                reply = self._get(payload=payload, attachment=attachment or None).recv()
+            except zenoh.ZError:  # the end without an answer, of the session too
+                raise NoAnswer(timed_out=False) from None
+            return self._heard(named, self._interpret(reply))
+        except BaseException:  # an interrupt, too
+            self._calls.give_up(self._target, number)
+            raise
 
-    def _call_in_channel(self, payload: bytes, attachment: bytes) -> Outcome:
+    def _call_in_channel(self, number: int, payload: bytes) -> Outcome:
         """Call after the calls in flight."""
-        begin = partial(self.begin, payload, attachment)
+        begin = partial(self._begin, number, payload)
         outcome: Outcome | SystemException = self._transport.local.wait_for(begin, self.timeout)
         if isinstance(outcome, SystemException):
             raise outcome
         return outcome
 
     def begin(
-        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
-    ) -> Callable[[], object] | None:
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
+    ) -> Callable[[], object]:
+        return self._begin(next(self._calls.numbers), payload, done)
+
+    def _begin(
+        self, number: int, payload: bytes, done: Callable[[Outcome | SystemException], object]
+    ) -> Callable[[], object]:
+        route, target, calls = self._route, self._target, self._calls
+        named: tuple[int, ...] = ()
+
+        def end(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
+            # Before its way is free for others: calls that take another one are to name it.
+            if isinstance(outcome, NoAnswer):
+                calls.give_up(target, number)
+            elif named:
+                calls.heard(target, named)
+            if route is not None:
+                route.in_channel.discard(number)
+                route.over_network.pop(number, None)
+            done(outcome)
+
         # Servants of this process, too, are called through the session, because it enforces the limit.
-        route = self._route
         if route is not None and (neighbor := route.way) is not None and self._prefix not in self._receivers:
             with suppress(NotSent):
                 route.of_channel = neighbor
-                neighbor.channel(self.timeout).begin(self._outgoing, payload, attachment, done)
-                return None
-        call = object()
+                channel = neighbor.channel(self.timeout)
+                route.in_channel.add(number)
+                attachment, named = self._attach(number)
+                channel.begin(self._outgoing, payload, attachment, end)
+                return partial(calls.give_up, target, number)
+            route.in_channel.discard(number)
         if route is not None:
-            route.over_network[call] = time.monotonic() + self.timeout
+            route.over_network[number] = time.monotonic() + self.timeout
         replies: deque[zenoh.Reply] = deque(maxlen=1)  # a servant may send more than one
 
         def finish() -> None:  # on a thread of the pool
-            if route is not None:
-                route.over_network.pop(call, None)
-            done(outcome_of(lambda: self._interpret(replies.pop() if replies else None)))
+            end(outcome_of(lambda: self._interpret(replies.pop() if replies else None)))
 
         cancellation = zenoh.CancellationToken()
         # C code alone on Zenoh's thread: it keeps the reply, and notifies the pool at the end.
@@ -387,13 +426,30 @@ class _Caller:
         if self._kind is None:
             self._kind = pool.kind()
         handler = Callback(replies.append, partial(pool.put, (self._kind, finish)), indirect=False)
+        attachment, named = self._attach(number)
         try:
             self._get(
                 handler, payload=payload, attachment=attachment or None, cancellation_token=cancellation
             )
         except zenoh.ZError as error:
+            if route is not None:
+                route.over_network.pop(number, None)
             raise self._transport.refusal(self._what, error) from error
-        return cancellation.cancel
+
+        def cancel() -> None:
+            calls.give_up(target, number)
+            cancellation.cancel()
+
+        return cancel
+
+    def _attach(self, number: int) -> tuple[bytes, tuple[int, ...]]:
+        return self._calls.attach(self._target, number, self._fingerprint, self.timeout)
+
+    def _heard(self, named: tuple[int, ...], outcome: Outcome) -> Outcome:
+        """Return the outcome of a call that named others as given up: its servant knows them now."""
+        if named:
+            self._calls.heard(self._target, named)
+        return outcome
 
     def _interpret(self, reply: zenoh.Reply | None) -> Outcome:
         """Return the outcome in a reply; raises NoAnswer for none, and for Zenoh's own error at the limit."""

@@ -105,7 +105,7 @@ def begin_stop(communicator: Communicator, reason: str, timeout: float) -> Futur
 
     try:
         caller = communicator.transport.caller(target, _EMERGENCY_STOP, timeout=timeout)
-        caller.begin(stop_payload(reason), b"", finish)
+        caller.begin(stop_payload(reason), finish)
     except SystemException as error:
         finish(error)
     return future

@@ -43,7 +43,14 @@ class Relay(InProcessTransport):
         while self.waiting:
             self.waiting.pop()()
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,
+    ) -> Caller:
         return RelayedCaller(self, timeout)
 
 
@@ -52,11 +59,11 @@ class RelayedCaller:
         self.relay = relay
         self.timeout = timeout
 
-    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+    def call(self, payload: bytes) -> Outcome:
         return True, SUM
 
     def begin(
-        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
         self.relay.waiting.append(lambda: done((True, SUM)))
         return lambda: None

@@ -22,7 +22,7 @@ from zenoh_ice._codec import LARGE, Parted
 from zenoh_ice._pool import Job, Kind, Pool
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.limits import Limits
-from zenoh_ice.transport import Buffer, Reply, Target
+from zenoh_ice.transport import Buffer, Ended, Reply, Target
 
 TARGET = Target("nao", "Calculator")
 ECHO = CALCULATOR.all_operations["echo"]
@@ -37,7 +37,14 @@ class Servant:
         self.threads: list[threading.Thread] = []
         self._answer = answer
 
-    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job:
+    def admit(
+        self,
+        name: str,
+        payload: Buffer | None,
+        attachment: Buffer | None,
+        reply: Reply,
+        ended: Ended | None = None,
+    ) -> Job:
         def execute() -> None:
             self.threads.append(threading.current_thread())
             reply(True, self._answer)
@@ -55,8 +62,8 @@ def test_without_threads_a_call_is_executed_by_who_calls(transport: InProcessTra
     transport.serve(TARGET, servant)
     caller = transport.caller(TARGET, ECHO, timeout=1.0)
     outcomes: list[object] = []
-    outcomes.append(caller.call(b"", b""))
-    caller.begin(b"", b"", outcomes.append)
+    outcomes.append(caller.call(b""))
+    caller.begin(b"", outcomes.append)
     assert outcomes == [(True, b"x")] * 2
     assert servant.threads == [threading.current_thread()] * 2
 
@@ -117,7 +124,7 @@ def test_a_callback_may_publish_in_turn(transport: InProcessTransport) -> None:
 def test_large_byte_sequences_are_not_copied(transport: InProcessTransport) -> None:
     data = bytes(2 * LARGE)
     transport.serve(TARGET, Servant(ECHO.result.gather_result(data, "it")))
-    _, payload = transport.caller(TARGET, ECHO, timeout=1.0).call(b"", b"")
+    _, payload = transport.caller(TARGET, ECHO, timeout=1.0).call(b"")
     assert isinstance(payload, Parted)
     assert payload.large[0] is data
 

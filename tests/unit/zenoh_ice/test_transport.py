@@ -17,13 +17,14 @@ from tests.support.waiting import at_once, until
 from zenoh_ice import ConnectionLostException, Settings, SystemException, UnknownException
 from zenoh_ice._codec import LARGE
 from zenoh_ice._pool import Job, Kind, Pool
-from zenoh_ice._wire import decode_error, encode_call_attachment, encode_error, encode_sample_attachment
+from zenoh_ice._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.transport import (
     Arrived,
     Buffer,
     Caller,
+    Ended,
     Inlet,
     NoAnswer,
     Outcome,
@@ -36,7 +37,7 @@ TARGET = Target("nao", "Calculator")
 ADD = CALCULATOR.all_operations["add"]
 ECHO = CALCULATOR.all_operations["echo"]
 READING = CALCULATOR.all_operations["getReading"]
-ABOUT = encode_call_attachment("c0ffee", 1, "abc", FOREVER)
+FINGERPRINT = "c0ffee"
 TOKEN = "@servant/nao/Calculator/::test::Calculator/c0ffee/abc/1"
 
 Act = Callable[[str, bytes, Reply], object]
@@ -86,7 +87,14 @@ class Servant:
     calls: list[Call] = field(default_factory=list)
     runs_here: bool = False
 
-    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job:
+    def admit(
+        self,
+        name: str,
+        payload: Buffer | None,
+        attachment: Buffer | None,
+        reply: Reply,
+        ended: Ended | None = None,
+    ) -> Job:
         data = None if payload is None else bytes(payload)
         about = None if attachment is None else bytes(attachment)
 
@@ -102,7 +110,14 @@ class Failing(Servant):
 
     fails = False
 
-    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job:
+    def admit(
+        self,
+        name: str,
+        payload: Buffer | None,
+        attachment: Buffer | None,
+        reply: Reply,
+        ended: Ended | None = None,
+    ) -> Job:
         if self.fails:
             raise RuntimeError("inside")
         return super().admit(name, payload, attachment, reply)
@@ -117,7 +132,7 @@ def whole(outcome: Outcome) -> tuple[bool, bytes]:
 
 def caller(ends: Ends, timeout: float = CALL_LIMIT, target: Target = TARGET) -> Caller:
     """Return what calls `add`, once the servant is reached."""
-    return ends.client.caller(target, ADD, timeout=timeout)
+    return ends.client.caller(target, ADD, timeout=timeout, fingerprint=FINGERPRINT)
 
 
 def serve(ends: Ends, servant: Servant, target: Target = TARGET) -> Caller:
@@ -128,7 +143,7 @@ def serve(ends: Ends, servant: Servant, target: Target = TARGET) -> Caller:
 
     def reached() -> bool:
         try:
-            return calls.call(b"\x80", ABOUT)[0]
+            return calls.call(b"\x80")[0]
         except NoAnswer:
             return False
 
@@ -142,20 +157,24 @@ class TestCalls:
     def test_a_call_arrives_as_it_was_sent_and_so_does_its_answer(self, ends: Ends) -> None:
         servant = Servant(lambda _, payload, reply: reply(True, payload + b"!"))
         calls = serve(ends, servant)
-        assert whole(calls.call(b"abc", ABOUT)) == (True, b"abc!")
+        assert whole(calls.call(b"abc")) == (True, b"abc!")
         (call,) = servant.calls
-        assert (call.name, call.payload, call.attachment) == ("add", b"abc", ABOUT)
+        assert (call.name, call.payload) == ("add", b"abc")
+        assert call.attachment is not None
+        about = decode_attachment(call.attachment)
+        assert (about.fingerprint, about.timeout) == (FINGERPRINT, CALL_LIMIT)
+        assert about.call_id == f"{ends.client.id}/{about.sequence}"
 
     def test_calls_are_taken_by_threads_of_the_pool(self, ends: Ends) -> None:
         servant = Servant()
         calls = serve(ends, servant)
-        calls.call(b"", ABOUT)
+        calls.call(b"")
         assert servant.calls[0].thread.name.startswith("server-")
 
     def test_an_error_is_distinguished_from_a_result(self, ends: Ends) -> None:
         error = encode_error(ConnectionLostException("why"))
         calls = serve(ends, Servant(lambda _n, _p, reply: reply(False, error)))
-        assert whole(calls.call(b"", ABOUT)) == (False, error)
+        assert whole(calls.call(b"")) == (False, error)
 
     def test_an_answer_may_come_later_from_another_thread(self, ends: Ends) -> None:
         replies: SimpleQueue[Reply] = SimpleQueue()
@@ -166,14 +185,14 @@ class TestCalls:
 
         thread = threading.Thread(target=answer)
         thread.start()
-        assert whole(calls.call(b"", ABOUT)) == (True, b"later")
+        assert whole(calls.call(b"")) == (True, b"later")
         thread.join()
 
     def test_a_large_byte_sequence_arrives_whole(self, ends: Ends) -> None:
         data = bytes(range(256)) * (LARGE // 128)
         result = ECHO.result.gather_result(data, "it")
         serve(ends, Servant(lambda _n, _p, reply: reply(True, result)))
-        ok, payload = ends.client.caller(TARGET, ECHO, timeout=CALL_LIMIT).call(b"", ABOUT)
+        ok, payload = ends.client.caller(TARGET, ECHO, timeout=CALL_LIMIT, fingerprint=FINGERPRINT).call(b"")
         assert ok
         assert ECHO.result.unpack_result(payload, "it") == data
 
@@ -183,7 +202,7 @@ class TestCalls:
         servant = Failing()
         calls = serve(ends, servant)
         servant.fails = True
-        ok, payload = whole(calls.call(b"", ABOUT))
+        ok, payload = whole(calls.call(b""))
         assert not ok
         error = decode_error(payload, (), "add")
         assert isinstance(error, UnknownException)
@@ -193,14 +212,14 @@ class TestCalls:
     @at_once
     def test_where_nothing_is_served_there_is_no_answer_at_once(self, ends: Ends) -> None:
         with pytest.raises(NoAnswer) as caught:
-            caller(ends, FOREVER).call(b"", ABOUT)
+            caller(ends, FOREVER).call(b"")
         assert not caught.value.timed_out
 
     def test_a_call_ends_at_its_limit(self, ends: Ends) -> None:
         kept: list[Reply] = []
         serve(ends, Servant(lambda _n, _p, reply: kept.append(reply)))
         with pytest.raises(NoAnswer) as caught:
-            caller(ends, 0.1).call(b"", ABOUT)
+            caller(ends, 0.1).call(b"")
         assert caught.value.timed_out
 
     def test_who_is_no_longer_served_gets_no_calls(self, ends: Ends) -> None:
@@ -208,7 +227,7 @@ class TestCalls:
         served = ends.server.serve(TARGET, servant)
         served.close()
         with pytest.raises(NoAnswer):
-            caller(ends).call(b"", ABOUT)
+            caller(ends).call(b"")
         assert servant.calls == []
 
     def test_a_busy_servant_holds_up_no_other(self, ends: Ends) -> None:
@@ -220,9 +239,9 @@ class TestCalls:
 
         busy = serve(ends, Servant(stay))
         other = serve(ends, Servant(), Target("nao", "Other"))
-        busy.begin(b"", ABOUT, lambda _: None)
+        busy.begin(b"", lambda _: None)
         assert entered.wait(EVENT_LIMIT)
-        assert whole(other.call(b"x", ABOUT)) == (True, b"x")
+        assert whole(other.call(b"x")) == (True, b"x")
         leave.set()
 
 
@@ -230,11 +249,11 @@ class TestCallsWithoutWaiting:
     def test_the_outcome_comes_once_and_on_another_thread(self, ends: Ends) -> None:
         calls = serve(ends, Servant())
         outcomes: SimpleQueue[tuple[Outcome | SystemException, threading.Thread]] = SimpleQueue()
-        calls.begin(b"abc", ABOUT, lambda outcome: outcomes.put((outcome, threading.current_thread())))
+        calls.begin(b"abc", lambda outcome: outcomes.put((outcome, threading.current_thread())))
         outcome, thread = outcomes.get(timeout=EVENT_LIMIT)
         assert outcome == (True, b"abc")
         assert thread is not threading.current_thread()
-        calls.call(b"", ABOUT)
+        calls.call(b"")
         assert outcomes.empty()
 
     def test_an_error_is_an_outcome(self, ends: Ends) -> None:
@@ -258,18 +277,18 @@ class TestCallsWithoutWaiting:
         replies: SimpleQueue[Reply] = SimpleQueue()
         servant = Servant(lambda _n, _p, reply: replies.put(reply))
         calls = serve(ends, servant)
-        forget = calls.begin(b"", ABOUT, lambda _: None)
+        forget = calls.begin(b"", lambda _: None)
         reply = replies.get(timeout=EVENT_LIMIT)
         if forget is not None:
             forget()
         reply(True, b"too late")
         servant.act = echo
-        assert whole(calls.call(b"next", ABOUT)) == (True, b"next")
+        assert whole(calls.call(b"next")) == (True, b"next")
 
     @staticmethod
     def outcome(calls: Caller) -> Outcome | SystemException:
         outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-        calls.begin(b"", ABOUT, outcomes.put)
+        calls.begin(b"", outcomes.put)
         return outcomes.get(timeout=EVENT_LIMIT)
 
 
@@ -513,13 +532,13 @@ class TestEnd:
 
         def call() -> None:
             try:
-                outcomes.put(calls.call(b"", ABOUT))
+                outcomes.put(calls.call(b""))
             except NoAnswer as error:
                 outcomes.put(error)
 
         thread = threading.Thread(target=call)
         thread.start()
-        calls.begin(b"", ABOUT, outcomes.put)
+        calls.begin(b"", outcomes.put)
         replies = [kept.get(timeout=EVENT_LIMIT) for _ in range(2)]
         ends.client.close()
         for _ in range(2):
@@ -534,7 +553,7 @@ class TestEnd:
         calls = serve(ends, Servant())
         ends.client.close()
         with pytest.raises(SystemException):
-            calls.call(b"", ABOUT)
+            calls.call(b"")
 
     def test_the_end_may_come_twice(self, ends: Ends) -> None:
         ends.client.close()

@@ -55,6 +55,7 @@ from zenoh_ice._local.messages import (
     send_with_file,
 )
 from zenoh_ice._memory import Arena, ArenaView, Extent
+from zenoh_ice._wire import ATTACHMENT_LIMIT
 
 FULL = bytes(LARGEST_INLINE)
 LINK = object()
@@ -120,7 +121,7 @@ class TestEncoding:
             (REQUEST, 1.5, "t", "o", b"", b""),
             (REQUEST, 1, "t" * 513, "o", b"", b""),
             (REQUEST, 1, "t", "o" * 513, b"", b""),
-            (REQUEST, 1, "t", "o", b"a" * 513, b""),
+            (REQUEST, 1, "t", "o", b"a" * (ATTACHMENT_LIMIT + 1), b""),
             (REQUEST, 1, "t", "o", b"", "text"),
             (REQUEST, 1, "t", "o", b""),
             (RETURN, 1, -4096),
@@ -150,7 +151,7 @@ class TestEncoding:
             (ANSWER, 1, True, b"", (0,), (0, (1 << 40,))),
             (ANSWER, 1, True, b"", (0,), (0, (1,) * 257)),
             (ANSWER, 1, True, b"", (0,), (0,)),
-            (SAMPLE, 1, b"a" * 513, b""),
+            (SAMPLE, 1, b"a" * (ATTACHMENT_LIMIT + 1), b""),
             (REQUEST, 1, "t", "o", b"", b""),
         ],
     )

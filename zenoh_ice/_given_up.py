@@ -1,0 +1,81 @@
+"""Calls that their callers gave up: servants must not begin them any more.
+
+A call without an answer may still be on its way: in a process or a router that stood still, or in what a
+broken link left behind. It would be executed after calls that its client made later, such as a stop. So every
+call names those to the same target that its client gave up before, until one that named them was answered.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Final
+
+from ._wire import MOST_GIVEN_UP, Attachment, encode_call_attachment
+
+if TYPE_CHECKING:
+    from .transport import Target
+
+_MOST_CLIENTS: Final = 1024
+_MOST_NUMBERS: Final = 4 * MOST_GIVEN_UP  # of a client
+
+
+class OwnCalls:
+    """The calls of one client: gives them their numbers and attachments; thread-safe."""
+
+    def __init__(self, client: str) -> None:
+        self.client: Final = client
+        self.numbers: Final = itertools.count(1)
+        self._lock: Final = threading.Lock()
+        self._given_up: Final[dict[Target, tuple[int, ...]]] = {}
+
+    def attach(
+        self, target: Target, number: int, fingerprint: str | None, timeout: float
+    ) -> tuple[bytes, tuple[int, ...]]:
+        """Return the attachment of a call, and the numbers of the calls that it names as given up.
+
+        It is made when the way of the call is known: calls that went another way count as given up by then.
+        Without a fingerprint, it names these alone, and is empty where there are none.
+        """
+        given_up = self._given_up.get(target, ())
+        if fingerprint is None and not given_up:
+            return b"", ()
+        return encode_call_attachment(fingerprint or "", number, self.client, timeout, given_up), given_up
+
+    def give_up(self, target: Target, number: int) -> None:
+        """Note that a call ended without an answer, or that nobody wants it any more."""
+        with self._lock:
+            known = self._given_up.get(target, ())
+            if number not in known:
+                self._given_up[target] = (*known, number)[-MOST_GIVEN_UP:]
+
+    def heard(self, target: Target, named: tuple[int, ...]) -> None:
+        """Note that a call was answered that named some calls as given up."""
+        with self._lock:
+            left = tuple(each for each in self._given_up.pop(target, ()) if each not in named)
+            if left:
+                self._given_up[target] = left
+
+
+class GivenUpCalls:
+    """The calls that clients gave up, as far as a server remembers them; thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock: Final = threading.Lock()
+        self._clients: Final[OrderedDict[str, dict[int, None]]] = OrderedDict()
+
+    def hear(self, about: Attachment) -> None:
+        """Note the calls that the attachment of another one names."""
+        with self._lock:
+            numbers = self._clients.setdefault(about.client, {})
+            self._clients.move_to_end(about.client)
+            numbers.update(dict.fromkeys(about.given_up))
+            for number in [*itertools.islice(numbers, max(0, len(numbers) - _MOST_NUMBERS))]:
+                del numbers[number]
+            if len(self._clients) > _MOST_CLIENTS:
+                self._clients.popitem(last=False)
+
+    def has(self, about: Attachment) -> bool:
+        """Return whether the call of an attachment was given up."""
+        return bool(self._clients) and about.sequence in self._clients.get(about.client, ())
