@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, Final, Generic, TypeVar
 
 from interfaces.nao import Severity
@@ -103,8 +104,9 @@ class CoalescingQueue(Generic[V]):
     is sent from the caller's thread. Later commands wait, and a newer command replaces an older one with the
     same key, so the queue stays short however slow the robot is. `send` starts the calls.
 
-    A command that is a stop (`is_stop`) is sent again until the robot has carried it out, unless a newer one
-    replaces it. A call that was not answered may still be run, so a stop is repeated after that, too.
+    A command that is a stop (`is_stop`) waits for no answer: it is sent at once, and again after the answers.
+    It is repeated until the robot has carried it out, unless a newer one replaces it. A call that was not
+    answered may still be run, so a stop is repeated after that, too.
     """
 
     def __init__(
@@ -151,6 +153,8 @@ class CoalescingQueue(Generic[V]):
                 if failure is not None:
                     self._replies = ()  # nobody takes the answers
                 self._changed.notify_all()
+            elif stops := {key: each for key, each in commands.items() if self._is_stop(each)}:
+                self._send_beside(stops)
 
     def forget(self) -> None:
         """Drop the commands that have not been sent yet."""
@@ -176,6 +180,15 @@ class CoalescingQueue(Generic[V]):
             except HardwareFailure as error:
                 self._replies = (Failure(error),)
 
+    def _send_beside(self, stops: Mapping[str, V]) -> None:
+        """Send stops that also wait, unless the calls before them are answered or were stops already."""
+        link = self._connection.link
+        new = {key: stop for key, stop in stops.items() if self._sent.get(key) != stop}
+        if link is not None and new and not all(reply.done for reply in self._replies):
+            self._sent = {**self._sent, **new}
+            with suppress(HardwareFailure):  # they are sent again
+                self._replies = (*self._replies, *self._send(link, new))
+
     def _start(self) -> RuntimeError | None:
         """Start the thread that takes the answers, unless it runs; return why it cannot be started."""
         try:
@@ -196,7 +209,7 @@ class CoalescingQueue(Generic[V]):
             with self._changed:
                 in_doubt = bool(failures or self._unanswered)
                 self._unanswered = [reply for reply in (*self._unanswered, *replies) if not reply.done]
-                self._replies = ()
+                self._replies = self._replies[len(replies) :]  # those of stops that were sent meanwhile
                 if in_doubt:
                     self._repeat_stops(failures)
                 if not self._replies:

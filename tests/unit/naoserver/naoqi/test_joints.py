@@ -1,5 +1,7 @@
 """Joint commands as NAOqi gets them."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -7,8 +9,10 @@ from hypothesis import strategies as st
 from naoserver.bodies.nao import H25
 from naoserver.naoqi._joints import Order, calls_of
 from naoserver.naoqi._link import CallFailed
+from tests.support.limits import FOREVER
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import PATIENT, ScriptedNaoqi
+from tests.support.waiting import at_once
 
 SET, CHANGE = "ALMotion.setAngles", "ALMotion.changeAngles"
 FULL = {joint.name: joint.max_velocity for joint in H25.joints}
@@ -139,6 +143,20 @@ def test_a_hold_that_is_refused_is_repeated(naoqi, caplog):
         eventually(lambda: robot._commands.orders.idle)
     assert len(naoqi.called(HOLD)) == 2
     assert "a stop (joints) is repeated until the robot carries it out" in caplog.text
+
+
+@at_once
+def test_a_hold_waits_for_no_unanswered_call_and_is_repeated_after_it(naoqi):
+    naoqi.limits = replace(naoqi.limits, answer=FOREVER)
+    naoqi.held.add(SET)
+    with naoqi.robot() as robot:
+        robot.command_positions({"HeadYaw": 0.7}, {"HeadYaw": FULL["HeadYaw"]})
+        robot.command_velocities({"HeadYaw": 0.0})
+        robot.command_velocities({"HeadYaw": 0.0})
+        assert [call[0] for call in naoqi.called(HOLD)] == [["HeadYaw"]]
+        naoqi.let_go(SET)
+        assert naoqi.wait_for_call(HOLD, 2)[0] == ["HeadYaw"]
+        eventually(lambda: robot._commands.orders.idle)
 
 
 def test_a_hold_that_is_refused_does_not_undo_a_newer_command(naoqi):

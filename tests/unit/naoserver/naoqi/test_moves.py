@@ -12,8 +12,10 @@ from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.naoqi._link import CallFailed
 from naoserver.options import ServerOptions
+from tests.support.limits import FOREVER
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import DEVICES, HASTY, ScriptedNaoqi
+from tests.support.waiting import at_once
 from zenoh_ice import RobotClock, WallClock
 
 MOVE, STOP, ACTIVE = "ALMotion.move", "ALMotion.stopMove", "ALMotion.moveIsActive"
@@ -202,6 +204,20 @@ def test_a_stop_is_repeated_when_the_robot_runs_an_older_command_late(naoqi):
         naoqi.wait_for_call(STOP, ran + 1)
         naoqi.answers[ACTIVE] = False
         eventually(lambda: not robot.walker.walking)
+
+
+@at_once
+def test_a_stop_waits_for_no_unanswered_call_and_is_repeated_after_it(naoqi):
+    naoqi.limits = replace(HASTY, answer=FOREVER)
+    naoqi.held.add(MOVE)
+    with naoqi.robot() as robot:
+        before = len(naoqi.called(STOP))
+        robot.walker.command(WalkVelocity(forward=0.05))
+        for _ in range(20):  # as `nao stop` does until the robot confirms it
+            robot.walker.command(STILL)
+        assert len(naoqi.called(STOP)) == before + 1
+        naoqi.let_go(MOVE)
+        naoqi.wait_for_call(STOP, before + 2)
 
 
 def test_a_walk_of_before_is_ended_when_the_robot_is_found(naoqi):
