@@ -203,6 +203,33 @@ def test_a_viewer_who_asks_on_and_on_gets_one_line_of_the_log(
     ]
 
 
+def test_a_viewer_who_floods_waits_for_his_turn_and_nobody_else_does(root: Path) -> None:
+    with (
+        editor(root, limits=Limits(viewer_requests=0.001)) as running,
+        running.window() as window,
+        looking_on(running, window.ask("share")["address"]) as viewer,  # which was his only request for long
+    ):
+        flood = {viewer.send("outputShown") for _ in range(1000)}
+        for _ in range(20):
+            window.ask("listFiles")
+        window.ask("open", path="robot.xml")
+        viewer.wait_for_push("document")
+        assert not flood & viewer.answers.keys()
+        window.ask("share", shared=False)
+        with pytest.raises(ConnectionClosed):
+            viewer.wait_for_push("closed")
+
+
+def test_a_viewer_may_ask_a_lot_after_a_pause(root: Path) -> None:
+    with (
+        editor(root, limits=Limits(viewer_requests=1e6)) as running,
+        running.window() as window,
+        looking_on(running, window.ask("share")["address"]) as viewer,
+    ):
+        for number in [viewer.send("outputShown") for _ in range(1000)]:
+            viewer.answer(number)
+
+
 def test_so_many_look_on_that_the_editor_has_room(root: Path) -> None:
     with editor(root, limits=Limits(viewers=1)) as running, running.window() as window:
         address = window.ask("share")["address"]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 from collections import defaultdict
 from collections.abc import Coroutine
 from typing import Final
@@ -27,6 +28,7 @@ from .window import Window
 from .workspace import Workspace
 
 _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
+_SAVED: Final = 2.0  # s of requests that a viewer may save up
 _REQUEST_SIZE: Final = 1000
 """Bytes that a request takes besides its text, more or less."""
 
@@ -66,6 +68,20 @@ async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
             raise result
 
 
+class _Budget:
+    """Let something happen at some rate, and after a pause what was saved up."""
+
+    def __init__(self, rate: float) -> None:
+        self._period = 1.0 / rate
+        self._due = -math.inf
+
+    async def spend(self) -> None:
+        """Wait until it may happen once more; in any case, others have their turn."""
+        now = asyncio.get_running_loop().time()
+        self._due = max(self._due + self._period, now - _SAVED)
+        await asyncio.sleep(max(0.0, self._due - now))
+
+
 class _Connection:
     """Reads requests and executes them on the workspace; the answers go to the window."""
 
@@ -74,6 +90,7 @@ class _Connection:
         self._window = window
         self._workspace = workspace
         self._limits = workspace.limits
+        self._budget = _Budget(self._limits.viewer_requests if window.is_viewer else math.inf)
         self._under_way: dict[Lane, set[asyncio.Task[None]]] = defaultdict(set)
         self._requests: asyncio.Queue[tuple[p.Request, int]] = asyncio.Queue()
         """Requests that wait for earlier ones, in their order, and the size of each."""
@@ -90,6 +107,9 @@ class _Connection:
     async def read(self) -> None:
         """Read requests, until the window is closed."""
         while True:
+            # A window that floods waits for itself alone: all others, and their stops, have their turn.
+            await self._budget.spend()
+            await self._window.room(self._limits.unsent_answers)
             message = await self._websocket.receive()
             if message["type"] == "websocket.disconnect":
                 return

@@ -21,6 +21,12 @@ class Limits:
     viewers: int = 64
     """Websockets of viewers at a time; the others are for the editor and its STOP."""
 
+    viewer_requests: float = 50.0
+    """Requests of a viewer in a second; further ones are read later."""
+
+    unsent_answers: int = 256
+    """Answers of a window that wait until it reads; while more do, its requests are not read."""
+
     concurrent_operations: int = 16
     """Requests of one connection that are under way at a time; help with code and stops are counted apart."""
 

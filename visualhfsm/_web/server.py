@@ -51,6 +51,7 @@ from .workspace import Workspace
 
 LOOPBACK: Final = "127.0.0.1"
 
+_READ_TOGETHER: Final = 1 << 14  # bytes of a websocket, or twice as many
 _CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
 _POLL_INTERVAL: Final = 0.1  # s, of looks whether a signal has come
@@ -268,7 +269,13 @@ class _HttpServer(uvicorn.Server):
 
 
 class _WebSocket(WebSocketsSansIOProtocol):
-    """uvicorn's websocket, which may also be ended while the page closes it."""
+    """uvicorn's websocket, which reads a flood in small pieces, and may be ended while the page closes it."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin; all that arrived together is taken apart before anybody else has a turn."""
+        connection = transport.get_extra_info("socket")
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _READ_TOGETHER)
+        super().connection_made(transport)
 
     def shutdown(self) -> None:
         """End the connection."""

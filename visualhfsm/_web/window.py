@@ -4,7 +4,7 @@ Only the changes of documents are sent. Versions of a document share what did no
 are compared quickly.
 
 Nothing grows here while a window is slow: only the newest value of each thing waits, and it is encoded when
-it can be sent. Answers wait in order; there are never more of them than requests under way.
+it can be sent. Answers wait in order; while many do, no further requests of the window are read.
 
 Output of components comes last, and one message at a time: the next one waits until the page has shown the
 former. Otherwise a component that prints without end would fill all buffers up to the page with lines, and
@@ -78,6 +78,7 @@ class Window:
         self._showing: asyncio.TimerHandle | None = None
         """Set while the window shows output: the end of our patience."""
         self._filled = asyncio.Event()
+        self._answered = asyncio.Event()
 
     def greet(self, language: str = ENGLISH) -> None:
         """Send everything from now on, in one of LANGUAGES; the window knows nothing yet."""
@@ -89,6 +90,12 @@ class Window:
         """Send an answer; everything that was pushed before goes first."""
         self._answers.append(encode(answer, self.language))
         self._filled.set()
+
+    async def room(self, most: int) -> None:
+        """Wait while more answers than that wait to be sent."""
+        while len(self._answers) > most:
+            self._answered.clear()
+            await self._answered.wait()
 
     def push(self, push: Push) -> None:
         """Send a message; it replaces an older value of the same thing that still waits."""
@@ -137,6 +144,7 @@ class Window:
                 self._filled.clear()
                 for message in self._news():
                     await send(message.decode())
+                self._answered.set()
                 if self._output and self._showing is None and not self._filled.is_set():
                     output = encode(self._take_output(next(iter(self._output))), self.language)
                     self._showing = asyncio.get_running_loop().call_later(self._patience, self.output_shown)
