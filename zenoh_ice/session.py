@@ -34,6 +34,7 @@ _ZENOH_LOG: Final = (
     "zenoh_transport::unicast=off,zenoh_codec=off"
 )
 _SELF_LIMIT: Final = 2.0  # s for the answer to its own query
+_MOST_SESSIONS: Final = 1 << 14  # of a router, which counts links by itself
 _STEP_LIMIT: Final = 1.0  # s for each step of finding out why an endpoint makes no link
 _ALL_LIMIT: Final = 2.5  # s for all of them
 # Alerts of the other side when it refuses a certificate, by patterns of their names.
@@ -174,6 +175,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
                 # Zenoh closes further connections: with its default of 100, that many silent ones would
                 # lock everybody else out. A process can usually open 1024 files.
                 "accept_pending": 800,
+                "max_sessions": _MOST_SESSIONS if settings.mode == "router" else 1000,
             },
             "link": link,
             "auth": {"usrpwd": {name: text or None for name, text in login.items()}},

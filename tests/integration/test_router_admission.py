@@ -1,4 +1,4 @@
-"""A router whose endpoint is held by connections that never finish their TLS handshake."""
+"""A router whose endpoint is held by connections that never finish their TLS handshake, or by too many links."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import socket
 import ssl
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
+from functools import partial
 
 import pytest
 
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys, routing
-from tests.support.waiting import until
+from tests.support.waiting import links, until
 from visualhfsm._deployment.admission import Admission, AdmissionLimits
 from zenoh_ice import EndpointInUseException, initialize
 from zenoh_ice.settings import host_and_port
@@ -79,9 +80,7 @@ class TestUnfinishedHandshakes:
 
     def test_what_is_not_tls_is_ended_at_once(self, keys: Keys) -> None:
         with holding(keys.endpoint, 1, b"GET / HTTP/1.1\r\n\r\n") as (connection,):
-            connection.settimeout(EVENT_LIMIT)
-            with suppress(ConnectionResetError):
-                assert connection.recv(1) == b""
+            assert ended(connection)
 
 
 def test_the_log_names_the_address_of_a_client(keys: Keys, endpoint: str) -> None:
@@ -154,9 +153,7 @@ class TestPassingOn:
         self, endpoint: str, inner: socket.socket, admission: Admission
     ) -> None:
         with holding(endpoint, admission.most_silent + 1, b"") as connections:
-            connections[0].settimeout(EVENT_LIMIT)
-            with suppress(ConnectionResetError):
-                assert connections[0].recv(1) == b""
+            assert ended(connections[0])
             connections[-1].sendall(RECORD)
             server, _ = inner.accept()
             server.close()
@@ -180,6 +177,65 @@ class TestPassingOn:
                 not (admission.clients or admission.silent or admission.handshakes or admission.of_address)
             )
         )
+
+
+class TestLinks:
+    """Who has as many links as it may have gets no further one; all others do."""
+
+    @contextmanager
+    def link(self, endpoint: str, inner: socket.socket) -> Iterator[tuple[socket.socket, int]]:
+        """A link, and the port at which Zenoh sees it."""
+        with socket.create_connection(place_of(endpoint), EVENT_LIMIT) as client:
+            client.sendall(RECORD)
+            server, (_, port) = inner.accept()
+            with server:
+                assert server.recv(3, socket.MSG_WAITALL) == RECORD
+                for sender, receiver in ((server, client), (client, server), (server, client)):
+                    sender.sendall(RECORD)
+                    assert receiver.recv(3, socket.MSG_WAITALL) == RECORD
+                yield client, port
+
+    @pytest.mark.parametrize("limit", ["links_of_certificate", "links_of_address"])
+    def test_no_further_one_of_a_certificate(self, endpoint: str, inner: socket.socket, limit: str) -> None:
+        limits = AdmissionLimits(**{limit: 2})
+        with (
+            closing(Admission([endpoint], [inner.getsockname()[1]], limits)) as admission,
+            self.link(endpoint, inner) as (_, first),
+            self.link(endpoint, inner) as (_, second),
+            self.link(endpoint, inner) as (further, third),
+            self.link(endpoint, inner) as (operator, fourth),
+        ):
+            for port in (first, second, second, third):
+                admission.identify(port, "student")
+            admission.identify(fourth, "operator")
+            assert ended(further)
+            until(lambda: admission.links["operator"] == 1)
+            assert admission.links["student"] == 2
+            operator.close()
+            until(lambda: not admission.links["operator"])
+            assert admission.links == {"student": 2, ("student", "127.0.0.1"): 2}
+
+    def test_a_student_with_many_leaves_room_for_others(self, keys: Keys, endpoint: str) -> None:
+        limits = AdmissionLimits(links_of_certificate=3, report=0.1)
+        with (
+            routing(keys.settings("router", listen=[endpoint]), limits) as router,
+            ExitStack() as opened,
+        ):
+            for _ in range(5):
+                opened.enter_context(initialize(keys.settings("student", connect=[endpoint])))
+            for name in ("operator", "robot"):
+                with initialize(keys.settings(name, connect=[endpoint], timeout=LINK_LIMIT)) as other:
+                    until(partial(links, other))
+            router.wait_for("links of 'student' were refused: there are as many as it may have")
+
+
+def ended(connection: socket.socket) -> bool:
+    """Wait for the end of a connection."""
+    connection.settimeout(EVENT_LIMIT)
+    try:
+        return connection.recv(1) == b""
+    except ConnectionResetError:
+        return True
 
 
 def _transfer(sender: socket.socket, receiver: socket.socket, data: bytes) -> bytes:

@@ -11,24 +11,27 @@ from pathlib import Path
 
 from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess
+from visualhfsm._deployment.admission import LIMITS, AdmissionLimits
 from visualhfsm._security.folder import SecurityFolder
 from zenoh_ice.settings import Settings, load_settings
 
 __all__ = ["Keys", "routing"]
 
 _ROUTER = """
-import pickle, sys
+import logging, pickle, sys
 from zenoh_ice.application import end_at_ctrl_c
 end_at_ctrl_c()
 from visualhfsm._deployment.router import serve
-serve(pickle.loads(bytes.fromhex(sys.argv[1])), lambda line: print("ready", flush=True))
+settings, limits = pickle.loads(bytes.fromhex(sys.argv[1]))
+logging.basicConfig(level=logging.WARNING)
+serve(settings, lambda line: print("ready", flush=True), limits)
 """
 
 
 @contextmanager
-def routing(settings: Settings) -> Iterator[ComponentProcess]:
+def routing(settings: Settings, limits: AdmissionLimits = LIMITS) -> Iterator[ComponentProcess]:
     """Run a router in a separate process: what it forwards must not wait for its senders' threads."""
-    with ComponentProcess([sys.executable, "-c", _ROUTER, pickle.dumps(settings).hex()]) as router:
+    with ComponentProcess([sys.executable, "-c", _ROUTER, pickle.dumps((settings, limits)).hex()]) as router:
         router.wait_for("^ready")
         yield router
 

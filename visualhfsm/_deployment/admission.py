@@ -1,10 +1,14 @@
-"""Admit TLS connections to a router, so that unfinished handshakes keep nobody out.
+"""Admit TLS connections to a router, so that neither unfinished handshakes nor many links keep anybody out.
 
 After each handshake that fails, Zenoh takes no connection for 0.1 s (zenoh#2685): hundreds of silent ones
 shut everybody else out for a minute. So the router's endpoints are ours. A connection is passed on once it
 begins a handshake, to one of several listeners of Zenoh on loopback, and is ended early if the handshake does
 not go on. Its bytes are passed on as they are: the two ends identify each other, and nobody in between can
 read them.
+
+Zenoh bounds the sessions of all together. So links are counted here, by the certificate that Zenoh has seen
+and the address from which it is used: who has too many gets no further ones, and everybody else does, also at
+the same address.
 """
 
 from __future__ import annotations
@@ -24,7 +28,7 @@ from typing import Final, cast
 from zenoh_ice.exceptions import EndpointInUseException
 from zenoh_ice.settings import host_and_port
 
-__all__ = ["LISTENERS", "Admission", "AdmissionLimits", "raise_file_limit"]
+__all__ = ["LIMITS", "LISTENERS", "Admission", "AdmissionLimits", "raise_file_limit"]
 
 LISTENERS: Final = 32
 """Listeners of Zenoh that share the connections: each gets over ten failed handshakes a second."""
@@ -39,7 +43,6 @@ _HANDSHAKE: Final = 0x16  # type of the first record of TLS
 _BACKLOG: Final = 1024  # connections that the system holds until they are accepted
 _ACCEPTED_AT_ONCE: Final = 8  # before others have their turn
 _BUFFER: Final = 1 << 18  # bytes that wait for a slow receiver before its sender has to
-_REPORT_PERIOD: Final = 10.0  # s
 _END_LIMIT: Final = 2.0  # s
 _MOST_FILES: Final = 1 << 16
 
@@ -58,19 +61,28 @@ def raise_file_limit() -> int:
 
 @dataclass(frozen=True)
 class AdmissionLimits:
-    """How many handshakes there may be at a time."""
+    """How many handshakes and links there may be at a time."""
 
     most_handshakes: int = 512
     """All of them; fewer where the system permits few open files."""
     fair_share: float = 0.25
     """How long a handshake may take, in s, before it loses its place to another one."""
+    links_of_certificate: int = 512
+    links_of_address: int = 256
+    """Those of a certificate at one address: a class behind a common one has some hundred."""
+    report: float = 10.0
+    """s between two reports of what was refused."""
+
+
+LIMITS: Final = AdmissionLimits()
+"""Those of every router that gets no others."""
 
 
 class Admission:
     """Listens at the endpoints of a router and passes connections on, until `close`."""
 
     def __init__(
-        self, endpoints: Sequence[str], ports: Sequence[int], limits: AdmissionLimits = AdmissionLimits()
+        self, endpoints: Sequence[str], ports: Sequence[int], limits: AdmissionLimits = LIMITS
     ) -> None:
         """Listen at endpoints of TLS; `ports` are those of Zenoh's listeners on loopback.
 
@@ -80,20 +92,25 @@ class Admission:
         self.most_silent: Final = min(_MOST_SILENT, files // 8)
         self.most_handshakes: Final = min(limits.most_handshakes, files // 8)
         self.fair_share: Final = limits.fair_share
+        self.report: Final = limits.report
+        self.most_links: Final = min(limits.links_of_certificate, files // 8)
+        self.most_at_address: Final = min(limits.links_of_address, files // 16)
         self.listeners: Final = [_Listener(port) for port in ports]
         self.clients: Final[set[_Client]] = set()
         self.silent: Final[dict[_Client, None]] = {}  # the oldest first
         self.handshakes: Final[dict[_Client, None]] = {}
         self.of_address: Final[defaultdict[str, dict[_Client, None]]] = defaultdict(dict)  # handshakes
         self.clients_by_port: Final[dict[int, _Client]] = {}  # as Zenoh sees them, on loopback
+        self.links: Counter[str | tuple[str, str]] = Counter()  # by certificate, and that and address
         self.dropped: Final[Counter[str]] = Counter()  # since the last report, by address
+        self.refused: Final[Counter[str]] = Counter()  # the same, for too many links, by certificate
         self.loop: Final = asyncio.new_event_loop()
         with ExitStack() as undo:
             undo.callback(self.loop.close)
             doors = [undo.enter_context(_door(endpoint)) for endpoint in endpoints]
             self._servers: Final = [self._serve(door) for door in doors]
             undo.pop_all()
-        self.loop.call_later(_REPORT_PERIOD, self._report)
+        self.loop.call_later(self.report, self._report)
         self._thread: Final = threading.Thread(target=self.loop.run_forever, name="admission", daemon=True)
         self._thread.start()
 
@@ -101,6 +118,10 @@ class Admission:
         """Return the address of the client that Zenoh sees at a port of loopback; empty if there is none."""
         client = self.clients_by_port.get(port)
         return "" if client is None else client.address
+
+    def identify(self, port: int, certificate: str) -> None:
+        """Note whose certificate Zenoh has seen at a port of loopback; end the link if that has too many."""
+        self.loop.call_soon_threadsafe(self._identify, port, certificate)
 
     def close(self) -> None:
         """End all connections, and listen no more."""
@@ -132,8 +153,11 @@ class Admission:
                 number,
                 address,
             )
+        for who, number in self.refused.most_common(3):
+            _logger.warning("%d links of %r were refused: there are as many as it may have", number, who)
         self.dropped.clear()
-        self.loop.call_later(_REPORT_PERIOD, self._report)
+        self.refused.clear()
+        self.loop.call_later(self.report, self._report)
 
     # What follows runs on the thread of the loop.
 
@@ -169,6 +193,25 @@ class Admission:
         if not of_address:
             del self.of_address[client.address]
         return True
+
+    def _identify(self, port: int, certificate: str) -> None:
+        client = self.clients_by_port.get(port)
+        if client is None or client.certificate is not None or client not in self.clients:
+            return
+        at_address = (certificate, client.address)
+        if self.links[certificate] >= self.most_links or self.links[at_address] >= self.most_at_address:
+            self.refused[certificate] += 1
+            client.end()
+            return
+        client.certificate = certificate
+        self.links.update((certificate, at_address))
+
+    def forget(self, client: _Client) -> None:
+        """Forget a connection that has ended."""
+        self.clients.discard(client)
+        if client.certificate is not None:
+            self.links.subtract((client.certificate, (client.certificate, client.address)))
+            self.links += Counter()  # without those that are zero
 
 
 class _Listener:
@@ -232,6 +275,8 @@ class _Client(_End):
         self.address = ""
         self.began = 0.0
         """The moment of the loop's clock when its handshake began."""
+        self.certificate: str | None = None
+        """The name in its certificate, once Zenoh has seen that; empty if it showed none."""
         self.admission: Final = admission
         self._listener: _Listener | None = None
         self._connecting: asyncio.Task[None] | None = None
@@ -261,7 +306,7 @@ class _Client(_End):
 
     def connection_lost(self, exception: Exception | None) -> None:
         super().connection_lost(exception)
-        self.admission.clients.discard(self)
+        self.admission.forget(self)
         if self._connecting is not None:
             self._connecting.cancel()
         if self._limit is not None:

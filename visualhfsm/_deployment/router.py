@@ -17,7 +17,7 @@ from typing import Final
 import zenoh
 from zenoh.handlers import Callback
 
-from visualhfsm._deployment.admission import LISTENERS, Admission
+from visualhfsm._deployment.admission import LIMITS, LISTENERS, Admission, AdmissionLimits
 from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.application.watchdog import Watchdog
 from zenoh_ice.exceptions import ConfigurationException, EndpointInUseException
@@ -50,7 +50,11 @@ def check_router(settings: Settings) -> None:
         raise ConfigurationException(f"{origin}: listen = []: a router needs an endpoint to listen on")
 
 
-def serve(settings: Settings, report: Callable[[str], Watchdog | None]) -> None:
+def serve(
+    settings: Settings,
+    report: Callable[[str], Watchdog | None],
+    limits: AdmissionLimits = LIMITS,
+) -> None:
     """Run a router until a signal arrives, then exit; `report` gets a line once the router can be reached.
 
     What it returns gets reports from then on that the router works: its session answers its own query.
@@ -69,9 +73,10 @@ def serve(settings: Settings, report: Callable[[str], Watchdog | None]) -> None:
     with stop_on_signals() as stop, ExitStack() as opened:
         session, ports = _open(settings)
         opened.callback(close_session, session)
-        admission = Admission([each for each in settings.listen if each.startswith(_TLS)], ports)
+        doors = [each for each in settings.listen if each.startswith(_TLS)]
+        admission = Admission(doors, ports, limits)
         opened.callback(admission.close)
-        listener = Callback(partial(_log_link, admission), indirect=True)
+        listener = Callback(partial(_on_link, admission), indirect=True)
         links = session.info.declare_link_events_listener(listener, history=True)
         opened.callback(links.undeclare)
         watchdog = report(f"the router listens on {', '.join(settings.listen)}; {access}") or Watchdog()
@@ -105,10 +110,13 @@ def _free_ports(number: int) -> list[int]:
         return [int(probe.getsockname()[1]) for probe in probes]
 
 
-def _log_link(admission: Admission, event: zenoh.LinkEvent) -> None:
+def _on_link(admission: Admission, event: zenoh.LinkEvent) -> None:
+    """Log a link that came or left, and let it count for its certificate."""
     link = event.link
     who = f"{printable(link.auth_identifier, 64)!r}" if link.auth_identifier else "an unnamed client"
     came = event.kind == zenoh.SampleKind.PUT
     place = host_and_port(link.dst)
+    if place and came:
+        admission.identify(place[1], printable(link.auth_identifier or "", 64))
     where = (place and admission.origin(place[1])) or link.dst
     _logger.info("%s %s, at %s, process %s", who, "came" if came else "left", where, link.zid)
