@@ -6,10 +6,11 @@ was killed, or whose machine lost its power, could not say how it left the robot
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import logging
 import os
-import socket
+import time
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Final, Self
@@ -23,29 +24,37 @@ from zenoh_ice.settings import Settings
 _logger = logging.getLogger(__name__)
 
 _UNCLEAN: Final = "its server ended without warning"
+_MACHINE: Final = Path("/etc/machine-id")  # machine-id(5): it stays the same when the machine is renamed
+_PATIENCE: Final = 3.0
+"""Seconds to wait for the end of the former server."""
+_LOOK_PERIOD: Final = 0.05  # s
 
 
 class Latch:
     """Keep an emergency stop and a lease in a file, in a `with` block for as long as the server runs.
 
-    The block raises RobotError at its beginning where nothing can be kept.
+    The block raises RobotError at its beginning where nothing can be kept, or where another server keeps it.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, patience: float = _PATIENCE) -> None:
         self.path: Final = path
+        self._patience: Final = patience
+        self._lock = -1
         self.found: Kept = Kept()
         """What the former server left, as this one has to begin."""
         self._newest = Kept()
 
     def __enter__(self) -> Self:
-        self.found = self._newest = self._read()
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._lock = self._locked()
+            self.found = self._newest = self._read()
             self._write(running=True)
             # From now on a loss of power, too, leaves a file that stops the next server: this one or a newer.
             for path in (self.path, self.path.parent):
                 _flush(path)
         except OSError as error:
+            self.release()
             raise RobotError(
                 f"the emergency stop cannot be kept in {self.path}: {error.strerror}; "
                 "set XDG_STATE_HOME to a folder that can be written"
@@ -60,11 +69,44 @@ class Latch:
                 self._write(running=False)
         except OSError:  # then the next server starts stopped
             _logger.exception("the emergency stop could not be kept in %s", self.path)
+        finally:
+            self.release()
+
+    def release(self) -> None:
+        """Let another server have the file, as the system does at the end of a process."""
+        if self._lock >= 0:
+            os.close(self._lock)
+            self._lock = -1
 
     def keep(self, stop: str, lease: KeptLease | None) -> None:
         """Keep a stop and a lease in place of those before. Raises OSError."""
         self._newest = Kept(stop=stop, lease=lease)
         self._write(running=True)
+
+    def _locked(self) -> int:
+        """Wait until no other server has the file, and return the descriptor that keeps it so.
+
+        It lies beside the file, as each change makes another one. Raises OSError, RobotError at the limit.
+        """
+        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        lock = os.open(self.path.with_suffix(".lock"), flags, 0o600)
+        deadline = time.monotonic() + self._patience
+        try:
+            while True:
+                try:
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    if time.monotonic() < deadline:
+                        time.sleep(_LOOK_PERIOD)
+                        continue
+                    raise RobotError(
+                        f"another server of the same robot keeps its emergency stop in {self.path}: end that one, "
+                        "or give this one another --realm"
+                    ) from None
+                return lock
+        except BaseException:
+            os.close(lock)
+            raise
 
     def _read(self) -> Kept:
         try:
@@ -84,7 +126,9 @@ class Latch:
     def _write(self, *, running: bool) -> None:
         content = msgspec.json.encode(msgspec.structs.replace(self._newest, running=running))
         beside = self.path.with_suffix(".new")
-        beside.write_bytes(content)
+        beside.unlink(missing_ok=True)  # whatever it is: to open a pipe, say, would last for ever
+        with beside.open("xb") as file:
+            file.write(content)
         beside.replace(self.path)
 
 
@@ -97,12 +141,13 @@ def _flush(path: Path) -> None:
         os.close(descriptor)
 
 
-def latch_of(settings: Settings) -> Latch | nullcontext[None]:
+def latch_of(settings: Settings, machine: Path = _MACHINE) -> Latch | nullcontext[None]:
     """Return the latch of the robot that a server with these settings serves.
 
-    It is a file in the user's directory of states, named after the realm and the endpoints: a server that is
-    started again in the same way finds it. There is none for a server that nobody finds again, because it
-    listens on nothing but a port that the system picks. Raises RobotError when the user has no directory.
+    It is a file in the user's directory of states, named after the realm, the endpoints and the machine: a
+    server that is started again in the same way finds it. There is none for a server that nobody finds again,
+    because it listens on nothing but a port that the system picks. Raises RobotError when the user has no
+    directory.
     """
     endpoints = [each for each in settings.listen if not each.endswith(":0")] or list(settings.connect)
     if not endpoints:
@@ -111,7 +156,11 @@ def latch_of(settings: Settings) -> Latch | nullcontext[None]:
         folder = kept_directory()
     except OSError as error:
         raise RobotError(f"the emergency stop cannot be kept: {error}") from error
-    # Machines may share the directory.
-    place = " ".join((socket.gethostname(), *sorted(endpoints)))
+    # Machines may share the directory; those without an identity, such as containers, share the file, too.
+    try:
+        identity = machine.read_text("ascii").strip()
+    except (OSError, ValueError):
+        identity = ""
+    place = " ".join((identity, *sorted(endpoints)))
     digest = hashlib.sha256(place.encode()).hexdigest()[:12]
     return Latch(folder / f"{settings.realm}-{digest}.json")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
 from pathlib import Path
 from typing import Final
 
@@ -41,6 +44,13 @@ def kept_directory() -> Path:
 
 
 def read_kept(path: Path) -> Kept:
-    """Return what a server kept in a file. Raises OSError and msgspec.MsgspecError."""
-    with path.open("rb") as file:
+    """Return what a server kept in a file.
+
+    Raises OSError, also for what is no file of the user, such as a pipe, and msgspec.MsgspecError.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    with os.fdopen(descriptor, "rb") as file:
+        about = os.fstat(descriptor)
+        if not stat.S_ISREG(about.st_mode) or about.st_uid != os.geteuid():
+            raise OSError(errno.EINVAL, "no file of this user", str(path))
         return typed.from_json(file.read(_LARGEST_FILE), Kept)

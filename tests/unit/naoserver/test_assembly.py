@@ -74,7 +74,7 @@ def test_a_body_without_a_single_joint_is_served():
 
 
 def test_what_a_killed_server_left_on_its_way_is_held_by_the_next_one(tmp_path):
-    Latch(tmp_path / "nao.json").__enter__()
+    Latch(tmp_path / "nao.json").__enter__().release()
     clock = VirtualClock()
     robot = FakeRobot(clock)
     robot.command_positions({"LShoulderPitch": -1.0}, {"LShoulderPitch": 0.1})

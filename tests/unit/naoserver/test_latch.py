@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import re
 import socket
+import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,9 @@ from naoserver._event_log import EventLog
 from naoserver._gate import LONGEST_LEASE, Gate
 from naoserver.errors import CommandRefused, RobotError
 from naoserver.latch import Latch, latch_of
+from tests.support.limits import FOREVER
+from tests.support.waiting import at_once
+from zenoh_ice.application.kept_stop import UNREADABLE
 from zenoh_ice.settings import Settings
 
 
@@ -33,7 +37,9 @@ def gate_of(latch: Latch) -> Gate:
 
 def killed(path: Path) -> Gate:
     """Return the gate of a server that does not learn of its end, as when it is killed."""
-    return gate_of(Latch(path).__enter__())
+    latch = Latch(path).__enter__()
+    latch.release()
+    return gate_of(latch)
 
 
 @pytest.fixture
@@ -194,14 +200,72 @@ def test_a_record_lies_in_the_directory_of_states(tmp_path: Path, monkeypatch: p
     assert re.fullmatch(r"red-[0-9a-f]{12}\.json", latch.path.name)
 
 
-def test_machines_that_share_a_directory_have_separate_records(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_machines_that_share_a_directory_have_separate_records(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     paths = set()
-    for machine in ("first", "second"):
-        monkeypatch.setattr(socket, "gethostname", lambda machine=machine: machine)
+    for content in ("1f0c", "2e7b", None):
+        identity = tmp_path / f"machine-{content}"
+        if content is not None:
+            identity.write_text(f"{content}\n")
+        latch = latch_of(Settings(listen=("tcp/127.0.0.1:7447",), connect=()), machine=identity)
+        assert isinstance(latch, Latch)
+        paths.add(latch.path)
+    assert len(paths) == 3
+
+
+def test_a_machine_with_another_name_finds_its_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    paths = set()
+    for name in ("robotlab", "dhcp-7"):
+        monkeypatch.setattr(socket, "gethostname", lambda name=name: name)
         latch = latch_of(Settings(listen=("tcp/127.0.0.1:7447",), connect=()))
         assert isinstance(latch, Latch)
         paths.add(latch.path)
-    assert len(paths) == 2
+    assert len(paths) == 1
+
+
+def test_no_second_server_takes_the_record_of_one_that_runs(path: Path) -> None:
+    with server(path) as gate:
+        for _ in range(2):
+            with pytest.raises(RobotError, match="another server of the same robot runs"), Latch(path, 0.0):
+                pass
+        gate.stop("smoke")
+    with server(path) as gate:
+        assert gate.state().reason == "smoke"
+
+
+def test_a_server_waits_for_the_end_of_the_one_before(path: Path) -> None:
+    former = Latch(path).__enter__()
+    former.keep("smoke", None)
+    ending = threading.Timer(0.1, former.__exit__)
+    ending.start()
+    with Latch(path, FOREVER) as latch:
+        assert latch.found.stop == "smoke"
+    ending.join()
+
+
+@pytest.mark.parametrize("name", ["nao.json", "nao.new", "nao.lock"])
+@pytest.mark.parametrize("kind", ["folder", "pipe", "link", "file of somebody else"])
+@at_once
+def test_whatever_lies_in_its_place_no_server_starts_unstopped_or_waits(
+    path: Path, name: str, kind: str
+) -> None:
+    path.parent.mkdir(parents=True)
+    strange = path.with_name(name)
+    if kind == "folder":
+        strange.mkdir()
+    elif kind == "pipe":
+        os.mkfifo(strange)
+    elif kind == "link":
+        (path.parent / "elsewhere").write_text("{}")
+        strange.symlink_to("elsewhere")
+    else:
+        if os.geteuid() != 0:
+            pytest.skip("only root makes files of others")
+        strange.write_text("{}")
+        os.chown(strange, 1, 1)
+    with suppress(RobotError), Latch(path) as latch:  # it may say that nothing can be kept there
+        assert latch.found.stop == (UNREADABLE if name == "nao.json" else "")
 
 
 def test_a_server_that_is_started_again_in_the_same_way_finds_its_record() -> None:

@@ -91,7 +91,7 @@ def test_robots_that_start_stopped_are_listed(tmp_path: Path, monkeypatch: pytes
         pass
     with serving("red") as red:
         red.keep("a hand in the way", None)
-    serving("killed").__enter__()
+    serving("killed").__enter__().release()
     killed, stopped = check_robots()
     assert (killed.level, stopped.level) == (Level.NOTE, Level.NOTE)
     assert killed.text == "a server of realm killed runs, or was killed: then the next one starts stopped"
