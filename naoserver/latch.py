@@ -100,8 +100,8 @@ class Latch:
                         time.sleep(_LOOK_PERIOD)
                         continue
                     raise RobotError(
-                        f"another server of the same robot keeps its emergency stop in {self.path}: end that one, "
-                        "or give this one another --realm"
+                        f"another server of the same robot runs, and has {self.path}: end that one, or give "
+                        "this one another --realm"
                     ) from None
                 return lock
         except BaseException:
