@@ -111,6 +111,8 @@ class Definitions:
         """Global names, which are not followed."""
         self._assigned = set(analysis.defined)
         """Attributes of the component that are assigned."""
+        self._replaced: set[str] = set()
+        """Attributes that are assigned of other objects, such as modules."""
         self._users: dict[str, set[int]] = {}
         """The automata whose code uses an attribute, 0 for functions."""
         self._answers: dict[tuple[ast.AST, int], Answer] = {}
@@ -150,10 +152,12 @@ class Definitions:
                 case ast.Global(names=names) | ast.Nonlocal(names=names):
                     self.shared.update(names)
                     self.globals.update(names if isinstance(node, ast.Global) else ())
-                case ast.Attribute(attr=name, ctx=context):
+                case ast.Attribute(attr=name, ctx=context, value=owner):
                     self._users.setdefault(name, set()).add(0 if piece.is_functions else piece.automaton)
                     if not isinstance(context, ast.Load):
                         self._assigned.add(name)
+                        if not (isinstance(owner, ast.Name) and owner.id == "self"):
+                            self._replaced.add(name)
                     self.is_opaque |= name in _ANY_NAME
                 case ast.Name(id=name, ctx=ast.Load()):
                     self.is_opaque |= name in _ANY_NAME
@@ -209,8 +213,11 @@ class Definitions:
         return proxy not in self._arriving
 
     def _full_name(self, path: list[str]) -> str:
-        """Return the full name of something of a library or of Python, empty for anything else."""
-        if not self.is_library(path):
+        """Return the full name of something of a library or of Python, empty for anything else.
+
+        It is empty, too, for what the document replaces in a module.
+        """
+        if not self.is_library(path) or not self._replaced.isdisjoint(path):
             return ""
         return ".".join([self.libraries.get(path[0], path[0]), *path[1:]])
 
@@ -244,7 +251,8 @@ class Definitions:
 
     def _answer_of_attribute(self, node: ast.Attribute, automaton: int) -> Answer:
         path = dotted(node)
-        if path and (path[0] == "event" or path[0] in self.libraries) and path[0] not in self.bound:
+        is_known = path[:1] == ["event"] or (bool(path) and path[0] in self.libraries)
+        if is_known and path[0] not in self.bound and self._replaced.isdisjoint(path):
             return Answer.SAME
         if path[:1] != ["self"] or (len(path) > 2 and path[1] not in self.proxies):
             return UNKNOWN if node.attr in self.bound else Answer.UNKNOWN

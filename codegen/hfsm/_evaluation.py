@@ -96,6 +96,8 @@ class Evaluation:
                 self._inside(node, test)
             case ast.Attribute(ctx=ast.Store() | ast.Del()):
                 self._give(node, UNSURE)
+            case ast.Tuple(ctx=ast.Store()) | ast.List(ctx=ast.Store()) | ast.Starred(ctx=ast.Store()):
+                self._inside(node)  # what is unpacked may be anything
             case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
                 add_values(self._names, name, self._function(node, node.body))
             case ast.ClassDef(name=name):

@@ -150,6 +150,33 @@ def test_plain_values_still_prove(steady: Changing) -> None:
     assert check_model(doc, PATH).properties[0].verdict is Verdict.HOLDS
 
 
+REPLACED = [
+    "math.floor = gadget",
+    "math.floor, other = gadget, 1",
+    "for math.floor in [gadget]: pass",
+    "with contextlib.nullcontext(gadget) as math.floor: pass",
+    "numbers = math\nnumbers.floor = gadget",
+    "del math.floor",
+    "math.pi = gadget",
+]
+
+
+@pytest.mark.parametrize("variables", REPLACED)
+@pytest.mark.parametrize("in_functions", [False, True])
+def test_what_a_document_replaces_in_a_module_proves_nothing(variables: str, in_functions: bool) -> None:
+    """These do not run: other tests need the module."""
+    guard = f"math.{'pi' if 'pi' in variables else 'floor'}"
+    guard = f"{guard} > 0" if "pi" in variables else f"{guard}(n) > 0"
+    functions = ""
+    if in_functions:
+        indented = variables.replace("\n", "\n    ")
+        variables, functions = "self.replace()", f"def replace(self):\n    {indented}"
+    changing = Changing(guard, f"n = 1\n{variables}", functions)
+    assert check_model(guarded(changing, guard, guard), PATH).transitions[1].reachability is not (
+        Reachability.IMPOSSIBLE
+    )
+
+
 def test_data_of_an_event_proves() -> None:
     ways = [on("x", 1, number, guard, id=number) for number, guard in ((2, WANTED), (3, f"not ({WANTED})"))]
     ways.append(on("x", 1, 4, id=4))
