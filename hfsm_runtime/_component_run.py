@@ -188,6 +188,12 @@ class ComponentRun:
             self.tree.held = False
         self._wake()
 
+    def pause_for(self, why: str) -> None:
+        """Pause as after a refused command, if that pauses the component; `why` is for people."""
+        with self.tree.lock:
+            if not self.component_time.paused and self._supervision.pauses_for(why):
+                self._refused(Refusal(why, "", time.monotonic()))
+
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Resume after a refused command if commands are accepted again; call it often.
 

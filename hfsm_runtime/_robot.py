@@ -7,9 +7,10 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, wait
+from contextlib import suppress
 from typing import Any, Final
 
-from interfaces.nao import SafetyPrx
+from interfaces.nao import SafetyPrx, SafetyState
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 from zenoh_ice.interface import Interface
 from zenoh_ice.text import few
@@ -119,21 +120,46 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
     return True
 
 
-class Permission:
-    """Find out from `Safety` whether the robot accepts commands again after it refused one.
+def may_move(component: Component) -> bool:
+    """Return whether a component may have the robot move: whether its end stops anything."""
+    proxies = [vars(component).get(name) for name in proxies_of(component)]
+    return bool(ros_of(component)) or any(
+        isinstance(proxy, ObjectPrx) and bool(proxy.ice_interface.stop_operations) for proxy in proxies
+    )
 
-    An emergency stop that was seen is over only when somebody has reset it. That a server knows of no stop is
-    not enough: it may have been started since then, and have found no record of the stop.
+
+class Permission:
+    """Find out from `Safety` whether the robot may be commanded: whether it was stopped, and may go on.
+
+    After an emergency stop a person lets a component go on, or lets the reset do so: the reset alone starts
+    nothing (ISO 13850:2015, 4.1.4). That a server knows of no stop is not enough: it may have been started
+    since then, and have found no record of the stop.
     """
 
     def __init__(self, safety: SafetyPrx, limit: float = _LEASE_LIMIT) -> None:
         self._safety = safety.ice_invocationTimeout(1000.0 * limit)
+        self._known: tuple[str, int] | None = None
+        """The session of the server, and how often it was stopped, when the component was last let go on."""
         self._stopped_by = ""  # the session of the server that was seen stopped
-        self._doubted = ""  # the session of the server that knows of no stop
+        self._told = ""  # the session for which the log says that a person has to let it go on
 
-    def forget(self) -> None:
+    def begin_again(self) -> None:
         """Forget the stop that was seen: a person has decided to go on."""
-        self._stopped_by = ""
+        self._stopped_by = self._told = ""
+        with suppress(ZenohIceError):
+            state = self._safety.getSafetyState()
+            self._known = state.session, state.stops
+
+    def why_stopped(self) -> str:
+        """Return why the robot is or was stopped since the component began, or was last let go on.
+
+        Empty if it was not, as far as its stream says: this asks nobody.
+        """
+        state = self._newest()
+        if state is None or not self._was_stopped(state):
+            return ""
+        self._stopped_by = state.session
+        return f"the robot is stopped: {state.reason}" if state.stopped else "the robot was stopped"
 
     def is_given(self, holder: str) -> bool:
         """Return whether commands may be accepted now; ask as soon as one was refused, and then regularly.
@@ -145,19 +171,47 @@ class Permission:
             state = self._safety.getSafetyState()
         except ZenohIceError:
             return not self._stopped_by
+        self._known = self._known or (state.session, 0)  # a stop before this question may be why
+        if self._was_stopped(state):
+            self._stopped_by = self._stopped_by or state.session
         if state.stopped:
             self._stopped_by = state.session
             return False
         if self._stopped_by not in {"", state.session} and not state.wasReset:
-            if self._doubted != state.session:
-                self._doubted = state.session
-                _logger.warning(
-                    "the robot's server was started again and knows of no emergency stop, but nobody has "
-                    "reset the one that was seen: reset it (nao stop --reset), or resume by hand"
-                )
+            self._tell(
+                state.session,
+                "the robot's server was started again and knows of no emergency stop, but nobody has reset "
+                "the one that was seen: reset it (nao stop --reset), or resume by hand",
+            )
+            return False
+        if self._stopped_by and not state.resumes:
+            self._tell(
+                state.session,
+                "the emergency stop was reset: resume by hand, or let all behaviors go on "
+                "(nao stop --reset --resume)",
+            )
             return False
         self._stopped_by = ""
+        self._known = state.session, state.stops
         return not state.holder or state.holder != holder
+
+    def _newest(self) -> SafetyState | None:
+        try:
+            sample = self._safety.getSafetyState.latest()
+        except ZenohIceError:  # of another version: commands will say so
+            return None
+        return None if sample is None else sample.value
+
+    def _was_stopped(self, state: SafetyState) -> bool:
+        """Return whether a stop is not over by what was known when the component was last let go on."""
+        session, stops = self._known or (state.session, state.stops)
+        self._known = session, stops
+        return state.stopped or state.stops > (stops if state.session == session else 0)
+
+    def _tell(self, session: str, what: str) -> None:
+        if self._told != session:
+            self._told = session
+            _logger.warning("%s", what)
 
 
 def stop_robot(component: Component) -> None:

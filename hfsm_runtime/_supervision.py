@@ -171,6 +171,13 @@ class Supervision(Observer):
             self._halt()
             raise CycleEnded from error
 
+    def pauses_for(self, why: str) -> bool:
+        """Return whether refused commands pause the component; if so, log why it pauses without one."""
+        if self._on_refused is OnRefused.PAUSE:
+            self._log.warning("%s; pauses until a person lets it go on", why)
+            return True
+        return False
+
     def crashed(self, run: Run, error: BaseException) -> None:
         """Log and remember what ends the component, such as `sys.exit()` in the code of an automaton."""
         location = locate(error, self._file)

@@ -23,7 +23,7 @@ from zenoh_ice.application import cli
 from zenoh_ice.application.last_cycle import CycleFile
 
 from ._component_run import ComponentRun
-from ._robot import Permission, servers_present, stop_robot
+from ._robot import Permission, may_move, servers_present, stop_robot
 from ._robot import connect as connect_proxies
 from ._runtime import Runtime
 from .component import Component, Parameter, parameters_of, ros_of
@@ -322,9 +322,15 @@ def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, s
     """Wait for the component's end, its time or a signal, and resume it after refused commands."""
     end = None if seconds is None else round(seconds * 1e9)
     permission, time = Permission(safety), runtime.component_time
+    refused = False
     while not (runtime.ended.is_set() or stop.is_set()):
         if runtime.refusal is None:
-            permission.forget()
+            if refused:
+                permission.begin_again()
+            # Also where no command is refused meanwhile: the next one would start the robot after the reset.
+            if may_move(runtime.component) and (why := permission.why_stopped()):
+                runtime.pause_for(why)
+        refused = runtime.refusal is not None
         runtime.retry(permission.is_given)
         # In wall time: a clock that stands still must not hide a signal.
         wait = _CHECK_PERIOD

@@ -39,10 +39,11 @@ class Gate:
     follows an emergency stop. A stop is never refused.
 
     With a `latch`, which is open, stop and lease are as the former server left them, and are kept for the
-    next one.
+    next one. With `resumes`, behaviors that a stop paused go on after each reset, not only when a person lets
+    them.
     """
 
-    def __init__(self, events: EventLog, latch: Latch | None = None) -> None:
+    def __init__(self, events: EventLog, latch: Latch | None = None, *, resumes: bool = False) -> None:
         self.events: Final = events
         """Events for the operator."""
         self.is_lost: Callable[[str], bool] = lambda _client: False
@@ -52,6 +53,9 @@ class Gate:
         self._latch = latch
         self._session = secrets.token_hex(8)
         self._was_reset = False
+        self._resume_always: Final = resumes
+        self._resumes = False
+        self._stopped_times = 0
         self._stops: list[Callable[[], None]] = []
         self._stop_reason: str | None = None
         self._out_of_reach: str | None = None
@@ -95,6 +99,8 @@ class Gate:
         reason = reason.strip() or "emergency stop"
         with self._lock:
             self._stop_reason = reason
+            self._stopped_times += 1
+            self._resumes = False
         failure = self._stop_all()
         self._report(Severity.Error, f"emergency stop: {reason}", "stop")  # not earlier: a log may block
         self._keep()
@@ -106,11 +112,15 @@ class Gate:
         if self._stop_reason is not None:
             self._stop_all()
 
-    def reset(self) -> None:
-        """Accept commands again after an emergency stop."""
+    def reset(self, *, resume: bool = False) -> None:
+        """Accept commands again after an emergency stop; with `resume`, paused behaviors may go on.
+
+        ISO 13850:2015, 4.1.4: the reset alone does not start the machine again.
+        """
         with self._lock:
             was_stopped, self._stop_reason = self._stop_reason is not None, None
             self._was_reset = True
+            self._resumes = resume or self._resume_always
         if was_stopped:
             self._keep()
             self._report(Severity.Info, "the emergency stop was reset", "reset")
@@ -170,6 +180,8 @@ class Gate:
                 remaining=lease.end - self.events.wall_time() if lease else 0.0,
                 session=self._session,
                 wasReset=self._was_reset,
+                stops=self._stopped_times,
+                resumes=self._resumes,
             )
 
     def _stop_all(self) -> Exception | None:
@@ -188,6 +200,7 @@ class Gate:
         kept = latch.found
         if kept.stop:
             self._stop_reason = kept.stop
+            self._stopped_times = 1
             message = f"still stopped: {kept.stop}; reset the emergency stop before the robot may move"
             self._report(Severity.Error, message, "stop")
         left = min(kept.lease.until - time.time(), LONGEST_LEASE) if kept.lease else 0.0

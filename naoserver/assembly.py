@@ -75,7 +75,7 @@ class Assembly:
         """Moving devices that the watchdog checks."""
         self.events: Final = EventLog(robot.clock.now, wall.now)
         """Events of the health report."""
-        self.gate: Final = Gate(self.events, latch)
+        self.gate: Final = Gate(self.events, latch, resumes=self.options.resume_after_reset)
         """Emergency stop and lease in front of every command of the robot."""
         self.hearing: Final = Hearing()
         """Passes on what is said to the robot, as text."""

@@ -62,4 +62,6 @@ class ServerOptions:
     """Limits of commands to the mechanisms besides the robot (the balls)."""
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
     """Settings of individual cameras by identity; the others have the defaults."""
+    resume_after_reset: bool = False
+    """Whether behaviors that an emergency stop paused go on by themselves after its reset."""
     limits: ServerLimits = field(default_factory=ServerLimits)

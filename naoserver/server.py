@@ -23,6 +23,15 @@ _CAP = (
 JointSpeed = Annotated[float | None, typer.Option(min=0.05, max=1.0, metavar="FRACTION", help=_CAP)]
 """The option of the robot servers for `naoserver.options.capped`."""
 
+ResumeAfterReset = Annotated[
+    bool,
+    typer.Option(
+        "--resume-after-reset",
+        help="Let behaviors go on after the reset of an emergency stop: no person has to let each of them.",
+    ),
+]
+"""The option of the robot servers for `ServerOptions.resume_after_reset`."""
+
 
 @contextmanager
 def serve(

@@ -22,7 +22,7 @@ from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.parts import CameraFacts
 from naoserver.robot import Robot
-from naoserver.server import JointSpeed, problem_of, serve
+from naoserver.server import JointSpeed, ResumeAfterReset, problem_of, serve
 from naoserver_sim._team import run_team, team_commands
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
@@ -127,6 +127,7 @@ def naoserver_sim(
     body: _Body = DEFAULT_BODY,
     camera: _Cameras = None,
     joint_speed: JointSpeed = None,
+    resume_after_reset: ResumeAfterReset = False,
     qi: _Qi = None,
     disk: Disk = None,
 ) -> None:
@@ -135,7 +136,11 @@ def naoserver_sim(
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """
     factor = parse_speed(speed)
-    options = ServerOptions(safety=capped(joint_speed), cameras=parse_cameras(camera or ()))
+    options = ServerOptions(
+        safety=capped(joint_speed),
+        cameras=parse_cameras(camera or ()),
+        resume_after_reset=resume_after_reset,
+    )
     surroundings = load_world(world)
     facts = read_own_body(Path(body)) if body.endswith(".toml") else find_body(body)
     naoqi = None if qi is None else partial(find_entrance("qi"), url=qi, disk=disk)

@@ -30,18 +30,22 @@ class SafetyState(ice.Struct):
     """Another one for each server: after a restart of the robot's server it is different."""
     wasReset: bool = False
     """Whether resetEmergencyStop has been called since that server began."""
+    stops: ice.Long = 0
+    """How often the robot was stopped since that server began; a stop that it began with counts."""
+    resumes: bool = False
+    """Whether behaviors that a stop paused may go on by themselves, now that it was reset."""
 
 
-class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="c261a72e0068e243"):
+class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="5ec48935737ef5fd"):
     """Guard the robot: an emergency stop that latches, and a lease that shuts other writers out."""
 
     @ice.operation(idempotent=True)
     def emergencyStop(self, reason: str) -> None:
         """Stop every joint and the walk, and refuse every command until resetEmergencyStop."""
 
-    @ice.operation(idempotent=True)
-    def resetEmergencyStop(self) -> None:
-        """Accept commands again."""
+    @ice.operation(optional=("resume",), idempotent=True)
+    def resetEmergencyStop(self, resume: bool | None = None) -> None:
+        """Accept commands again; with resume, paused behaviors may go on, too."""
 
     @ice.operation(throws=(CommandRefusedException, InvalidValueException))
     def acquireLease(self, holder: str, seconds: float) -> None:
@@ -70,7 +74,7 @@ class Safety(ice.Object, proxy=SafetyPrx):
     @ice.abstractmethod
     def emergencyStop(self, reason: str, current: ice.Current) -> None: ...
     @ice.abstractmethod
-    def resetEmergencyStop(self, current: ice.Current) -> None: ...
+    def resetEmergencyStop(self, resume: bool | None, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def acquireLease(self, holder: str, seconds: float, current: ice.Current) -> None: ...
     @ice.abstractmethod

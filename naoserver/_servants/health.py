@@ -90,8 +90,8 @@ class SafetyI(Safety):
         finally:
             self.publish()
 
-    def resetEmergencyStop(self, current: Current) -> None:
-        self._gate.reset()
+    def resetEmergencyStop(self, resume: bool | None, current: Current) -> None:
+        self._gate.reset(resume=bool(resume))
         self.publish()
 
     def acquireLease(self, holder: str, seconds: float, current: Current) -> None:

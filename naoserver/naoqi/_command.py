@@ -16,7 +16,7 @@ from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import AddressError, RobotAddress
 from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from naoserver.options import ServerOptions, capped
-from naoserver.server import JointSpeed, problem_of, serve
+from naoserver.server import JointSpeed, ResumeAfterReset, problem_of, serve
 from zenoh_ice import initialize
 from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
@@ -61,6 +61,7 @@ def naoserver_naoqi(
         typer.Option(metavar="NAME", help="The robot's body: H25, or H21, which has no wrists and hands."),
     ] = H25.name,
     joint_speed: JointSpeed = None,
+    resume_after_reset: ResumeAfterReset = False,
 ) -> None:
     """Serve a real Nao over NAOqi, with the same servants as the simulated robot.
 
@@ -86,7 +87,7 @@ def naoserver_naoqi(
         nao.report_to_switch(switch.beat, switch.release)
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
-        options = ServerOptions(safety=capped(joint_speed))
+        options = ServerOptions(safety=capped(joint_speed), resume_after_reset=resume_after_reset)
         with serve(nao, adapter, options, latch=latch) as assembly:
             nao.report_to(assembly)
             adapter.activate()

@@ -141,7 +141,10 @@ def test_a_behavior_goes_on_only_after_a_reset_however_often_its_server_is_kille
                 kill(process)
         with server("naoserver.fake", endpoint):
             known(client).resetEmergencyStop()
-            component.wait_for("commands are accepted again")
+            component.wait_for("the emergency stop was reset: resume by hand")
+            assert monitor.getSnapshot().status is ComponentStatus.Paused
+            monitor.resume()
+            component.wait_for("commands are accepted again: continuing")
             wait_for(head.getPose, lambda pose: pose.panSpeed > 0.05)
 
 
@@ -158,8 +161,8 @@ def test_a_behavior_whose_server_was_killed_waits_for_somebody_to_look_at_the_ro
             kill(process)
         with server("naoserver.fake", endpoint):
             component.wait_for(f"the robot is stopped: {UNCLEAN}.*pauses until commands are accepted again")
-            known(client).resetEmergencyStop()
-            component.wait_for("commands are accepted again")
+            known(client).resetEmergencyStop(True)
+            component.wait_for("commands are accepted again: continuing")
 
 
 COMMANDER = """

@@ -199,6 +199,7 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
     "nao stop --all --json | jq '.robots[] | select(.still | not)'",
     "nao stop --ready",
     "nao stop --reset",
+    "nao stop --reset --resume",
 )
 def stop(
     *,
@@ -214,6 +215,9 @@ def stop(
         bool, typer.Option("--all", help="Stop the robots of all realms that can be reached.")
     ] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Let the robot accept commands again.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="With --reset: let behaviors that the stop paused go on, too.")
+    ] = False,
     seconds: Annotated[
         float, typer.Option(min=0.1, callback=finite, help="Give up after this many seconds.")
     ] = 20.0,
@@ -231,10 +235,12 @@ def stop(
 
     if ready + reset + everywhere > 1:
         raise typer.BadParameter("--all, --ready and --reset exclude each other")
+    if resume and not reset:
+        raise typer.BadParameter("--resume needs --reset")
     if ready and json:
         raise typer.BadParameter("--ready waits for a person, and prints no JSON")
     if reset:
-        commands.reset(settings, as_json=json)
+        commands.reset(settings, resume=resume, as_json=json)
     elif ready:
         commands.hold(settings, reason)
     else:

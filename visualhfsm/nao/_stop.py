@@ -83,15 +83,16 @@ def stop_all(
         raise NaoError("not every robot was stopped: see above")
 
 
-def reset(settings: Settings, *, as_json: bool) -> None:
-    """Let the robot accept commands again; raises what a call raises."""
+def reset(settings: Settings, *, resume: bool, as_json: bool) -> None:
+    """Let the robot accept commands again, and with `resume` behaviors go on; raises what a call raises."""
     with initialize(settings) as communicator:
         wait_for_servant(communicator, SAFETY)
-        emergency_stop.reset(communicator)
+        emergency_stop.reset(communicator, resume=resume)
     if as_json:
         print_json({"robots": [{"realm": settings.realm, "stopped": False}]})
     else:
-        typer.echo("reset: the robot accepts commands again")
+        go_on = "paused behaviors go on" if resume else "behaviors go on when a person lets them (Run, F8)"
+        typer.echo(f"reset: the robot accepts commands again; {go_on}")
 
 
 def _result(stopping: Stopping) -> Json:

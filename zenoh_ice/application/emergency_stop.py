@@ -49,13 +49,17 @@ class _Reason(msgspec.Struct):
     reason: str
 
 
+class _Resume(msgspec.Struct, omit_defaults=True):
+    resume: bool = False
+
+
 class _Nothing(msgspec.Struct):
     pass
 
 
 _EMERGENCY_STOP: Final[Operation[[str], None]] = Operation(_OPERATION, arguments=_Reason, result=_Nothing)
-_RESET: Final[Operation[[], None]] = Operation(
-    "resetEmergencyStop", arguments=_Nothing, result=_Nothing, idempotent=True
+_RESET: Final[Operation[[bool], None]] = Operation(
+    "resetEmergencyStop", arguments=_Resume, result=_Nothing, idempotent=True
 )
 
 
@@ -111,9 +115,10 @@ def begin_stop(communicator: Communicator, reason: str, timeout: float) -> Futur
     return future
 
 
-def reset(communicator: Communicator) -> None:
-    """Let the robot of a realm accept commands again; raises what a call raises.
+def reset(communicator: Communicator, *, resume: bool = False) -> None:
+    """Let the robot of a realm accept commands again, and with `resume` paused behaviors go on.
 
-    This is an ordinary call, so that one that was delayed is not executed; but it asks for no fingerprint.
+    Raises what a call raises. This is an ordinary call, so that one that was delayed is not executed; but it
+    asks for no fingerprint.
     """
-    Call(communicator.stringToProxy(SAFETY), _RESET)()
+    Call(communicator.stringToProxy(SAFETY), _RESET)(resume)

@@ -56,7 +56,7 @@ def test_an_emergency_stop_latches_until_it_is_reset_and_says_why(rig):
     with pytest.raises(CommandRefused, match=r"a hand in the way.*reset") as refusal:
         rig.gate.require("a")
     assert refusal.value.holder == ""
-    assert rig.state() == SafetyState(stopped=True, reason="a hand in the way")
+    assert rig.state() == SafetyState(stopped=True, reason="a hand in the way", stops=1)
     rig.gate.reset()
     assert rig.lets_through("a")
     assert rig.messages()[0] == "emergency stop: a hand in the way"

@@ -83,14 +83,21 @@ class Commanding(Whole):
         return Automaton(id=1, name="commanding", states=(only,))
 
 
-def test_a_behavior_pauses_at_an_emergency_stop_and_goes_on_after_the_reset(behavior: MakeBehavior) -> None:
+@pytest.mark.parametrize("resume", [None, True])
+def test_a_behavior_pauses_at_an_emergency_stop_until_somebody_lets_it_go_on(
+    behavior: MakeBehavior, resume: bool | None
+) -> None:
     b = behavior(Commanding, robot="fake")
     b.advance(0.5)
     b.component.Safety.emergencyStop("enough")
     b.advance(10.0)
     assert b.time == pytest.approx(0.6)
     assert len(b.calls("Head.setPose")) == 7, "the one that was refused, and then none"
-    b.component.Safety.resetEmergencyStop()
+    b.component.Safety.resetEmergencyStop(resume)
+    if not resume:
+        b.advance(10.0)
+        assert b.time == pytest.approx(0.6), "the reset alone starts nothing"
+        b.resume()
     b.advance(2.0)
     assert b.time > 1.5
 
