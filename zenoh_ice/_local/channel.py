@@ -40,8 +40,6 @@ from .messages import (
     send_parts,
 )
 
-_numbers: Final = itertools.count(1)  # of the process: those of an ended channel mean nothing in the next one
-
 _SENDING_LIMIT: Final = 1.0  # s that a server may take none of its messages
 
 Done = Callable[[Outcome | SystemException], object]
@@ -73,6 +71,7 @@ class Channel(MessageSource):
         self._ended_at = math.inf
         self._pool: Final = pool
         self._view: Final = view
+        self._numbers: Final = itertools.count(1)
         self._pending: Final[dict[int, _Pending]] = {}
         self._subscribers: Final[dict[int, Subscriber]] = {}
         self._answers: Final[deque[Answer]] = deque()  # that came together
@@ -93,22 +92,22 @@ class Channel(MessageSource):
 
     def begin(self, call: Outgoing, payload: bytes, attachment: bytes, done: Done) -> None:
         """Send a call; `done` gets its outcome, once. Raises NotSent."""
-        number = next(_numbers)
+        number = next(self._numbers)
         deadline = time.monotonic() + call.timeout
         self._pending[number] = _Pending(call, deadline, done)
         try:
             self._send_call(number, call, payload, attachment)
         except BlockingIOError:  # no room for it, all the time
-            if self._take(number) is not None:
+            if self._pending.pop(number, None) is not None:
                 self._pool.submit(partial(done, NoAnswer(timed_out=True)))
         except OSError as error:
             self.shut()
-            if self._take(number) is not None:
+            if self._pending.pop(number, None) is not None:
                 raise NotSent(str(error)) from None
 
     def subscribe(self, target: str, operation: str, subscriber: Subscriber) -> int:
         """Ask for the samples of a stream, and return the number of the subscription; raises NotSent."""
-        number = next(_numbers)
+        number = next(self._numbers)
         self._subscribers[number] = subscriber
         if not self._send((SUBSCRIBE, number, target, operation)):
             self._subscribers.pop(number, None)
@@ -133,7 +132,7 @@ class Channel(MessageSource):
         if self._answers:  # who waits for the outcome of one of them may take long
             self._pool.submit(self._finish_all)
         for number, pending in list(self._pending.items()):
-            if pending.deadline <= now and self._take(number) is not None:
+            if pending.deadline <= now and self._pending.pop(number, None) is not None:
                 self._pool.submit(partial(pending.done, NoAnswer(timed_out=True)))
 
     def shut(self) -> None:
@@ -169,9 +168,6 @@ class Channel(MessageSource):
                     subscriber.confirm(self, message.number, ok=message.ok)
         return None
 
-    def _take(self, number: int) -> _Pending | None:
-        return self._pending.pop(number, None)
-
     def _finish_all(self) -> None:
         while True:
             try:
@@ -181,7 +177,7 @@ class Channel(MessageSource):
             self._finish(answer)
 
     def _finish(self, answer: Answer) -> None:
-        pending = self._take(answer.number)
+        pending = self._pending.pop(answer.number, None)
         if pending is None:  # it came too late
             self.give_back(answer)
             return
@@ -195,7 +191,7 @@ class Channel(MessageSource):
     def _fail_pending(self) -> None:
         for number in list(self._pending):
             # One by one: some are called again, which takes long.
-            if (pending := self._take(number)) is not None:
+            if (pending := self._pending.pop(number, None)) is not None:
                 self._pool.submit(partial(pending.done, NoAnswer(timed_out=False, broken=True)))
         for number, subscriber in list(self._subscribers.items()):
             subscriber.confirm(self, number, ok=False)
