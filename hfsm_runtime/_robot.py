@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import logging
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, wait
 from contextlib import suppress
 from typing import Any, Final
@@ -13,6 +13,7 @@ from typing import Any, Final
 from interfaces.nao import SafetyPrx, SafetyState
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 from zenoh_ice.interface import Interface
+from zenoh_ice.proxy import Call
 from zenoh_ice.text import few
 
 from .component import Component, proxies_of, ros_of
@@ -122,10 +123,7 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
 
 def may_move(component: Component) -> bool:
     """Return whether a component may have the robot move: whether its end stops anything."""
-    proxies = [vars(component).get(name) for name in proxies_of(component)]
-    return bool(ros_of(component)) or any(
-        isinstance(proxy, ObjectPrx) and bool(proxy.ice_interface.stop_operations) for proxy in proxies
-    )
+    return bool(ros_of(component)) or any(True for _ in _stops_of(component))
 
 
 class Permission:
@@ -141,7 +139,7 @@ class Permission:
         self._known: tuple[str, int] | None = None
         """The session of the server, and how often it was stopped, when the component was last let go on."""
         self._stopped_by = ""  # the session of the server that was seen stopped
-        self._told = ""  # the session for which the log says that a person has to let it go on
+        self._told = ""  # what the log said last of what a person has to do
 
     def begin_again(self) -> None:
         """Forget the stop that was seen: a person has decided to go on."""
@@ -179,16 +177,14 @@ class Permission:
             return False
         if self._stopped_by not in {"", state.session} and not state.wasReset:
             self._tell(
-                state.session,
                 "the robot's server was started again and knows of no emergency stop, but nobody has reset "
-                "the one that was seen: reset it (nao stop --reset), or resume by hand",
+                "the one that was seen: reset it (nao stop --reset), or resume by hand"
             )
             return False
         if self._stopped_by and not state.resumes:
             self._tell(
-                state.session,
                 "the emergency stop was reset: resume by hand, or let all behaviors go on "
-                "(nao stop --reset --resume)",
+                "(nao stop --reset --resume)"
             )
             return False
         self._stopped_by = ""
@@ -208,10 +204,19 @@ class Permission:
         self._known = session, stops
         return state.stopped or state.stops > (stops if state.session == session else 0)
 
-    def _tell(self, session: str, what: str) -> None:
-        if self._told != session:
-            self._told = session
+    def _tell(self, what: str) -> None:
+        if self._told != what:
+            self._told = what
             _logger.warning("%s", what)
+
+
+def _stops_of(component: Component) -> Iterator[tuple[str, Call[..., Any], int]]:
+    """Yield what stops each connected proxy: its name, the call, and how many arguments that takes."""
+    for name in proxies_of(component):
+        proxy = vars(component).get(name)
+        if isinstance(proxy, ObjectPrx):
+            for operation in proxy.ice_interface.stop_operations:
+                yield name, getattr(proxy, operation.method), len(operation.arguments.fields)
 
 
 def stop_robot(component: Component) -> None:
@@ -221,17 +226,11 @@ def stop_robot(component: Component) -> None:
     logged.
     """
     calls: dict[Future[Any], str] = {}
-    for name in proxies_of(component):
-        proxy = vars(component).get(name)
-        if not isinstance(proxy, ObjectPrx):
-            continue
-        for operation in proxy.ice_interface.stop_operations:
-            try:
-                # Every parameter of a stop operation is optional.
-                arguments = [None] * len(operation.arguments.fields)
-                calls[getattr(proxy, operation.method).begin(*arguments)] = name
-            except ZenohIceError as error:
-                _logger.warning("self.%s could not be stopped: %s", name, error)
+    for name, stop, parameters in _stops_of(component):
+        try:
+            calls[stop.begin(*[None] * parameters)] = name  # every parameter of a stop is optional
+        except ZenohIceError as error:
+            _logger.warning("self.%s could not be stopped: %s", name, error)
     if ros_of(component):
         from ._ros import stop_ends  # only components that use ROS need its libraries
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,17 @@ from tests.support.limits import START_LIMIT
 from tests.support.robot_server import eventually, served, served_to_client
 from visualhfsm._command import app as visualhfsm
 from visualhfsm.nao._command import app as nao
-from zenoh_ice import initialize
+from zenoh_ice import Communicator, initialize
+
+
+@pytest.fixture
+def beside(endpoint: str) -> Iterator[Communicator]:
+    """Another program in the realm of a robot."""
+    with (
+        served(FakeRobot(), realm="nao", endpoint=endpoint),
+        initialize(connect=[endpoint], clock="wall") as communicator,
+    ):
+        yield communicator
 
 
 def test_what_safety_reports_decides_whether_commands_are_accepted_again() -> None:
@@ -70,42 +81,34 @@ def test_a_stop_that_was_reset_before_anybody_asked_counts(asked_before: bool) -
 
 
 def test_a_stop_pauses_what_may_move_though_it_commands_nothing_meanwhile(
-    tmp_path: Path, endpoint: str
+    tmp_path: Path, endpoint: str, beside: Communicator
 ) -> None:
     """Its next command would be accepted after the reset, and move the robot."""
-    with (
-        served(FakeRobot(), realm="nao", endpoint=endpoint),
-        initialize(connect=[endpoint], clock="wall") as communicator,
-    ):
-        safety = SafetyPrx.checkedCast(communicator.stringToProxy("Safety"))
-        with start(turning(tmp_path, "print('idle', flush=True)"), endpoint) as component:
-            component.wait_for("idle")
-            safety.emergencyStop("a hand in the way")
-            component.wait_for("the robot is stopped: a hand in the way; pauses until a person lets it go on")
-            safety.resetEmergencyStop()
-            component.wait_for("the emergency stop was reset: resume by hand")
-            monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
-            assert monitor.getSnapshot().status is ComponentStatus.Paused
-            assert monitor.getSnapshot().refusal == "the robot is stopped: a hand in the way"
-            idle = component.output.count("idle")
-            monitor.resume()
-            eventually(lambda: component.output.count("idle") > idle)
+    safety = SafetyPrx.checkedCast(beside.stringToProxy("Safety"))
+    with start(turning(tmp_path, "print('idle', flush=True)"), endpoint) as component:
+        component.wait_for("idle")
+        safety.emergencyStop("a hand in the way")
+        component.wait_for("the robot is stopped: a hand in the way; pauses until a person lets it go on")
+        safety.resetEmergencyStop()
+        component.wait_for("the emergency stop was reset: resume by hand")
+        monitor = HfsmMonitorPrx.checkedCast(beside.stringToProxy("Hfsm.turner"))
+        assert monitor.getSnapshot().status is ComponentStatus.Paused
+        assert monitor.getSnapshot().refusal == "the robot is stopped: a hand in the way"
+        idle = component.output.count("idle")
+        monitor.resume()
+        eventually(lambda: component.output.count("idle") > idle)
 
 
 def test_a_behavior_that_begins_beside_a_stopped_robot_waits_for_a_person(
-    tmp_path: Path, endpoint: str
+    tmp_path: Path, endpoint: str, beside: Communicator
 ) -> None:
-    with (
-        served(FakeRobot(), realm="nao", endpoint=endpoint),
-        initialize(connect=[endpoint], clock="wall") as communicator,
-    ):
-        safety = SafetyPrx.checkedCast(communicator.stringToProxy("Safety"))
-        safety.emergencyStop("a hand in the way")
-        with start(turning(tmp_path, "print('idle', flush=True)"), endpoint) as component:
-            component.wait_for("the robot is stopped: a hand in the way; pauses until a person lets it go on")
-            safety.resetEmergencyStop(True)
-            monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
-            eventually(lambda: monitor.getSnapshot().status is ComponentStatus.Running)
+    safety = SafetyPrx.checkedCast(beside.stringToProxy("Safety"))
+    safety.emergencyStop("a hand in the way")
+    with start(turning(tmp_path, "print('idle', flush=True)"), endpoint) as component:
+        component.wait_for("the robot is stopped: a hand in the way; pauses until a person lets it go on")
+        safety.resetEmergencyStop(True)
+        monitor = HfsmMonitorPrx.checkedCast(beside.stringToProxy("Hfsm.turner"))
+        eventually(lambda: monitor.getSnapshot().status is ComponentStatus.Running)
 
 
 def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
@@ -116,40 +119,36 @@ def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
 
 @pytest.mark.parametrize("way", ["reset and resume", "reset, then a person"])
 def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop_when_a_person_lets_it(
-    tmp_path: Path, endpoint: str, way: str
+    tmp_path: Path, endpoint: str, way: str, beside: Communicator
 ) -> None:
     def operator(app: Typer, *arguments: str) -> str:
         done = run_here(app, "operator", *arguments, "--connect", endpoint)
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    with (
-        served(FakeRobot(), realm="nao", endpoint=endpoint),
-        initialize(connect=[endpoint], clock="wall") as communicator,
-    ):
-        head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
-        slowly = turning(tmp_path, "self.head.setSpeed(0.05, 0.0)\nprint('turning', flush=True)")
-        with start(slowly, endpoint) as component:
-            eventually(lambda: head.getPose().panSpeed > 0.03)
-            operator(nao, "stop", "a hand in the way")
-            component.wait_for("the robot is stopped: a hand in the way.*pauses until")
-            monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
-            eventually(lambda: monitor.getSnapshot().status is ComponentStatus.Paused)
-            first, later = monitor.getSnapshot(), monitor.getSnapshot.wait(timeout=START_LIMIT).value
-            assert first.status is later.status is ComponentStatus.Paused
-            assert "the robot is stopped: a hand in the way" in first.refusal
-            assert later.time == first.time
-            watched = operator(visualhfsm, "watch", "--seconds", "0.5")
-            assert f"paused: {first.refusal}" in watched
-            turned = component.output.count("turning")
-            if way == "reset and resume":
-                assert "paused behaviors go on" in operator(nao, "stop", "--reset", "--resume")
-            else:
-                assert "when a person lets them" in operator(nao, "stop", "--reset")
-                component.wait_for("the emergency stop was reset: resume by hand")
-                assert monitor.getSnapshot().status is ComponentStatus.Paused
-                monitor.resume()
-            eventually(lambda: component.output.count("turning") > turned)
-            eventually(lambda: head.getPose().panSpeed > 0.03)
-            assert monitor.getSnapshot().refusal == ""
-            assert 1 <= component.output.count("pauses until") <= 2, "its command may be refused, too"
+    head = PoseHeadPrx.checkedCast(beside.stringToProxy("Head"))
+    slowly = turning(tmp_path, "self.head.setSpeed(0.05, 0.0)\nprint('turning', flush=True)")
+    with start(slowly, endpoint) as component:
+        eventually(lambda: head.getPose().panSpeed > 0.03)
+        operator(nao, "stop", "a hand in the way")
+        component.wait_for("the robot is stopped: a hand in the way.*pauses until")
+        monitor = HfsmMonitorPrx.checkedCast(beside.stringToProxy("Hfsm.turner"))
+        eventually(lambda: monitor.getSnapshot().status is ComponentStatus.Paused)
+        first, later = monitor.getSnapshot(), monitor.getSnapshot.wait(timeout=START_LIMIT).value
+        assert first.status is later.status is ComponentStatus.Paused
+        assert "the robot is stopped: a hand in the way" in first.refusal
+        assert later.time == first.time
+        watched = operator(visualhfsm, "watch", "--seconds", "0.5")
+        assert f"paused: {first.refusal}" in watched
+        turned = component.output.count("turning")
+        if way == "reset and resume":
+            assert "paused behaviors go on" in operator(nao, "stop", "--reset", "--resume")
+        else:
+            assert "when a person lets them" in operator(nao, "stop", "--reset")
+            component.wait_for("the emergency stop was reset: resume by hand")
+            assert monitor.getSnapshot().status is ComponentStatus.Paused
+            monitor.resume()
+        eventually(lambda: component.output.count("turning") > turned)
+        eventually(lambda: head.getPose().panSpeed > 0.03)
+        assert monitor.getSnapshot().refusal == ""
+        assert 1 <= component.output.count("pauses until") <= 2, "its command may be refused, too"

@@ -101,7 +101,6 @@ class Admission:
         self.handshakes: Final[dict[_Client, None]] = {}
         self.of_address: Final[defaultdict[str, dict[_Client, None]]] = defaultdict(dict)  # handshakes
         self.clients_by_port: Final[dict[int, _Client]] = {}  # as Zenoh sees them, on loopback
-        self.links: Counter[str | tuple[str, str]] = Counter()  # by certificate, and that and address
         self.dropped: Final[Counter[str]] = Counter()  # since the last report, by address
         self.refused: Final[Counter[str]] = Counter()  # the same, for too many links, by certificate
         self.loop: Final = asyncio.new_event_loop()
@@ -198,20 +197,12 @@ class Admission:
         client = self.clients_by_port.get(port)
         if client is None or client.certificate is not None or client not in self.clients:
             return
-        at_address = (certificate, client.address)
-        if self.links[certificate] >= self.most_links or self.links[at_address] >= self.most_at_address:
+        at = [each.address for each in self.clients if each.certificate == certificate]
+        if len(at) >= self.most_links or at.count(client.address) >= self.most_at_address:
             self.refused[certificate] += 1
             client.end()
-            return
-        client.certificate = certificate
-        self.links.update((certificate, at_address))
-
-    def forget(self, client: _Client) -> None:
-        """Forget a connection that has ended."""
-        self.clients.discard(client)
-        if client.certificate is not None:
-            self.links.subtract((client.certificate, (client.certificate, client.address)))
-            self.links += Counter()  # without those that are zero
+        else:
+            client.certificate = certificate
 
 
 class _Listener:
@@ -306,7 +297,7 @@ class _Client(_End):
 
     def connection_lost(self, exception: Exception | None) -> None:
         super().connection_lost(exception)
-        self.admission.forget(self)
+        self.admission.clients.discard(self)
         if self._connecting is not None:
             self._connecting.cancel()
         if self._limit is not None:

@@ -113,10 +113,11 @@ def _free_ports(number: int) -> list[int]:
 def _on_link(admission: Admission, event: zenoh.LinkEvent) -> None:
     """Log a link that came or left, and let it count for its certificate."""
     link = event.link
-    who = f"{printable(link.auth_identifier, 64)!r}" if link.auth_identifier else "an unnamed client"
+    certificate = printable(link.auth_identifier or "", 64)
+    who = repr(certificate) if certificate else "an unnamed client"
     came = event.kind == zenoh.SampleKind.PUT
     place = host_and_port(link.dst)
     if place and came:
-        admission.identify(place[1], printable(link.auth_identifier or "", 64))
+        admission.identify(place[1], certificate)
     where = (place and admission.origin(place[1])) or link.dst
     _logger.info("%s %s, at %s, process %s", who, "came" if came else "left", where, link.zid)
