@@ -37,11 +37,15 @@ def nao(request):
 
 
 def walk_on(nao, client=None):
-    """Walk until the robot has come some way."""
+    """Walk until the robot has come some way, in whichever direction a fall has left it."""
     encoders = nao.proxy(EncodersPrx, "Encoders")
-    start = encoders.getEncodersData().robotx
+    start = encoders.getEncodersData()
     (client or nao).proxy(MotorsPrx, "Motors").setV(SPEED)
-    wait_for(encoders.getEncodersData, lambda data: data.robotx > start + 0.05)
+
+    def has_come(data):
+        return math.hypot(data.robotx - start.robotx, data.roboty - start.roboty) > 0.05
+
+    wait_for(encoders.getEncodersData, has_come)
 
 
 def accepts_a_walk(nao):
