@@ -97,7 +97,7 @@ class Tokens:
                 self._newest = ""
                 self._settle(token, came=False)
                 return
-            if token == self._newest:
+            if token == self._newest or token in self._unsure:
                 return
             if len(self._unsure) >= self._most_unsure:
                 self._settle(token, came=True)

@@ -179,7 +179,7 @@ class Entities:
             self._known.clear()
             self._full = False
         discovery = self._discovery
-        following = Tokens(discovery.session, self._tokens, self._note, discovery.submit, self._most)
+        following = Tokens(discovery.session, self._tokens, self._note, discovery.submit)
         with self._lock:
             closed, full = self._closed, self._full
             if not closed:

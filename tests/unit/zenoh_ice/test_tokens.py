@@ -173,6 +173,10 @@ def test_how_many_wait_to_be_confirmed_is_limited() -> None:
     assert Zenoh("a", "b", "c", most_unsure=2).present == {"c"}
 
 
+def test_what_is_reported_twice_waits_once_to_be_confirmed() -> None:
+    assert Zenoh("a", "b", "b", "a", most_unsure=2).present == set()
+
+
 def test_nothing_is_reported_or_asked_after_the_end() -> None:
     session = Zenoh(existing="a")
     session.report("a")
