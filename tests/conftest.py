@@ -30,7 +30,7 @@ from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT
 from tests.support.memory import Memory
 from tests.support.processes import free_endpoint
-from tests.support.soak import LEFT_TO_SOAK, SOAKS, repeated
+from tests.support.soak import LEFT_TO_SOAK, OTHERS, SOAKS, repeated
 from zenoh_ice import Communicator, ObjectAdapter, initialize
 
 # On a busy machine the duration of an example means nothing. By default the examples are always the same, so that
@@ -102,16 +102,17 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
-@pytest.hookimpl(trylast=True)
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(
     session: pytest.Session, config: pytest.Config, items: list[pytest.Item]
 ) -> None:
-    """Leave the tests of `make soak` to it."""
+    """Leave the tests of `make soak` to it, before options select among the others."""
     left = [] if SOAKS else [item for item in items if item.get_closest_marker("soak")]
     if left:
         config.hook.pytest_deselected(items=left)
         items[:] = [item for item in items if not item.get_closest_marker("soak")]
     session.stash[LEFT_TO_SOAK] = left
+    session.stash[OTHERS] = [*items]
 
 
 @pytest.hookimpl(wrapper=True)

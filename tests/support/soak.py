@@ -12,14 +12,16 @@ from typing import Any, Final, TypeVar
 
 import pytest
 
-__all__ = ["LEFT_TO_SOAK", "SOAKS", "cases", "repeated"]
+__all__ = ["LEFT_TO_SOAK", "OTHERS", "SOAKS", "cases", "repeated"]
 
 T = TypeVar("T")
 
 SOAKS: Final = os.environ.get("TEST_SOAK", "") not in ("", "0")
 """Whether this is a run of `make soak`."""
 LEFT_TO_SOAK: Final = pytest.StashKey[list[pytest.Item]]()
-"""The collected tests that this run leaves out."""
+"""The collected tests that this run leaves to `make soak`."""
+OTHERS: Final = pytest.StashKey[list[pytest.Item]]()
+"""The other collected tests, among which options such as `-m` select."""
 
 
 def repeated(test: T, soak: T) -> T:

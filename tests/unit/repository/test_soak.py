@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.places import ROOT
-from tests.support.soak import LEFT_TO_SOAK
+from tests.support.soak import LEFT_TO_SOAK, OTHERS
 
 
 def function(nodeid: str) -> str:
@@ -26,11 +26,12 @@ def case(item: pytest.Item) -> str:
 
 
 def test_what_only_a_soak_repeats_has_a_case_here(request: pytest.FixtureRequest) -> None:
-    runs = {function(item.nodeid) for item in request.session.items}
-    files = {item.path for item in request.session.items}
+    stash = request.session.stash
+    runs = {function(item.nodeid) for item in stash[OTHERS]}
+    files = {item.path for item in stash[OTHERS]}
     lost = {
         item.nodeid: case(item)
-        for item in request.session.stash.get(LEFT_TO_SOAK, [])
+        for item in stash[LEFT_TO_SOAK]
         if case(item) not in runs and (ROOT / Path(case(item).partition("::")[0])) in files
     }
     assert not lost, f"left to `make soak`, and no such test in `make test`: {lost}"
