@@ -1,6 +1,7 @@
 """The walk behind its safety layer: what reaches the walker, what is reported, and what ends it."""
 
 import math
+from functools import partial
 
 import pytest
 
@@ -9,12 +10,15 @@ from naoserver._gate import Gate
 from naoserver._guarded_device import GuardedDevice
 from naoserver._safety import JointSafety
 from naoserver._walk import WalkGuard
+from naoserver.bodies import find_body
 from naoserver.bodies.nao import H25
 from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LIMITS, FakeWalker
 from naoserver.options import SafetyOptions
+from naoserver_sim.robot import SimulatedRobot
+from tests.support.present import present
 from zenoh_ice import VirtualClock
 
 
@@ -43,16 +47,16 @@ class SlowWalker(FakeWalker):
 
 
 class Rig:
-    def __init__(self):
+    def __init__(self, body=H25, make_robot=FakeRobot):
         self.clock = VirtualClock()
         self.wall = 0.0
         self.due: list[float] = []
         self.events = EventLog(self.clock.now, lambda: self.wall)
         self.gate = Gate(self.events)
-        self.robot = FakeRobot(self.clock)
-        safety = JointSafety(H25.joints, SafetyOptions(), H25.tables, H25.couplings, H25.speed_rules)
+        self.robot = make_robot(clock=self.clock)
+        safety = JointSafety(body.joints, SafetyOptions(), body.tables, body.couplings, body.speed_rules)
         self.body = GuardedDevice(self.robot, safety, self.gate, self.due.append)
-        self.walker = SlowWalker(self.clock)
+        self.walker = SlowWalker(self.clock) if body is H25 else present(self.robot.walker)
         self.walk = WalkGuard(self.walker, self.body, SafetyOptions())
         self.gate.on_stop(self.body.hold)
         self.gate.on_stop(self.walk.stop)
@@ -264,3 +268,29 @@ def test_once_closed_it_walks_no_more(rig):
     rig.walk.drive({"forward": 0.1}, "anna")
     assert rig.walker.commanded() == STILL
     rig.walk.close()
+
+
+@pytest.mark.sim
+def test_a_command_that_comes_while_the_robot_ends_the_walk_moves_nothing_unwatched():
+    """The thread of the physics takes it at its next tick: only then has the watchdog looked."""
+    cart = find_body("Cart")
+    rig = Rig(cart, partial(SimulatedRobot, body=cart))
+    rig.walk.drive({"forward": 0.3}, "anna")
+    rig.clock.advance(0.2)
+    assert rig.walker.walking
+
+    def end_meanwhile(_):
+        parts.remove(end_meanwhile)
+        rig.walk.drive({"forward": 0.2}, "anna")
+        rig.walker.abandon()
+        rig.walk.watch()
+
+    parts = rig.robot._simulator.parts
+    parts.insert(0, end_meanwhile)
+    rig.clock.advance(1.0)
+    assert end_meanwhile not in parts
+    assert rig.reported() == ["the robot ended the walk: the robot was moved"]
+    assert (rig.walker.walking, rig.walker.commanded()) == (False, STILL)
+    rig.walk.drive({"forward": 0.3}, "anna")
+    rig.clock.advance(1.0)
+    assert rig.walker.walking
