@@ -32,6 +32,13 @@ class _Lease:
     """In steady wall time."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Loss:
+    why: str
+    since: float
+    """In steady wall time."""
+
+
 class Gate:
     """Accept or refuse commands. Thread-safe.
 
@@ -58,7 +65,7 @@ class Gate:
         self._stopped_times = 0
         self._stops: list[Callable[[], None]] = []
         self._stop_reason: str | None = None
-        self._out_of_reach: str | None = None
+        self._lost: _Loss | None = None
         self._lease: _Lease | None = None
         if latch is not None:
             self._take_over(latch)
@@ -78,8 +85,8 @@ class Gate:
             raise CommandRefused("the client of this command is gone: its link to the robot broke")
         holder = ""
         with self._lock:
-            if self._out_of_reach is not None:
-                why, what = f"unreachable: {self._out_of_reach}", "wait until it is found again"
+            if self._lost is not None:
+                why, what = f"unreachable: {self._lost.why}", "wait until it is found again"
             elif self._stop_reason is not None:
                 why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
             elif holder := self._other_holder(client):
@@ -128,12 +135,13 @@ class Gate:
     def lose(self, why: str) -> None:
         """Refuse every command until `find`, because no command reaches the robot."""
         with self._lock:
-            self._out_of_reach = why
+            since = self.events.wall_time() if self._lost is None else self._lost.since
+            self._lost = _Loss(why or "its server does not reach it", since)
 
     def find(self) -> None:
         """Accept commands again, unless the robot is stopped: they reach it."""
         with self._lock:
-            self._out_of_reach = None
+            self._lost = None
         self.stop_again()
 
     def acquire(self, client: str, holder: str, seconds: float) -> None:
@@ -167,6 +175,11 @@ class Gate:
         self._report(Severity.Info, f"{lease.holder} no longer holds the robot", "lease")
         return True
 
+    @property
+    def is_robot_lost(self) -> bool:
+        """Whether no command reaches the robot."""
+        return self._lost is not None
+
     def state(self) -> SafetyState:
         """Return who may command the robot now."""
         with self._lock:
@@ -182,6 +195,8 @@ class Gate:
                 wasReset=self._was_reset,
                 stops=self._stopped_times,
                 resumes=self._resumes,
+                lost=self._lost.why if self._lost else "",
+                lostFor=self.events.wall_time() - self._lost.since if self._lost else 0.0,
             )
 
     def _stop_all(self) -> Exception | None:

@@ -110,7 +110,7 @@ class Assembly:
             self._add(Sounds=SoundsI(robot.loudspeaker, time))
         self.player: Final = self._add_motions()
         """The player of motions."""
-        self.health: Final = HealthI(robot, self.events, self._cameras)
+        self.health: Final = HealthI(robot, self.gate, self._cameras)
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
         """Periodic jobs, except those that the robot's own control loop does."""

@@ -19,6 +19,9 @@ Contract of every implementation
 - **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An
   implementation may limit further, and keeps its setpoints inside `JointFacts.lower` and `upper`.
 - **Units.** SI and radians, about the axes that the body's description gives the joints.
+- **Loss.** What serves a real robot calls `Gate.lose` once no command reaches it, and `Gate.find` when they
+  do again. Meanwhile `read`, `state` and the senses return what was measured last, with its
+  time: whether the joints move is not known.
 - **Life.** `start` once, `close` any number of times, also without `start`. After `close`, `read` and
   `state` return the last snapshot, commands are ignored, `capture` raises `HardwareFailure`.
 """

@@ -34,9 +34,13 @@ class SafetyState(ice.Struct):
     """How often the robot was stopped since that server began; a stop that it began with counts."""
     resumes: bool = False
     """Whether behaviors that a stop paused may go on by themselves, now that it was reset."""
+    lost: str = ""
+    """Why no command reaches the robot, for people; empty while its server has it."""
+    lostFor: float = 0.0
+    """Wall seconds for which that is so."""
 
 
-class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="5ec48935737ef5fd"):
+class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="f78530d389bacc3c"):
     """Guard the robot: an emergency stop that latches, and a lease that shuts other writers out."""
 
     @ice.operation(idempotent=True)

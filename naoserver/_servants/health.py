@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from interfaces.nao import Clock as ClockServant
 from interfaces.nao import ClockReading, Health, HealthReport, Safety, SafetyState
-from naoserver._event_log import ConditionWatch, EventLog
+from naoserver._event_log import ConditionWatch
 from naoserver._gate import Gate
 from naoserver._servants.camera import CameraI
 from naoserver._servants.shared import refusals_raised
@@ -35,9 +35,10 @@ class ClockI(ClockServant):
 class HealthI(Health):
     """Report the health of the robot and its server, in calls and as a stream."""
 
-    def __init__(self, robot: Robot, events: EventLog, cameras: Sequence[CameraI]) -> None:
+    def __init__(self, robot: Robot, gate: Gate, cameras: Sequence[CameraI]) -> None:
         self._robot = robot
-        self._events = events
+        self._gate = gate
+        self._events = events = gate.events
         self._cameras = cameras
         self._started = events.wall_time()
         self._condition = ConditionWatch(robot, events)
@@ -62,7 +63,7 @@ class HealthI(Health):
         return HealthReport(
             time=self._robot.clock.now(),
             uptime=self._events.wall_time() - self._started,
-            realTimeFactor=state.real_time_factor,
+            realTimeFactor=0.0 if self._gate.is_robot_lost else state.real_time_factor,
             lag=state.lag,
             torsoTilt=state.torso_tilt,
             fallen=state.fallen,

@@ -248,7 +248,9 @@ def diagnostics(
 ) -> Fields:
     """Return a diagnostic_msgs/msg/DiagnosticArray: the robot, its emergency stop, joints and battery."""
     level, newest = _OK, "OK"
-    if health.fallen:
+    if safety.lost:
+        level, newest = _ERROR, f"lost: {safety.lost}"
+    elif health.fallen:
         level, newest = _ERROR, "fallen"
     elif health.events:
         level, newest = _LEVELS[health.events[-1].level], health.events[-1].message

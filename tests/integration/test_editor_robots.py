@@ -6,7 +6,6 @@ import asyncio
 import signal
 from collections.abc import Awaitable, Callable
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -174,19 +173,15 @@ def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -
         opened(go, robot.realm, robot.endpoint)
 
 
-def test_a_real_robot_that_its_server_does_not_reach_is_lost_until_it_answers(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_real_robot_that_its_server_does_not_reach_is_lost_until_it_answers() -> None:
     with served(FakeRobot()) as robot:
-        answering = robot.robot.state()
-        unreachable = replace(answering, real_time_factor=0.0)
 
         async def go(page: Page) -> None:
             found = await page.until(lambda robot: robot.status == "present" and robot.speed)
             assert not found.simulated
-            monkeypatch.setattr(robot.robot, "state", lambda: unreachable)
+            robot.assembly.gate.lose("the cable is out")
             assert (await page.until(lambda robot: robot.status == "lost")).since > 0
-            monkeypatch.setattr(robot.robot, "state", lambda: answering)
+            robot.assembly.gate.find()
             assert (await page.until(lambda robot: robot.status == "present")).since == 0
 
         opened(go, robot.realm, robot.endpoint)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -44,6 +45,8 @@ RELEASES = RECORDED["releases"]
 REASON = "a hand in the way"
 HASTY = StopLimits(state=0.3, standstill=0.2)
 """For robots that say nothing of their joints, or never come to rest: what others do ends before."""
+LOST = StopLimits(state=0.3, standstill=1.0)
+"""For robots that are lost for good."""
 STOPPED = b"\x80"
 
 Sent = tuple[str, str, str | None]
@@ -60,6 +63,10 @@ def joints(*speeds: float) -> Answer:
     return True, msgspec.msgpack.encode({"returnValue": {"velocities": speeds}})
 
 
+def state(lost: str = "", seconds: float = 0.0) -> Answer:
+    return True, msgspec.msgpack.encode({"returnValue": {"lost": lost, "lostFor": seconds}})
+
+
 class ScriptedRobot:
     """A robot that answers as another release did, or as a test says: the last answer again and again."""
 
@@ -67,10 +74,14 @@ class ScriptedRobot:
         self.sent: list[Sent] = []
         self.stops: list[Answer] = [(True, STOPPED)]
         self.joints: list[Answer] = [joints(0.0)]
+        self.states: list[Answer] = [state()]
         self._declared: list[Any] = [
             session.declare_queryable(f"{realm}/Safety/emergencyStop", self._stop),
             session.declare_queryable(
                 f"{realm}/Body/getJointState", lambda query: _reply(query, self.joints)
+            ),
+            session.declare_queryable(
+                f"{realm}/Safety/getSafetyState", lambda query: _reply(query, self.states)
             ),
         ]
         if token:
@@ -293,7 +304,15 @@ class TestJson:
         scripted.joints = [joints(0.0, 0.0)]
         outcome = stop(endpoint, "--json")
         nao_ = {"realm": "nao", "stopped": True, "still": True, "fastestJoint": 0.0, "trouble": ""}
+        nao_ |= {"lost": "", "lostFor": 0.0}
         assert (outcome.code, json.loads(outcome.out)) == (0, {"robots": [nao_], "unreached": []})
+
+    def test_a_robot_that_is_lost_is_not_still(self, endpoint: str, scripted: ScriptedRobot) -> None:
+        scripted.states = [state("the cable is out", 12.5)]
+        outcome = stop(endpoint, "--json", limits=LOST)
+        (robot,) = json.loads(outcome.out)["robots"]
+        assert (outcome.code, robot["stopped"], robot["still"]) == (1, True, False)
+        assert (robot["lost"], robot["lostFor"]) == ("the cable is out", 12.5)
 
     def test_a_robot_that_cannot_stop_is_in_it_too(self, endpoint: str, scripted: ScriptedRobot) -> None:
         scripted.stops = [error("no motors")]
@@ -323,6 +342,62 @@ class TestJson:
             reset = nao("stop", "--reset", "--json")
         assert json.loads(reset.out) == {"robots": [{"realm": robot.realm, "stopped": False}]}
         assert "prints no JSON" in nao("stop", "--ready", "--json").err
+
+
+class TestARobotThatItsServerHasLost:
+    def test_it_is_stopped_but_nobody_knows_whether_it_moves(
+        self, endpoint: str, scripted: ScriptedRobot
+    ) -> None:
+        scripted.states = [state("the cable is out", 12.5)]
+        outcome = stop(endpoint, limits=LOST)
+        assert outcome.code == 1
+        assert re.search(
+            r"stopped, but the robot is lost since \d\d:\d\d:\d\d \(12 s\): the cable is out: look at it",
+            outcome.err,
+        )
+        assert "still" not in outcome.text
+        outcome = stop(endpoint, "--all", limits=LOST)
+        assert outcome.code == 1
+        assert "nao: stopped, but the robot is lost since" in outcome.out
+
+    def test_what_does_not_say_whether_it_is_lost_is_not_called_still(
+        self, endpoint: str, scripted: ScriptedRobot
+    ) -> None:
+        scripted.states = []
+        outcome = stop(endpoint, limits=HASTY)
+        assert (outcome.code, outcome.out[:7], "still" in outcome.out) == (0, "stopped", False)
+
+    def test_it_is_still_once_its_server_has_found_it(self, endpoint: str, scripted: ScriptedRobot) -> None:
+        scripted.states = [state("the cable is out", 12.5), state("the cable is out", 12.6), state()]
+        outcome = stop(endpoint)
+        assert (outcome.code, "its joints are still" in outcome.out) == (0, True)
+
+    @pytest.mark.parametrize("seconds", [float("nan"), float("inf"), -1.0, 1e300])
+    def test_times_that_cannot_be_are_not_shown(
+        self, endpoint: str, scripted: ScriptedRobot, seconds: float
+    ) -> None:
+        scripted.states = [state("the\x1b[31m cable", seconds)]
+        outcome = stop(endpoint, limits=LOST)
+        assert outcome.code == 1
+        assert "the robot is lost: the [31m cable: look at it" in outcome.err
+
+    @pytest.mark.parametrize(
+        "words", [("stop",), ("status",), ("doctor",), ("list",)], ids=lambda words: words[0]
+    )
+    def test_every_command_says_it_until_it_is_found(
+        self, robot: RobotClient, words: tuple[str, ...]
+    ) -> None:
+        gate = robot.assembly.gate
+        with at(robot.endpoint, robot.realm):
+            gate.lose("the cable is out")
+            gate.lose("the cable is out, still")
+            lost = nao(*words, limits=LOST) if words == ("stop",) else nao(*words)
+            gate.find()
+            found = nao(*words)
+        assert re.search(r"lost since \d\d:\d\d:\d\d \(\d s\): the cable is out, still", lost.text)
+        assert lost.code == (words[0] in ("stop", "doctor"))
+        assert "lost" not in found.text
+        assert found.code == 0 or words == ("doctor",)
 
 
 class TestAllRobots:

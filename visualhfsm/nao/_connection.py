@@ -12,7 +12,9 @@ from typing import Final
 
 from visualhfsm.nao import NaoError
 from visualhfsm.nao._dynamic import DynamicProxy, target_of
+from visualhfsm.nao._output import lost_text
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError
+from zenoh_ice.application.emergency_stop import SAFETY
 from zenoh_ice.reflection import OperationDescription
 from zenoh_ice.settings import host_and_port
 from zenoh_ice.status import ProcessStatus
@@ -25,6 +27,7 @@ __all__ = [
     "find_operation",
     "find_servant",
     "listens",
+    "loss",
     "nobody",
     "operation_of",
     "process_name",
@@ -182,6 +185,18 @@ def _examples(proxy: DynamicProxy, operations: Sequence[OperationDescription]) -
     if not operations:
         return "only ice_ping, ice_isA and ice_ids"
     return few([f"{proxy.identity}.{each.name}" for each in operations], 8)
+
+
+def loss(communicator: Communicator, found: Iterable[ServantInfo]) -> str:
+    """Return since when no command reaches the robot, and why; empty while they do, or it does not say."""
+    if not any(info.identity == SAFETY for info in found):
+        return ""
+    try:
+        (state,) = find_servant(communicator, SAFETY).invoke("getSafetyState", ()).values()
+    except (ZenohIceError, KeyError, ValueError):
+        return ""  # another release, or not for us: a command that comes next says so
+    lost, seconds = getattr(state, "lost", ""), getattr(state, "lostFor", 0.0)
+    return lost_text(lost, seconds) if lost else ""
 
 
 def ask_processes(

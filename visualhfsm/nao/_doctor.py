@@ -25,7 +25,15 @@ from typing import Final, NamedTuple
 
 import msgspec
 
-from visualhfsm.nao._connection import ask_processes, find_servant, listens, nobody, process_name, servants
+from visualhfsm.nao._connection import (
+    ask_processes,
+    find_servant,
+    listens,
+    loss,
+    nobody,
+    process_name,
+    servants,
+)
 from visualhfsm.nao._dynamic import target_of
 from visualhfsm.nao._output import console, count_text, duration_text, print_json, wrapped
 from visualhfsm.nao._values import Json
@@ -326,6 +334,11 @@ def check_network(settings: Settings) -> Iterator[Finding]:
             yield from _check_interfaces(found)
             yield from _check_answers(communicator, found, processes)
             yield _check_clock(communicator, found)
+            if lost := loss(communicator, found):
+                yield _fail(
+                    f"the robot is {lost}; no command reaches it, a stop neither",
+                    "look at it, its power, cable and network; its server takes commands once it finds it",
+                )
     except EndpointInUseException as error:
         yield _fail(str(error), "omit --listen and VISUALHFSM_LISTEN: only servers need a fixed port")
 

@@ -14,6 +14,7 @@ from visualhfsm.nao import NaoError
 from visualhfsm.nao._connection import (
     ask_processes,
     by_kind,
+    loss,
     nobody,
     operation_of,
     process_name,
@@ -47,6 +48,7 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
         own: dict[int, str] = {}
         for kind in by_kind(found):
             own |= dict.fromkeys(map(id, kind), _own_interface(communicator, kind[0]))
+        lost = "" if as_json else loss(communicator, everything)
     if as_json:
         print_json([_as_json(info, own[id(info)], processes[info.server]) for info in found])
         return
@@ -62,6 +64,8 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
         interface, duration = own[id(info)].removeprefix("::"), span_text(time.time() - info.since)
         table.add_row(*map(Text, (info.identity, interface, process, duration)))
     console().print(table)
+    if lost:
+        console().print(f"the robot is {lost}; no command reaches it", style="bold red", markup=False)
     if for_people():
         counted = f"{count_text(len(found), 'servant')} in realm {settings.realm}"
         console().print(f"{counted}, {count_text(len(processes), 'process', 'processes')}", style="dim")

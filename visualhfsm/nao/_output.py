@@ -7,6 +7,7 @@ import math
 import shutil
 import sys
 import textwrap
+import time
 from typing import Final
 
 import typer
@@ -15,12 +16,14 @@ from rich.highlighter import JSONHighlighter
 from rich.text import Text
 
 from visualhfsm.nao._values import Json
+from zenoh_ice.text import printable
 
 __all__ = [
     "console",
     "count_text",
     "duration_text",
     "for_people",
+    "lost_text",
     "pretty",
     "print_json",
     "print_value",
@@ -35,6 +38,9 @@ _MOST_ITEMS: Final = 32  # of a list that are shown to a person; a few more, if 
 _FEW: Final = 8
 _DIGITS: Final = 6  # significant ones, of a number that is shown to a person
 _LONGEST_TEXT: Final = 2000
+_LONGEST_REASON: Final = 300
+_DAY: Final = 86400.0  # s
+_LONGEST_LOSS: Final = 1e4 * _DAY
 _DURATIONS: Final = (("us", 1e6), ("ms", 1e3), ("s", 1))
 
 
@@ -137,6 +143,16 @@ def span_text(seconds: float) -> str:
         if seconds < limit:
             return f"{max(0, int(seconds // length))} {unit}"
     return f"{int(seconds // 86400)} days"
+
+
+def lost_text(why: str, seconds: float) -> str:
+    """Return since when a robot is lost, and why: `lost since 11:07:03 (12 s): the link broke`."""
+    why = printable(why, _LONGEST_REASON)
+    if not 0.0 <= seconds < _LONGEST_LOSS:  # it may come from another program
+        return f"lost: {why}"
+    since = time.localtime(time.time() - seconds)
+    form = "%H:%M:%S" if seconds < _DAY else "%Y-%m-%d %H:%M"
+    return f"lost since {time.strftime(form, since)} ({span_text(seconds)}): {why}"
 
 
 def duration_text(seconds: float) -> str:

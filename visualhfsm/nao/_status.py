@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from visualhfsm.nao._connection import ask_processes, find_servant, nobody, servants
-from visualhfsm.nao._output import console, count_text, print_json, span_text
+from visualhfsm.nao._output import console, count_text, lost_text, print_json, span_text
 from visualhfsm.nao._values import Json, to_json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize, typed
 from zenoh_ice.settings import Settings
@@ -81,6 +81,9 @@ def _battery(battery: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _safety(safety: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    if safety.get("lost"):
+        lost = _escaped(lost_text(safety["lost"], safety["lostFor"]))
+        yield "", f"[bold red]{lost}; no command reaches the robot[/bold red]"
     if safety["stopped"]:
         yield "safety", f"[bold red]emergency stop: {_escaped(safety['reason'])}[/bold red]"
     elif safety["holder"]:

@@ -19,8 +19,8 @@ from typing import Final
 import typer
 
 from visualhfsm.nao import NaoError
-from visualhfsm.nao._connection import wait_for_servant
-from visualhfsm.nao._output import print_json
+from visualhfsm.nao._connection import loss, wait_for_servant
+from visualhfsm.nao._output import lost_text, print_json
 from visualhfsm.nao._stopping import STOP_LIMITS, Realm, StopLimits, Stopping
 from visualhfsm.nao._values import Json
 from zenoh_ice import Communicator, ZenohIceError, initialize
@@ -31,6 +31,7 @@ from zenoh_ice.settings import Settings
 __all__ = ["hold", "reset", "stop", "stop_all"]
 
 _STOPPED: Final = "the robot refuses commands until `nao stop --reset`"
+_LATER: Final = "it is stopped once its server finds it"
 _NO_LINK: Final = "no link was made"
 _CHECK_PERIOD: Final = 0.1  # s between two checks of the link
 _STOP_PERIOD: Final = 0.2  # s until a stop that failed is sent again
@@ -44,7 +45,8 @@ def stop(
 ) -> None:
     """Stop the robot of a realm.
 
-    Raises NaoError when it has not confirmed within some seconds that it has stopped, or goes on moving.
+    Raises NaoError when it has not confirmed within some seconds that it has stopped, goes on moving, or is
+    out of its server's reach.
     """
     stopping = Stopping(settings, reason, limit=seconds, limits=limits)
     stopping.run(_report)
@@ -57,7 +59,7 @@ def stop(
         typer.echo(_outcome(realm))
     if not realm.stopped:
         raise NaoError(f"the robot was NOT stopped: {realm.trouble}")
-    if realm.moving:
+    if not realm.still:
         raise NaoError(_outcome(realm))
 
 
@@ -102,8 +104,10 @@ def _result(stopping: Stopping) -> Json:
             {
                 "realm": realm.name,
                 "stopped": realm.stopped,
-                "still": realm.stopped and not realm.moving,
+                "still": realm.still,
                 "fastestJoint": realm.speed,
+                "lost": realm.lost or "",
+                "lostFor": realm.lost_for,
                 "trouble": "" if realm.stopped else realm.trouble,
             }
             for realm in stopping.concerned
@@ -121,11 +125,14 @@ def _report(text: str) -> None:
 def _outcome(realm: Realm) -> str:
     if not realm.stopped:
         return f"NOT stopped: {realm.trouble or 'no answer'}"
+    if realm.lost:
+        return f"stopped, but the robot is {lost_text(realm.lost, realm.lost_for)}: look at it; {_LATER}"
     if realm.moving:
         return (
             f"stopped, but its joints still move, the fastest at {realm.speed:.1f} rad/s: look at the robot"
         )
-    return f"stopped: {_STOPPED}{'' if realm.speed is None else '; its joints are still'}"
+    known = realm.speed is not None and realm.lost is not None
+    return f"stopped: {_STOPPED}{'; its joints are still' if known else ''}"
 
 
 def _stop_by_a_call(settings: Settings, reason: str, stopping: Stopping) -> None:
@@ -224,7 +231,9 @@ class _StopButton:
             return
         took = time.monotonic() - self._pressed_at
         self._pressed_at = None
-        self._say(f"STOPPED after {took:.2f} s: {_STOPPED}")
+        lost = loss(self._communicator, self._communicator.servants())
+        what = f"but the robot is {lost}: look at it; {_LATER}" if lost else _STOPPED
+        self._say(f"STOPPED after {took:.2f} s{',' if lost else ':'} {what}")
 
     def _say(self, text: str) -> None:
         if text != self._said:

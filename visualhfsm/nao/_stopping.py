@@ -15,7 +15,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 
@@ -35,6 +35,8 @@ _MESSAGE_PERIOD: Final = 0.1  # s between messages that nobody serves, and betwe
 _LAST: Final = 0.1  # s for links that are still being made when the robots have stopped
 _LONGEST_TROUBLE: Final = 300  # characters
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +84,10 @@ class Realm:
     """Why it did not, last."""
     speed: float | None = None
     """The fastest joint in rad/s, last; None while the robot does not say."""
+    lost: str | None = None
+    """Why no command reaches the robot, last; empty while they do, None while it does not say."""
+    lost_for: float = 0.0
+    """Seconds for which that is so."""
     watched: bool = False
     """Whether nothing more is to be done: its joints are still, or unknown, or do not come to rest."""
 
@@ -108,13 +114,20 @@ class Realm:
         elif answers and self.stopped_at is None:
             self.stopped_at = time.monotonic()
 
-    def watch(self, speed: float | None, *, last: bool) -> None:
-        """Note the speed of its fastest joint after the stop; None if it did not say.
+    @property
+    def still(self) -> bool:
+        """Whether it has stopped and its joints are still, as far as it says and knows."""
+        return self.stopped and not self.moving and not self.lost
 
-        The joints are watched until they are still, or until this is the `last` look.
+    def watch(self, speed: float | None, safety: _SafetyAnswer | None, *, last: bool) -> None:
+        """Note the speed of its fastest joint after the stop, and its state; None for what it did not say.
+
+        It is watched until its joints are known to be still, or until this is the `last` look.
         """
         self.speed = self.speed if speed is None else speed
-        self.watched = last or not self.moving
+        if safety is not None:
+            self.lost, self.lost_for = safety.returnValue.lost, safety.returnValue.lostFor
+        self.watched = last or self.still
 
 
 class Stopping:
@@ -155,7 +168,7 @@ class Stopping:
     def succeeded(self) -> bool:
         """Whether every robot has stopped and, as far as it says, is still."""
         found, missed = self.concerned, self._every_realm and self.unreached
-        return bool(found) and not missed and all(each.stopped and not each.moving for each in found)
+        return bool(found) and not missed and all(each.still for each in found)
 
     def run(self, say: Callable[[str], object]) -> None:
         """Try until everything has stopped, or until the limit; `say` gets what is still missing.
@@ -204,6 +217,7 @@ class Stopping:
     def _missing(self) -> str:
         waiting = [realm for realm in self.concerned if not realm.stopped]
         moving = [f"{realm.name}: its joints move" for realm in self.concerned if realm.moving]
+        moving += [f"{realm.name}: no command reaches it" for realm in self.concerned if realm.lost]
         troubles = [f"{realm.name}: {realm.trouble}" for realm in waiting if realm.trouble]
         troubles += [route.trouble for route in self.unreached if route.trouble]
         silent = "no robot has answered" if len(self.unreached) < len(self.routes) else "no link was made yet"
@@ -281,14 +295,16 @@ class Stopping:
             for realm in pending:
                 realm.note(answers[stop_key(realm.name)])
             stopped = [realm for realm in pending if answers[stop_key(realm.name)] and realm.stopped]
-        keys = {realm.name: f"{realm.name}/Body/getJointState" for realm in stopped}
-        states = messenger.ask(dict.fromkeys(keys.values(), _NO_ARGUMENTS), self._limits.state)
+        joints = {realm.name: f"{realm.name}/Body/getJointState" for realm in stopped}
+        safeties = {realm.name: f"{realm.name}/{SAFETY}/getSafetyState" for realm in stopped}
+        questions = [*joints.values(), *safeties.values()]
+        states = messenger.ask(dict.fromkeys(questions, _NO_ARGUMENTS), self._limits.state)
         with self._changed:
             for realm in stopped:
-                state = states[keys[realm.name]]
+                moves, may = states[joints[realm.name]], states[safeties[realm.name]]
                 last = realm.stopped_for >= self._limits.standstill
-                if state or last:  # a busy robot may answer late
-                    realm.watch(_fastest(state), last=last)
+                if (moves and may) or last:  # a busy robot may answer late
+                    realm.watch(_fastest(moves), _result(may, _SafetyAnswer), last=last)
 
 
 def _routes(settings: Settings, limit: float) -> list[Route]:
@@ -312,13 +328,18 @@ def _routes(settings: Settings, limit: float) -> list[Route]:
 
 def _fastest(answers: list[Answer]) -> float | None:
     """Return the largest speed in a robot's answer; None where it is not as our releases give it."""
+    state = _result(answers, _JointState)
+    return None if state is None else max(map(abs, state.returnValue.velocities), default=None)
+
+
+def _result(answers: list[Answer], kind: type[T]) -> T | None:
+    """Return a robot's only answer; None where it is not as our releases give it."""
     if len(answers) != 1 or not answers[0][0]:
         return None
     try:
-        state = typed.from_msgpack(answers[0][1], _JointState).returnValue
+        return typed.from_msgpack(answers[0][1], kind)
     except (msgspec.DecodeError, ValueError, RecursionError):
         return None
-    return max((abs(speed) for speed in state.velocities), default=None)
 
 
 class _Velocities(msgspec.Struct):
@@ -327,3 +348,12 @@ class _Velocities(msgspec.Struct):
 
 class _JointState(msgspec.Struct):
     returnValue: _Velocities
+
+
+class _SafetyState(msgspec.Struct):
+    lost: str = ""
+    lostFor: float = 0.0
+
+
+class _SafetyAnswer(msgspec.Struct):
+    returnValue: _SafetyState

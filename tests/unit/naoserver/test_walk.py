@@ -56,10 +56,13 @@ class Rig:
         self.robot = make_robot(clock=self.clock)
         safety = JointSafety(body.joints, SafetyOptions(), body.tables, body.couplings, body.speed_rules)
         self.body = GuardedDevice(self.robot, safety, self.gate, self.due.append)
-        self.walker = SlowWalker(self.clock) if body is H25 else present(self.robot.walker)
+        self.walker = self.make_walker()
         self.walk = WalkGuard(self.walker, self.body, SafetyOptions())
         self.gate.on_stop(self.body.hold)
         self.gate.on_stop(self.walk.stop)
+
+    def make_walker(self):
+        return SlowWalker(self.clock)
 
     def reported(self):
         return [event.message for event in self.events.snapshot()[0]]
@@ -270,11 +273,19 @@ def test_once_closed_it_walks_no_more(rig):
     rig.walk.close()
 
 
+class SimulatedCart(Rig):
+    def __init__(self):
+        cart = find_body("Cart")
+        super().__init__(cart, partial(SimulatedRobot, body=cart))
+
+    def make_walker(self):
+        return present(self.robot.walker)
+
+
 @pytest.mark.sim
 def test_a_command_that_comes_while_the_robot_ends_the_walk_moves_nothing_unwatched():
     """The thread of the physics takes it at its next tick: only then has the watchdog looked."""
-    cart = find_body("Cart")
-    rig = Rig(cart, partial(SimulatedRobot, body=cart))
+    rig = SimulatedCart()
     rig.walk.drive({"forward": 0.3}, "anna")
     rig.clock.advance(0.2)
     assert rig.walker.walking

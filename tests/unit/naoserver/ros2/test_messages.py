@@ -145,6 +145,12 @@ def test_diagnostics_warn_of_what_is_hot_low_fallen_or_stopped(types):
     message = sent(types, "diagnostic_msgs/msg/DiagnosticArray", grave)
     assert [each.level for each in message.status] == [2, 2, 1, 2, 2]
     assert [each.message for each in message.status][:2] == ["fallen", "hands off"]
+    lost = messages.diagnostics(HEADER, health, SafetyState(lost="the cable is out"), warm(40.0), None)
+    message = sent(types, "diagnostic_msgs/msg/DiagnosticArray", lost)
+    assert [(each.level, each.message) for each in message.status[:2]] == [
+        (2, "lost: the cable is out"),
+        (0, "OK"),
+    ]
 
 
 # Transforms
