@@ -2,7 +2,8 @@
 
 A journal is a file of JSON lines: the document as it was opened, then every command. It is locked while its
 session lives, and the system releases the lock when the process dies, for whatever reason. A power failure
-may lose the last seconds.
+may lose the last seconds. A file that grows large is replaced by one that begins with the document as it was
+saved, and as it is now: a day of typing takes no more than that.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final
 
 import msgspec
 
@@ -31,7 +32,9 @@ _logger = logging.getLogger(__name__)
 _VERSION: Final = 1
 _SUFFIX: Final = ".journal"
 _UNREADABLE: Final = ".unreadable"
-_LARGEST_JOURNAL: Final = 256 << 20  # bytes
+LARGEST_JOURNAL: Final = 64 << 20
+"""Bytes beyond which a journal begins anew."""
+_BLOCK: Final = 1 << 16  # bytes
 
 
 class Header(msgspec.Struct, frozen=True, tag="open", tag_field="entry"):
@@ -92,9 +95,11 @@ def journal_directory() -> Path:
 class Journal:
     """The journal of one session; its file is created with the first entry."""
 
-    def __init__(self, directory: Path, header: Header) -> None:
+    def __init__(self, directory: Path, header: Header, largest: int = LARGEST_JOURNAL) -> None:
         self._directory = directory
         self._header = header
+        self._largest = largest
+        self._began_anew = False
         self._file: Path | None = None
         self._descriptor = -1
         self._has_gap = False
@@ -119,9 +124,10 @@ class Journal:
                 raise EditError(
                     what, Message("it was removed"), Message("it may have been recovered already")
                 )
-            with os.fdopen(os.dup(descriptor), "rb") as stream:
-                content = stream.read(_LARGEST_JOURNAL)
-            first, _, rest = content.partition(b"\n")
+            # A line that was cut off by the crash is removed, so that the next one does not continue it.
+            os.ftruncate(descriptor, _end_of_lines(descriptor))
+            with _reader(descriptor) as stream:
+                first = stream.readline()
             try:
                 header = _decode_header(first)
             except msgspec.MsgspecError as error:
@@ -132,16 +138,12 @@ class Journal:
                     Message("it is of version {version}", version=header.version),
                     Message("open it with a newer release"),
                 )
-            # A line that was cut off by the crash is removed, so that the next one does not continue it.
-            whole = rest.rpartition(b"\n")[0]
-            end = len(first) + 1 + (len(whole) + 1 if whole else 0)
-            os.ftruncate(descriptor, min(end, len(content)))
         except BaseException:
             os.close(descriptor)
             raise
         journal = cls(file.parent, header)
         journal._file, journal._descriptor = file, descriptor
-        return journal, journal._entries(whole, len(first) + 1)
+        return journal, journal._entries(len(first))
 
     @property
     def header(self) -> Header:
@@ -153,18 +155,23 @@ class Journal:
         """The file, or None before the first entry."""
         return self._file
 
-    def add(self, entry: Entry, whole: Callable[[], Entry]) -> None:
+    def add(self, entry: Entry, whole: Callable[[], Entry], saved: Header | None = None) -> None:
         """Write an entry; when that fails, such as on a full disk, it is logged and editing continues.
 
         Entries after a missing one could not be replayed: from then on `whole`, the change to the present
-        document, is written instead.
+        document, is written instead. A journal that has grown large begins anew, with `saved`, the document
+        as it was saved, if that is known.
         """
-        entries = [entry] if not self._has_gap else [whole(), *([entry] if isinstance(entry, Saved) else [])]
+        lacks = self._has_gap or (self._began_anew and isinstance(entry, Undone | Redone))
+        entries = [entry] if not lacks else [whole(), *([entry] if isinstance(entry, Saved) else [])]
         size = 0
         try:
             if self._descriptor < 0:
                 self._begin()
             size = os.fstat(self._descriptor).st_size
+            if size > self._largest and saved is not None:
+                self._begin_anew(saved, whole())
+                return
             _write(self._descriptor, b"".join(msgspec.json.encode(each) + b"\n" for each in entries))
         except OSError as error:
             _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
@@ -200,6 +207,27 @@ class Journal:
             os.close(self._descriptor)
         self._descriptor, self._file = -1, None
 
+    def _begin_anew(self, saved: Header, present: Entry) -> None:
+        """Replace the file by one with two entries; raises OSError, and then leaves it as it was."""
+        former = self._file, self._descriptor, self._header
+        self._header = saved
+        try:
+            self._begin()
+            try:
+                _write(self._descriptor, msgspec.json.encode(present) + b"\n")
+            except BaseException:
+                self.close()
+                raise
+        except BaseException:
+            self._file, self._descriptor, self._header = former
+            raise
+        file, descriptor, _ = former
+        if file is not None:
+            file.unlink(missing_ok=True)
+        os.close(descriptor)
+        self._began_anew, self._has_gap = True, False
+        self._largest = max(self._largest, 4 * os.fstat(self._descriptor).st_size)
+
     def _begin(self) -> None:
         self._directory.mkdir(parents=True, exist_ok=True, mode=0o700)
         file = self._directory / f"{secrets.token_hex(8)}{_SUFFIX}"
@@ -214,15 +242,17 @@ class Journal:
             raise
         self._file, self._descriptor = file, descriptor
 
-    def _entries(self, content: bytes, place: int) -> Iterator[tuple[Entry, int]]:
-        for line in content.split(b"\n") if content else ():
-            try:
-                entry = _decode_entry(line)
-            except msgspec.MsgspecError as error:
-                self.cut(place, error)
-                return
-            yield entry, place
-            place += len(line) + 1
+    def _entries(self, place: int) -> Iterator[tuple[Entry, int]]:
+        with _reader(self._descriptor) as stream:
+            stream.seek(place)
+            for line in stream:
+                try:
+                    entry = _decode_entry(line)
+                except msgspec.MsgspecError as error:
+                    self.cut(place, error)
+                    return
+                yield entry, place
+                place += len(line)
 
 
 def find_abandoned(directory: Path) -> list[Abandoned]:
@@ -237,7 +267,7 @@ def find_abandoned(directory: Path) -> list[Abandoned]:
             if not _lock(descriptor):
                 continue
             try:
-                header = _decode_header(stream.readline(_LARGEST_JOURNAL))
+                header = _decode_header(stream.readline())
             except msgspec.MsgspecError:
                 _logger.warning("%s contains no document", file)
                 continue
@@ -263,6 +293,24 @@ def _lock(descriptor: int) -> bool:
     except BlockingIOError:
         return False
     return True
+
+
+def _reader(descriptor: int) -> BinaryIO:
+    """Return a reader of an open file from its beginning; closing it leaves the file open."""
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    return os.fdopen(descriptor, "rb", closefd=False)
+
+
+def _end_of_lines(descriptor: int) -> int:
+    """Return where the last whole line of a file ends; the size of one without any, which holds a header."""
+    size = end = os.fstat(descriptor).st_size
+    while end:
+        begin = max(0, end - _BLOCK)
+        place = os.pread(descriptor, end - begin, begin).rfind(b"\n")
+        if place >= 0:
+            return begin + place + 1
+        end = begin
+    return size
 
 
 def _write(descriptor: int, content: bytes) -> None:

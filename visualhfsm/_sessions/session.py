@@ -234,6 +234,8 @@ class DocumentSession:
         self._journal = journal
         self._size_bound = size
         self._original: tuple[Document, bytes] | None = None
+        self._kept: Header | None = header
+        """What a journal begins with: the document as it was opened or saved last; None when it is nowhere."""
 
     @classmethod
     def open(
@@ -413,12 +415,14 @@ class DocumentSession:
                 Message("documents end with .xml"),
                 Message("choose such a name"),
             )
-        self._version = write_file(target, self._content())
+        content = self._content()
+        self._version = write_file(target, content)
         self._saved = self.document
         self.path = target
         self.name = target.stem
         self.dialect = NATIVE
         self._steps.seal()
+        self._kept = Header(str(target), self.name, content, self._version.digest)
         self._note(Saved(str(target), self._version.digest))
         return target
 
@@ -439,7 +443,7 @@ class DocumentSession:
                 Message("save it first"),
             )
         if choice is Choice.MINE and not self.path.exists():
-            self._version, self._saved = None, None
+            self._version, self._saved, self._kept = None, None, None
             self._journal.begin()
             return Resolution(None)
         content, version = read_file(self.path)
@@ -456,6 +460,7 @@ class DocumentSession:
         self.dialect = theirs.format
         self._saved = self.document if self.document == theirs else theirs
         self._keep_original(theirs, content)
+        self._kept = Header(str(self.path), self.name, content, version.digest)
         self._note(Saved(str(self.path), version.digest, content))
         return Resolution(change, conflicts)
 
@@ -522,7 +527,7 @@ class DocumentSession:
                 msgspec.Raw(msgspec.json.encode(ReplaceDocument(content=self.text(), name=str(name))))
             )
 
-        self._journal.add(entry, whole)
+        self._journal.add(entry, whole, self._kept)
 
     def _keep_original(self, document: Document, content: bytes) -> None:
         """Keep the bytes of the file: an unchanged document is written back byte for byte."""
@@ -569,6 +574,7 @@ class DocumentSession:
                         self._saved = self.document if self.document == theirs else theirs
                         if content is not None:
                             self._keep_original(theirs, content)
+                        self._kept = Header(path, self.name, content or self._content(), digest)
             except EditError as error:
                 self._journal.cut(place, error)
                 return

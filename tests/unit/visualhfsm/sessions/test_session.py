@@ -7,20 +7,23 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from codegen.hfsm import write_document
 from tests.support.editing import tree
 from visualhfsm._editing.commands import Command
+from visualhfsm._editing.commands.automata import SetAutomatonCode
 from visualhfsm._editing.commands.component import AddEntry, ChangeEntry
 from visualhfsm._editing.commands.items import MoveItems
 from visualhfsm._editing.commands.states import AddState, RenameState, SetStateCode
 from visualhfsm._editing.places import Place
-from visualhfsm._editing.serialization import MAX_SIZE
+from visualhfsm._editing.serialization import MAX_SIZE, parse_file, written
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import ChangedOutsideError, EditError, OldFormatError
-from visualhfsm._sessions.journal import find_abandoned
+from visualhfsm._sessions.files import read_file
+from visualhfsm._sessions.journal import Header, Journal, find_abandoned
 from visualhfsm._sessions.session import Choice, DocumentSession, Step
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
@@ -547,6 +550,79 @@ def test_a_journal_recovers_from_a_full_disk(path: Path, tmp_path: Path, monkeyp
     (file,) = (tmp_path / "journals").iterdir()
     recovered = DocumentSession.recover(file)
     assert recovered.document == expected
+    recovered.close(discard=True)
+
+
+@pytest.mark.parametrize("saves", ["nowhere", "at the beginning", "between", "at the end"])
+def test_a_journal_that_has_grown_large_begins_anew_and_loses_nothing(
+    path: Path, tmp_path: Path, saves: str
+) -> None:
+    journals = tmp_path / "journals"
+    content = path.read_bytes()
+    header = Header(str(path), path.stem, content, read_file(path)[1].digest)
+    session = DocumentSession(
+        parse_file(content, path), Journal(journals, header, largest=3000), read_file(path)[1], len(content)
+    )
+    largest = 0
+    for number in range(200):
+        session.do(SetAutomatonCode(automaton=1, part="functions", text=f"n = {number}\n" * 40))
+        session.do(rename(f"s{number}"))
+        if (saves == "at the beginning" and number == 0) or (saves == "between" and number % 7 == 3):
+            session.save()
+        if number % 5 == 0:
+            session.undo()
+        if number % 9 == 0:
+            session.undo()
+            session.redo()
+        (file,) = journals.iterdir()
+        largest = max(largest, file.stat().st_size)
+    if saves == "at the end":
+        session.save()
+    expected, dirty, saved = session.document, session.dirty, path.read_bytes()
+    session.abandon()
+    assert largest < 40_000, "without beginning anew it has some 130,000 bytes"
+    if not dirty:
+        assert list(journals.iterdir()) == []
+        return
+    (found,) = find_abandoned(journals)
+    assert (found.path, found.name) == (path, path.stem)
+    recovered = DocumentSession.recover(found.file)
+    assert recovered.document == expected
+    assert recovered.dirty
+    assert not recovered.is_changed_outside()
+    while recovered.undo_steps:
+        recovered.undo()
+    recovered.do(rename("end"))
+    last = recovered.document
+    recovered.abandon()
+    again = DocumentSession.recover(found.file)
+    assert again.document == last
+    assert path.read_bytes() == saved
+    again.save()
+    again.close()
+
+
+def test_a_journal_begins_anew_once_there_is_room_for_it(path: Path, tmp_path: Path, monkeypatch) -> None:
+    real, full = os.open, False
+
+    def open_(name: Any, flags: int, *rest: int, **options: Any) -> int:
+        if full and flags & os.O_CREAT:
+            raise OSError(28, "No space left on device")
+        return real(name, flags, *rest, **options)
+
+    header = Header(None, "untitled", written(tree()).encode(), "")
+    session = DocumentSession(tree(), Journal(tmp_path / "journals", header, largest=1), None, 1000)
+    session.do(rename("a"))
+    monkeypatch.setattr("visualhfsm._sessions.journal.os.open", open_)
+    full = True
+    session.do(rename("b", 2))
+    full = False
+    session.do(rename("c"))
+    session.undo()
+    session.abandon()
+    (found,) = find_abandoned(tmp_path / "journals")
+    recovered = DocumentSession.recover(found.file)
+    assert [each.name for each in recovered.document.automata[0].states[:2]] == ["a", "b"]
     recovered.close(discard=True)
 
 
