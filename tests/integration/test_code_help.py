@@ -72,7 +72,9 @@ class Typing:
 
     async def options(self, place: Place, text: str) -> list[dict[str, Any]]:
         code, line, column = _at_cursor(text)
-        found = await self.questions.ask("complete", self.version, place, code, line=line, column=column)
+        found = await self.questions.ask(
+            self, "complete", self.version, place, code, line=line, column=column
+        )
         return list(found["options"]) if found else []
 
     async def labels(self, place: Place, text: str) -> list[str]:
@@ -80,14 +82,16 @@ class Typing:
 
     async def signature(self, place: Place, text: str) -> Any:
         code, line, column = _at_cursor(text)
-        return await self.questions.ask("signature", self.version, place, code, line=line, column=column)
+        return await self.questions.ask(
+            self, "signature", self.version, place, code, line=line, column=column
+        )
 
     async def explanation(self, place: Place, text: str) -> Any:
         code, line, column = _at_cursor(text)
-        return await self.questions.ask("explain", self.version, place, code, line=line, column=column)
+        return await self.questions.ask(self, "explain", self.version, place, code, line=line, column=column)
 
     async def problems(self, place: Place, code: str) -> list[tuple[str, int, int]]:
-        found = await self.questions.ask("lint", self.version, place, code)
+        found = await self.questions.ask(self, "lint", self.version, place, code)
         return [(each.code, each.line, each.column) for each in found]
 
 
@@ -346,7 +350,7 @@ def test_a_question_that_is_out_of_date_ends_at_once(typing: Type) -> None:
     async def go(person: Typing) -> None:
         def ask() -> asyncio.Task[Any]:
             return asyncio.create_task(
-                person.questions.ask("lint", person.version, WALK, "steps += 1\n" * 2000)
+                person.questions.ask(person, "lint", person.version, WALK, "steps += 1\n" * 2000)
             )
 
         asked = [ask() for _ in range(8)]
@@ -357,6 +361,19 @@ def test_a_question_that_is_out_of_date_ends_at_once(typing: Type) -> None:
         newest = ask()
         assert await asked[0] == []
         assert await newest == []
+
+    typing(go)
+
+
+def test_each_of_several_windows_gets_an_answer_to_its_newest_question(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        async def ask(window: int, number: int) -> tuple[int, int, Any]:
+            code = "steps += 1\n" * 300
+            return window, number, await person.questions.ask(window, "lint", person.version, WALK, code)
+
+        asked = [ask(window, number) for number in range(3) for window in range(5)]
+        answered = [(window, number) for window, number, found in await asyncio.gather(*asked) if found == []]
+        assert answered == [(0, 0), *((window, 2) for window in range(5))]
 
     typing(go)
 

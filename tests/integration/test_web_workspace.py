@@ -127,6 +127,17 @@ def test_windows_see_each_others_changes(running: Editor, window: Window) -> Non
         assert names(window) == ["wait", "go"]
 
 
+def test_what_one_window_types_is_no_step_of_another(root: Path) -> None:
+    with editor(root, merge_within=FOREVER) as running, running.window() as window, running.window() as other:
+        window.ask("open", path="robot.xml")
+        for who, text in ((window, "a"), (window, "ab"), (other, "abc"), (other, "abcd"), (window, "abcde")):
+            command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": text}
+            who.ask("do", tab=1, command=command)
+        for left in ("abcd", "ab"):
+            window.ask("undo", tab=1)
+            assert window.documents[1]["automata"][0]["states"][0]["code"] == left
+
+
 def test_windows_share_tabs_and_clipboard(running: Editor, window: Window) -> None:
     with running.window() as other:
         with pytest.raises(Refused, match=r"no states were copied here: Ctrl\+V pastes"):

@@ -235,7 +235,7 @@ class DocumentSession:
         self._size_bound = size
         self._original: tuple[Document, bytes] | None = None
         self._kept: Header | None = header
-        """What a journal begins with: the document as it was opened or saved last; None when it is nowhere."""
+        """The document as it was opened or saved last, with which a journal begins; None if nowhere."""
 
     @classmethod
     def open(
@@ -322,20 +322,21 @@ class DocumentSession:
         """The document as it was read or saved last, or None when it never was."""
         return self._saved
 
-    def do(self, command: Command, base: str | None = None) -> Change:
+    def do(self, command: Command, base: str | None = None, by: Hashable = None) -> Change:
         """Apply a command. Raises EditError and leaves the document as it was when that is not possible.
 
         `base` is the text in which the command's text was typed; if given, changes of others to it are
-        merged.
+        merged. Typing is one step as long as nobody else than `by` changes anything.
         """
         before = self.document
         conflict = False
         if base is not None:
             command, conflict = _merged_with_others(command, base, before)
-        merged = self._steps.merges(command.merge_key, self.merge_within)
+        key = command.merge_key and (by, command.merge_key)
+        merged = self._steps.merges(key, self.merge_within)
         name = command.title(before)
         encoded = msgspec.json.encode(command)
-        self._take(command.apply(before), command, name, merge=merged, size=len(encoded))
+        self._take(command.apply(before), name, key, merge=merged, size=len(encoded))
         if self.document is not before:
             self._note(Done(msgspec.Raw(encoded), merged), name)
         return Change(name, self.revision, before, self.document, conflict)
@@ -502,13 +503,15 @@ class DocumentSession:
             why = Message("another program has deleted it")
             raise ChangedOutsideError(what, why, Message("write it again, or save it elsewhere"))
 
-    def _take(self, document: Document, command: Command, name: Message, *, merge: bool, size: int) -> None:
+    def _take(
+        self, document: Document, name: Message, key: Hashable | None, *, merge: bool, size: int
+    ) -> None:
         """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
         if document == self.document:  # cheap: what they share is identical
             return
         self._size_bound = _bound(document, self._size_bound, size)
         self.revision += 1
-        self._steps.add(name, document, self.revision, command.merge_key, merge=merge)
+        self._steps.add(name, document, self.revision, key, merge=merge)
 
     def _move(self, move: Callable[[], Message | None], entry: Entry, refusal: EditError) -> Change:
         before = self.document
@@ -561,7 +564,7 @@ class DocumentSession:
                         command = decode_command(bytes(raw))
                         name = command.title(self.document)
                         document = command.apply(self.document)
-                        self._take(document, command, name, merge=merged, size=len(bytes(raw)))
+                        self._take(document, name, None, merge=merged, size=len(bytes(raw)))
                     case Undone():
                         self._steps.undo()
                     case Redone():

@@ -1,8 +1,9 @@
-"""Questions of the windows about the code that is typed there: the newest of a kind goes first."""
+"""Questions of the windows about the code that is typed there: of each the newest counts, in turns."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,8 @@ from visualhfsm.project._version import Version
 class CodeQuestions:
     """Asks `help` in threads. Used on one event loop.
 
-    Of several questions of a kind that arrive while one is being answered, only the newest waits; the others
-    get None at once.
+    Of several questions of a kind that a window asks while one is being answered, only the newest waits; the
+    others get None at once. The windows take turns.
     """
 
     def __init__(self, help: CodeHelp) -> None:
@@ -26,11 +27,19 @@ class CodeQuestions:
         self._interfaces: asyncio.Task[Any] | None = None
 
     async def ask(
-        self, wanted: Wanted, version: Version, place: Place, code: str, *, line: int = 1, column: int = 0
+        self,
+        asker: Hashable,
+        wanted: Wanted,
+        version: Version,
+        place: Place,
+        code: str,
+        *,
+        line: int = 1,
+        column: int = 0,
     ) -> Any:  # noqa: ANN401
-        """Return the answer of `CodeHelp.ask`, None when a newer question has replaced this one."""
+        """Return the answer of `CodeHelp.ask`, None when a newer question of the asker has replaced it."""
         desk = self._desks[wanted]
-        if not await desk.enter():
+        if not await desk.enter(asker):
             return None
         try:
             return await asyncio.to_thread(
@@ -48,32 +57,36 @@ class CodeQuestions:
 
 
 class _Desk:
-    """A queue for questions of one kind, one at a time; a newer question replaces the one that waits."""
+    """A queue for questions of one kind, one at a time; a newer one replaces that of its asker that waits."""
 
     def __init__(self) -> None:
         self._busy = False
-        self._waiting: asyncio.Future[bool] | None = None
+        self._waiting: dict[Hashable, asyncio.Future[bool]] = {}
 
-    async def enter(self) -> bool:
+    async def enter(self, asker: Hashable) -> bool:
         """Wait for the turn; return False when a newer question took it, else `leave` must be called."""
-        if self._waiting is not None and not self._waiting.done():
-            self._waiting.set_result(False)
         if not self._busy:
             self._busy = True
             return True
         waiting: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
-        self._waiting = waiting
+        former, self._waiting[asker] = self._waiting.get(asker), waiting  # keeps its place
+        if former is not None and not former.done():
+            former.set_result(False)
         try:
             return await waiting
         except asyncio.CancelledError:
             if not waiting.cancelled() and waiting.result():  # the turn came in the same moment
                 self.leave()
             raise
+        finally:
+            if self._waiting.get(asker) is waiting:
+                del self._waiting[asker]
 
     def leave(self) -> None:
-        """Pass the turn to the question that waits, if any."""
-        waiting, self._waiting = self._waiting, None
-        if waiting is None or waiting.done():
-            self._busy = False
-        else:
-            waiting.set_result(True)
+        """Pass the turn to the question that has waited longest, if any."""
+        for asker, waiting in [*self._waiting.items()]:
+            del self._waiting[asker]
+            if not waiting.done():
+                waiting.set_result(True)
+                return
+        self._busy = False

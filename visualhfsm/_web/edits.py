@@ -24,7 +24,7 @@ async def do(workspace: Workspace, window: Window, request: p.Do) -> dict[str, A
     """Apply a command; names that it makes up are in the language of the page."""
     tab = workspace.tabs.editable(request.tab)
     command = in_language(request.command, window.language)
-    return _outcome(await tab.edit(OpenDocument.apply, command, request.base))
+    return _outcome(await tab.edit(OpenDocument.apply, command, request.base, window))
 
 
 async def undo(workspace: Workspace, _: Window, request: p.Undo) -> dict[str, Any]:

@@ -33,11 +33,11 @@ _MOST_LINES: Final = 200  # lines of the difference of a text
 _SAVED: Final = "saved"  # a document may be compared with this instead of a file
 
 
-async def code_help(workspace: Workspace, _: Window, request: p.CodeHelp) -> Any:  # noqa: ANN401
+async def code_help(workspace: Workspace, window: Window, request: p.CodeHelp) -> Any:  # noqa: ANN401
     """Answer a question about code that is being typed."""
     shown = workspace.tabs.get(request.tab).shown
     return await workspace.code_questions.ask(
-        request.wanted, shown, request.place, request.code, line=request.line, column=request.column
+        window, request.wanted, shown, request.place, request.code, line=request.line, column=request.column
     )
 
 

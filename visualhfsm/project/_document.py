@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -149,15 +149,18 @@ class OpenDocument:
                 if not self._depth:
                     self._settle()
 
-    def apply(self, commands: Command | Sequence[Command], base: str | None = None) -> Change:
+    def apply(
+        self, commands: Command | Sequence[Command], base: str | None = None, by: Hashable = None
+    ) -> Change:
         """Apply a command, or several: all of them or none. Each is a step that can be undone.
 
-        `base` is the text in which the command's text was typed: changes of others to it are kept.
+        `base` is the text in which the command's text was typed: changes of others to it are kept. What is
+        typed is one step as long as it is typed `by` the same one.
         """
         if isinstance(commands, Command):
             command = _validated(commands)
             with self.together():
-                return self._session.do(command, base)
+                return self._session.do(command, base, by)
         several = [_validated(each) for each in commands]
         if not several or base is not None:
             why = (
@@ -169,7 +172,7 @@ class OpenDocument:
         with self.together():
             before = self._session.document
             self._session.require_all(several)
-            changes = [self._session.do(command) for command in several]
+            changes = [self._session.do(command, by=by) for command in several]
             return replace(changes[-1], before=before)
 
     def undo(self) -> Change:

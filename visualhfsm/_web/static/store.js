@@ -58,7 +58,7 @@ const FOR_GOOD = new Map([
 ]);
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
-/** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/_web/workspace.py). */
+/** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/_web/limits.py). */
 const LARGEST = 4 * 2 ** 20;
 const MERGED = 200_000; // characters; longer texts are not merged, but replaced
 /** Requests that do not depend on unsent text. */
