@@ -221,12 +221,12 @@ class Robots:
     async def _start(
         self, kind: Literal["simulation", "real"], name: str, module: str, options: Sequence[str]
     ) -> None:
-        if self._presence.present and not self._server.is_running:
-            raise VisualHfsmError(
-                Message("there is already a robot that was not started here: end that one first")
-            )
-        await self._stop()
-        async with self._busy:
+        async with self._busy:  # until it is started: two windows may ask for different robots at once
+            if self._presence.present and not self._server.is_running:
+                raise VisualHfsmError(
+                    Message("there is already a robot that was not started here: end that one first")
+                )
+            await self._end_all()
             self._kind = kind
             self._name = name
             self._trouble = NO_MESSAGE
@@ -243,29 +243,37 @@ class Robots:
                 self._kind = ""
                 self._report()
                 raise
-        if kind == "simulation" and self._simulation.balls:
-            self._balls = asyncio.create_task(self._move_balls_when_ready())
+            if kind == "simulation" and self._simulation.balls:
+                self._balls = asyncio.create_task(self._move_balls_when_ready())
 
     async def _stop(self) -> None:
         """End the running processes; the robot then does not count as lost."""
+        async with self._busy:
+            await self._end_all()
+
+    async def _end_all(self) -> None:
+        """End them while nobody else starts or ends any."""
         if self._balls is not None:
             self._balls.cancel()
             await asyncio.wait({self._balls})
             self._balls = None
-        await self._move_balls(moving=False)
-        async with self._busy:
-            self._stopping = self._server.is_running
-            if self._stopping:
-                self._report()
-                simulated = self._kind == "simulation"
-                await self._server.stop(_SIMULATION_PATIENCE if simulated else _ROBOT_PATIENCE)
-                self._left_at, self._stopping = time.monotonic(), False
-            self._kind = ""
-            self._name = ""
-            self._trouble = NO_MESSAGE
-            self._was_present, self._lost_at = False, 0.0
-            self._presence = RobotPresence()
+        await self._end_movers()
+        self._report()
+        self._stopping = self._server.is_running
+        if self._stopping:
             self._report()
+            simulated = self._kind == "simulation"
+            await self._server.stop(_SIMULATION_PATIENCE if simulated else _ROBOT_PATIENCE)
+            self._left_at, self._stopping = time.monotonic(), False
+        self._kind = ""
+        self._name = ""
+        self._trouble = NO_MESSAGE
+        self._was_present, self._lost_at = False, 0.0
+        self._presence = RobotPresence()
+        self._report()
+
+    async def _end_movers(self) -> None:
+        await asyncio.gather(*(mover.stop(_SIMULATION_PATIENCE) for mover in self._movers.values()))
 
     async def _move_balls_when_ready(self) -> None:
         await self._ready.wait()
@@ -277,7 +285,7 @@ class Robots:
                 if moving and not mover.is_running:
                     await self._launch(mover, [sys.executable, "-P", "-m", "ballmover", color])
             if not moving:
-                await asyncio.gather(*(mover.stop(_SIMULATION_PATIENCE) for mover in self._movers.values()))
+                await self._end_movers()
             self._report()
 
     async def _launch(self, process: WatchedProcess, command: Sequence[str]) -> None:

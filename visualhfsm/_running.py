@@ -84,6 +84,9 @@ class RunningComponents:
         self._environment = settings.environment() if settings else {}
         self._sockets = sockets
         self._runs: dict[int, _Run] = {}
+        self._forgotten: set[int] = set()
+        """Closed tabs: a request that was on its way starts nothing for them any more."""
+        self._closed = False
 
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
@@ -133,7 +136,8 @@ class RunningComponents:
         await asyncio.gather(*(complete(run.stop()) for run in self._runs.values()))
 
     async def forget(self, tab: int) -> None:
-        """Stop the process of a tab that is closed, and delete its temporary files."""
+        """Stop the process of a tab that is closed for good, and delete its temporary files."""
+        self._forgotten.add(tab)
         run = self._runs.pop(tab, None)
         if run is not None:
             await complete(run.close())
@@ -154,10 +158,13 @@ class RunningComponents:
 
     async def close(self) -> None:
         """Stop everything that runs."""
+        self._closed = True
         runs, self._runs = list(self._runs.values()), {}
         await asyncio.gather(*(run.close(_CLOSE_LIMITS) for run in runs))
 
     def _run_of(self, tab: int) -> _Run:
+        if self._closed or tab in self._forgotten:
+            raise _closed()
         return self._runs.setdefault(
             tab,
             _Run(
@@ -168,6 +175,10 @@ class RunningComponents:
                 (self._limits.interruption, self._limits.termination),
             ),
         )
+
+
+def _closed() -> VisualHfsmError:
+    return VisualHfsmError(Message("the document was closed: nothing is started for it"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +216,7 @@ class _Run:
         """The file in which the component keeps what it executes."""
         self._busy = asyncio.Lock()
         self._stopping = False
+        self._closed = False
         self._stopped_by: Stopper | None = None
         self.component = ""
         """The name of the component that starts or runs; empty when there is none."""
@@ -223,6 +235,7 @@ class _Run:
         The component of a document that has a file is written beside it, unless one runs elsewhere.
         """
         async with self._busy:
+            self._require_open()
             return await self._generate(source, beside=True)
 
     async def start(
@@ -231,6 +244,7 @@ class _Run:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
         async with self._busy:
             await self._stop(self._patience)
+            self._require_open()
             self._directory.close()
             self.component = source.component
             self._stopping = False
@@ -238,6 +252,7 @@ class _Run:
             self._report("generating")
             try:
                 generated = await self._generate(source)
+                self._require_open()
                 self._report("starting")
                 runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
                 await self._launch([sys.executable, *runner, str(generated.component), *arguments])
@@ -263,12 +278,17 @@ class _Run:
             await self._stop(patience or self._patience)
 
     async def close(self, patience: Sequence[float] = ()) -> None:
-        """End the process, and delete its temporary files."""
+        """End the process, delete its temporary files, and start none any more."""
+        self._closed = True
         try:
             await self.stop(patience)
         finally:
             self._process.kill()
             self._directory.close()
+
+    def _require_open(self) -> None:
+        if self._closed:
+            raise _closed()
 
     async def _generate(self, source: Source, *, beside: bool = False) -> _Generated:
         self._generated = await asyncio.to_thread(self._directory.generate, source, beside=beside)

@@ -140,7 +140,9 @@ class WatchedProcess:
         return self._watch is not None and not self._watch.done()
 
     async def start(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
-        """Start a command. Raises OSError when no process can be started."""
+        """Start a command. Raises OSError when no process can be started, RuntimeError while one runs."""
+        if self.is_running:
+            raise RuntimeError("the former process still runs")
         child = ChildProcess(LineReports(self._report))
         await child.start(command, environment)
         self._child = child

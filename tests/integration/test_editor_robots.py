@@ -173,6 +173,22 @@ def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -
         opened(go, robot.realm, robot.endpoint)
 
 
+def test_of_different_robots_that_windows_ask_for_at_once_one_runs_and_ends() -> None:
+    async def go(page: Page) -> None:
+        async def ask(delay: float, speed: str) -> None:
+            await asyncio.sleep(delay)
+            await page.robots.simulate(Simulation(speed=speed))
+
+        for apart in (0.0, 0.01, 0.1):
+            await asyncio.gather(*(ask(number * apart, f"{number + 1}") for number in range(3)))
+            (simulation,) = children("naoserver_sim")
+            assert f"--speed={page.robots.state.simulation.speed}" in simulation.cmdline()
+        await page.robots.end()
+        assert not children("naoserver_sim")
+
+    opened(go)
+
+
 def test_a_real_robot_that_its_server_does_not_reach_is_lost_until_it_answers() -> None:
     with served(FakeRobot()) as robot:
 

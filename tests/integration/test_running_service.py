@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+import contextlib
+import random
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -15,9 +18,10 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.code.names import component_name
 from tests.support.documents import document, state, sub, transition
-from tests.support.limits import CALL_LIMIT
-from tests.support.processes import free_endpoint
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
+from tests.support.soak import repeated
 from visualhfsm._editing.commands.states import SetStateCode
 from visualhfsm._editing.places import Place
 from visualhfsm._errors import VisualHfsmError
@@ -147,6 +151,39 @@ def test_what_runs_aside_is_generated_again_there_and_closing_its_tab_leaves_nei
         assert not list(tmp_path.iterdir())
 
     asyncio.run(go())
+
+
+def test_nothing_runs_for_a_tab_that_is_closed_whatever_is_asked_meanwhile(tmp_path: Path) -> None:
+    walk = source(tmp_path / "walk.xml", text("pass"))
+
+    async def go(seed: int) -> None:
+        chance = random.Random(seed)
+        async with running(ReceivedPushes()) as service:
+
+            async def later(request: Callable[[], Awaitable[object]]) -> None:
+                for _ in range(chance.randrange(12)):
+                    await asyncio.sleep(chance.choice((0.0, 0.0, 0.02)))
+                with contextlib.suppress(VisualHfsmError):
+                    await request()
+
+            requests: list[Callable[[], Awaitable[object]]] = [
+                partial(service.run, walk, []),
+                partial(service.stop, 1),
+                partial(service.generate, walk),
+                partial(service.run, walk, []),
+                partial(service.forget, 1),
+                partial(service.run, walk, []),
+            ]
+            chance.shuffle(requests)
+            async with asyncio.timeout(RUN_LIMIT):
+                await asyncio.gather(*map(later, requests))
+                assert not children(str(tmp_path / "walk.py"))
+                with pytest.raises(VisualHfsmError, match="the document was closed"):
+                    await service.run(walk, [])
+        assert not children(str(tmp_path / "walk.py"))
+
+    for seed in range(repeated(12, soak=1000)):
+        asyncio.run(go(seed))
 
 
 @pytest.mark.parametrize(

@@ -164,8 +164,8 @@ class Monitoring:
     async def detach(self, component: str) -> None:
         """Stop following and recording it, or close a recording."""
         self._recordings.pop(component, None)
+        follower = self._followers.pop(component, None)  # at once: who follows from now on gets another one
         await self.end_record(component)
-        follower = self._followers.pop(component, None)
         if follower is not None:
             await asyncio.to_thread(follower.close)
 
