@@ -83,6 +83,14 @@ def replay_recording(
                 recording=str(recording),
             )
         )
+    if recorded.altered:
+        raise VisualHfsmError(
+            Message(
+                "{recording} is damaged: its {files} is not what was recorded",
+                recording=str(recording),
+                files=", ".join(recorded.altered),
+            )
+        )
     if not as_json:
         _announce(recorded, recording)
     with stop_on_signals() as stop, tempfile.TemporaryDirectory(prefix="visualhfsm-replay-") as folder:

@@ -20,6 +20,7 @@ from typing import IO, Final, NamedTuple, TypeVar
 import msgspec
 import zstandard
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
 from zenoh_ice import typed
@@ -45,7 +46,8 @@ _HEAD: Final = struct.Struct("<BQ")
 _MESSAGE_HEAD: Final = struct.Struct("<HIQQ")
 """Channel, sequence, and both times of a message; its data follow."""
 _BROKEN: Final = (
-    ValueError, EOFError, struct.error, KeyError, IndexError, OverflowError, MemoryError, zstandard.ZstdError
+    ValueError, EOFError, struct.error, KeyError, IndexError, OverflowError, MemoryError, zstandard.ZstdError,
+    McapError,
 )  # fmt: skip
 """Exceptions for a truncated file: the library's parsers do not expect the end within a record."""
 
@@ -101,7 +103,8 @@ class RecordingFile:
     """A recording on disk; its beginning has been read. Raises RecordingError.
 
     `metadata` are those of the component, `name` is its name and `start` when it started, in ns since the
-    epoch; `sources` are the files that made it, by names such as `document/follow_ball.xml`.
+    epoch; `sources` are the files that made it, by names such as `document/follow_ball.xml`, and `altered`
+    the names of those whose content is not what was written.
     """
 
     def __init__(self, path: Path, limits: ReadLimits = READ_LIMITS) -> None:
@@ -109,6 +112,7 @@ class RecordingFile:
         self._limits = limits
         self.metadata: dict[str, str] = {}
         self.sources: dict[str, bytes] = {}
+        self.altered: list[str] = []
         self.truncated = False
         """Whether the last iteration over the messages ended at a broken record instead of the end."""
         try:
@@ -173,7 +177,12 @@ class RecordingFile:
                 elif opcode == _ATTACHMENT:
                     left -= len(payload)
                     attachment = Attachment.read(_stream(payload))
-                    if left >= 0 and attachment.name.partition("/")[0] in SOURCES:
+                    if left < 0 or attachment.name.partition("/")[0] not in SOURCES:
+                        continue
+                    crc = int.from_bytes(payload[-4:], "little")  # 0: it was written without one
+                    if crc and crc != zlib.crc32(payload[:-4]):
+                        self.altered.append(attachment.name)
+                    else:
                         self.sources[attachment.name] = attachment.data
                 elif opcode in (_CHUNK, _MESSAGE):
                     return

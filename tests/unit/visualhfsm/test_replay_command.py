@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from hfsm_runtime.recording_file.outcome import Divergence, Outcome, Side, Step
+from hfsm_runtime.recording_file.reader import RecordingFile
 from hfsm_runtime.recording_file.writer import RecordingWriter
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._replay import replay
@@ -48,3 +49,15 @@ def test_what_was_recorded_to_be_looked_at_is_not_replayed(tmp_path: Path) -> No
     RecordingWriter.watching(path, "walker", "<VisualHFSM/>").close()
     with pytest.raises(VisualHfsmError, match=r"run\.mcap was recorded to be looked at"):
         replay(path)
+
+
+@pytest.mark.parametrize("kind", ["component", "document", "extension"])
+def test_a_recording_whose_code_was_altered_is_damaged(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "run.mcap"
+    name = f"{kind}/walker.py"
+    RecordingWriter(path, {"name": "walker", "start": "1000"}, {name: "seconds=0.09"}, 1000).close()
+    assert RecordingFile(path).sources == {name: b"seconds=0.09"}
+    path.write_bytes(path.read_bytes().replace(b"seconds=0.09", b"seconds=0.08"))
+    with pytest.raises(VisualHfsmError, match=rf"run\.mcap is damaged: its {name} is not what was recorded"):
+        replay(path)
+    assert RecordingFile(path).sources == {}

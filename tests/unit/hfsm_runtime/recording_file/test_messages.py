@@ -8,7 +8,9 @@ import math
 import os
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -248,6 +250,29 @@ def test_a_file_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path: Path, kept:
     assert recorded.truncated
     times = [record.time for record in recorded]
     assert times == list(range(len(times)))
+
+
+@given(place=st.integers(0, 10_000), byte=st.integers(0, 255))
+@settings(max_examples=examples(300))
+def test_a_byte_that_was_altered_is_no_error_of_ours(recorded_bytes: bytes, place: int, byte: int) -> None:
+    data = bytearray(recorded_bytes)
+    data[place % len(data)] = byte
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "run.mcap")
+        path.write_bytes(data)
+        with suppress(RecordingError):
+            for _ in RecordingFile(path).messages():
+                pass
+
+
+@pytest.fixture(scope="module")
+def recorded_bytes(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("altered") / "run.mcap"
+    writer = RecordingWriter(path, STATE, {"component/a.py": "pass"}, 1000)
+    for number in range(20):
+        writer.put(Entry("/readings", 1000 + number, Reading("x" * 20, "now", number)))
+    writer.close()
+    return path.read_bytes()
 
 
 def test_messages_that_unpack_to_more_than_memory_has_are_refused(tmp_path: Path) -> None:
