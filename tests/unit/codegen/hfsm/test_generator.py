@@ -438,6 +438,25 @@ def test_a_missing_library_says_how_to_install_it(tmp_path: Path) -> None:
     assert re.fullmatch(rf"behavior.py: error: {missing}.*\n", program.stderr)
 
 
+@pytest.mark.parametrize(
+    ("library", "advice"),
+    [
+        ("skimage", "try `pip install scikit-image`"),
+        ("Ice", "the interfaces that a document declares replace it: delete the library"),
+        ("rospy", "it comes with ROS, not by pip"),
+    ],
+)
+def test_no_other_project_is_installed_in_place_of_a_missing_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, advice: str
+) -> None:
+    monkeypatch.setitem(sys.modules, library, None)  # it cannot be imported, even if it is installed here
+    file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), libraries=(library,)))
+    with pytest.raises(ComponentError) as raised:
+        load_module("behavior", file)
+    assert f"the library {library} is not installed: {advice}" in str(raised.value)
+    assert ("pip install" in str(raised.value)) == ("pip install" in advice)
+
+
 def test_a_library_that_cannot_be_imported_is_reported_with_its_document(tmp_path: Path) -> None:
     text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("from math import no_such_name",))
     with pytest.raises(ComponentError, match=r"behavior.xml:9: a library cannot be imported: .*no_such_name"):
