@@ -21,7 +21,7 @@ from ...reasons import known_text
 from ..analysis import AutomatonCode, Piece
 from ..code._scopes import INSPECTING
 from ..code.names import RESERVED
-from ..code.text import all_nodes, own_nodes, parse_python
+from ..code.text import all_nodes, own_nodes, parse_python, place_of_bound
 from ..codes import Code
 from .report import Report
 from .scope import Above
@@ -135,7 +135,8 @@ def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Repor
     for piece in pieces:
         for name in sorted(piece.bound.intersection(reserved) - {"self"}):  # code cannot assign it at all
             message = Message("`{name}` is a reserved name: choose another", name=name)
-            report.error(Code.RESERVED_NAME, message, Location(piece.path, piece.code.line))
+            line, column = piece.code.place(*place_of_bound(name, piece.tree, piece.code, piece.header))
+            report.error(Code.RESERVED_NAME, message, Location(piece.path, line, column, len(name)))
     shared = code.automaton.declared.union(*(piece.bound for piece in code.by_owner.values()))
     for node in () if code.variables is None else own_nodes(code.variables.tree):
         for name in node.names if isinstance(node, ast.Global) else ():

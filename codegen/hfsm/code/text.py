@@ -369,7 +369,8 @@ def refuse_code(tree: ast.Module, code: CodeText, header: int = 0, *, is_variabl
     source, first = as_function(tree, code, header)
     compile_source(source, code, first, columns=2 * len(INDENT))
     if "self" in bound_names(tree):
-        raise code.error(Message("`self` is the component and cannot be assigned"))
+        place = place_of_bound("self", tree, code, header)
+        raise code.error(Message("`self` is the component and cannot be assigned"), *place)
     for node in own_nodes(tree) if not is_variables else ():
         match node:
             case ast.AnnAssign(target=ast.Name(id=name)):
@@ -413,11 +414,30 @@ def definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctio
 def bound_names(tree: ast.AST) -> frozenset[str]:
     """Return the names that code binds in its own scope: assigns, deletes, defines, imports or captures."""
     nodes = own_nodes(tree)
-    comprehensions = (node for node in nodes if isinstance(node, ast.comprehension))
-    inside = {target for each in comprehensions for target in ast.walk(each.target)}
-    names = {name for node in nodes if node not in inside for name in binds(node)}
+    names = {name for node in _binding(nodes) for name in binds(node)}
     declared = (node.names for node in nodes if isinstance(node, ast.Global))
     return frozenset(names.difference(*declared))
+
+
+def place_of_bound(name: str, tree: ast.AST, code: CodeText, header: int = 0) -> tuple[int, int]:
+    """Return the line and the column of `code`, both from 1, where it first binds a name in its own scope."""
+    places = [
+        (node.lineno - header, node.col_offset)  # type: ignore[attr-defined]  # what binds has a place
+        for node in _binding(own_nodes(tree))
+        if name in binds(node)
+    ]
+    line, offset = min(places)
+    column = code.column(line, offset)
+    text = code.lines[min(max(1, line), len(code.lines)) - 1]
+    found = re.compile(rf"\b{re.escape(name)}\b").search(text, column - 1)  # behind `def`, `as` or `import`
+    return line, found.start() + 1 if found else column
+
+
+def _binding(nodes: Sequence[ast.AST]) -> Iterator[ast.AST]:
+    """Return the nodes that may bind names of the scope: not the targets of comprehensions."""
+    comprehensions = (node for node in nodes if isinstance(node, ast.comprehension))
+    inside = {target for each in comprehensions for target in ast.walk(each.target)}
+    return (node for node in nodes if node not in inside)
 
 
 def binds(node: ast.AST) -> Iterator[str]:

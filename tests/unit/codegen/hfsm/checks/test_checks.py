@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,34 @@ def test_a_complete_document_has_no_problem(path: Path) -> None:
 def test_code_of_a_state_that_cannot_run(path: Path, code: str, expected: str) -> None:
     text = document(sub(1, 0, state(1, "a", code, initial=True)))
     assert expected in one(errors(path, text))
+
+
+@pytest.mark.parametrize("name", ["State", "self"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "? = 5",
+        "x = y, (? ) = 1, 2",
+        "é = 'ü'; [?, z] = 1, 2",
+        "import math as ?",
+        "from math import sin, cos as ?",
+        "for ? in (1, 2): pass",
+        "for i, ? in enumerate('a'): pass",
+        "def ?(): pass",
+        "class ?: pass",
+        "with open('/dev/null') as ?: pass",
+        "(? := 3)",
+        "del ?",
+        "? += 1",
+    ],
+)
+def test_a_name_that_must_not_be_assigned_is_marked_where_it_stands(path: Path, name: str, line: str) -> None:
+    code = f"x = [self for self in 'ab']\n\nif x:\n    {line.replace('?', name)}\n"
+    text = document(sub(1, 0, state(1, "a", code, initial=True)))
+    row, column = map(int, one(errors(path, text)).split(":")[:2])
+    written = text.split("\n")[row - 1]
+    assert written.strip() == line.replace("?", name)
+    assert re.match(rf"{name}\b", written[column - 1 :])
 
 
 @pytest.mark.parametrize(
