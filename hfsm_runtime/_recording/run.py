@@ -58,7 +58,8 @@ _PACKAGES: Final = ("visualhfsm", "eclipse-zenoh", "msgspec", "mcap")
 def recording(component: Component, path: Path, *, with_images: bool = False) -> Iterator[Recorder]:
     """Record a component that is connected and has not run yet, during a `with` block.
 
-    Give the recorder to a `RecordedRuntime`. Raises ComponentError when the file cannot be written.
+    Give the recorder to a `RecordedRuntime`. Raises ComponentError when the file cannot be written, also at
+    the end when it could not be written to its end.
     """
     start = time.time_ns()
     proxies = [vars(component).get(name) for name in proxies_of(component)]
@@ -100,6 +101,8 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     finally:
         logging.getLogger().removeHandler(log)
         writer.close()
+    if writer.trouble:
+        raise ComponentError(writer.trouble)
 
 
 def _warn_of_images(attribute: str) -> None:

@@ -77,6 +77,8 @@ class RecordingWriter:
         self._latest = start
         self.dropped = 0
         """Number of messages lost so far."""
+        self.trouble = ""
+        """Why the file is incomplete, as a sentence; empty while it is not."""
         self._stopping = threading.Event()
         self._lock = threading.Lock()
         self._channels: dict[tuple[str, type[Message]], int] = {}
@@ -142,7 +144,8 @@ class RecordingWriter:
         self._stopping.set()
         self._thread.join(_CLOSE_LIMIT)
         if self._thread.is_alive():
-            _logger.error("the recording %s does not end: the disk is too slow", self._path)
+            self.trouble = f"the recording {self._path} does not end: the disk is too slow"
+            _logger.error("%s", self.trouble)
         elif self.dropped:
             _logger.warning("the recording %s has gaps: %d messages came too fast", self._path, self.dropped)
 
@@ -167,9 +170,11 @@ class RecordingWriter:
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._file.close()
         except OSError as error:
-            _logger.error("the recording %s is incomplete: %s", self._path, error.strerror)
+            self.trouble = f"the recording {self._path} is incomplete: {error.strerror}"
+            _logger.error("%s", self.trouble)
         except Exception:
-            _logger.exception("the recording %s is incomplete", self._path)
+            self.trouble = f"the recording {self._path} is incomplete"
+            _logger.exception("%s", self.trouble)
         finally:
             with suppress(OSError):
                 self._file.close()

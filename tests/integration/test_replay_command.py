@@ -39,6 +39,7 @@ HEAD = (
     "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
     "<interface>PoseHead</interface></iceinterface>"
 )
+RUN = "sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"
 TURN = "pose = self.head.setSpeed(0.4, 0.0)\nlooks += 1\nself.mark('Camera', looks, 7, 'look')"
 TURNING = document(
     sub(
@@ -115,6 +116,24 @@ def test_its_document_replays_identically_without_the_code_in_the_recording(reco
     assert done.returncode == 0, done.stderr
     assert "cycles, identical" in done.stdout
     assert done.stderr == ""
+
+
+def test_a_run_whose_recording_a_full_disk_cut_short_fails(tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    file = compile_to(tmp_path, TURNING, "turner")
+    path = tmp_path / "run.mcap"
+    limited = (
+        f"import resource, runpy, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (16_384, 16_384)); {RUN}"
+    )
+    command = [sys.executable, "-c", limited, str(file), "--connect", endpoint, "--record", str(path)]
+    with (
+        served(FakeRobot(), realm="nao", endpoint=endpoint),
+        ComponentProcess([*command, "--seconds", str(SECONDS)], {"PYTHONPATH": str(REPOSITORY)}) as component,
+    ):
+        assert component.wait(RUN_LIMIT) == 1, component.output
+    assert f"error: the recording {path} is incomplete: File too large" in component.output
+    done = replay(path)
+    assert "the recording was cut off: it is replayed as far as it goes" in done.stdout
 
 
 def test_an_edited_document_is_reported_with_the_first_difference_and_both_timelines(
