@@ -340,6 +340,12 @@ class _Reader:
             self._error(Code.INCLUDE_NOT_FOUND, Message("`{name}` is not found", name=name), token, *notes)
             self.result.complete = False
             return
+        if path.resolve().suffix not in EXTENSIONS:  # its lines would be in our messages, whatever it is
+            known = " or ".join(EXTENSIONS)
+            message = Message("`{name}` is not included: it must end in {known}", name=name, known=known)
+            self._error(Code.UNREADABLE_FILE, message, token)
+            self.result.complete = False
+            return
         source = self._preprocessor.load(path, token.location)
         if source is None or source in self._once:
             return

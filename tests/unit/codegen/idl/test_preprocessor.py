@@ -89,6 +89,19 @@ def test_a_missing_file_of_ice_comes_with_where_to_get_it(tmp_path: Path) -> Non
     assert "`pip install zeroc-ice` installs the directory `slice`" in of_ice.render()
 
 
+@pytest.mark.parametrize("name", ["../secret", "{}/secret", "link.idl", "secret.idl/../../secret"])
+def test_no_line_of_another_file_is_shown(tmp_path: Path, name: str) -> None:
+    (tmp_path / "secret").write_text("root:*:20228\n")
+    folder = tmp_path / "idl"
+    folder.mkdir()
+    (folder / "link.idl").symlink_to("../secret")
+    (folder / "secret.idl").mkdir()
+    _, found = preprocess(folder, f'#include "{name.format(tmp_path)}"')
+    assert "error[E001]: `" in found.render()
+    assert "is not included: it must end in .idl or .ice" in found.render()
+    assert "root:" not in found.render()
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
