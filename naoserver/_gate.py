@@ -147,7 +147,7 @@ class Gate:
     def acquire(self, client: str, holder: str, seconds: float) -> None:
         """Hold the robot for a client, called `holder`, or renew its lease.
 
-        Raises InvalidCommand, and CommandRefused while another client holds it.
+        Raises InvalidCommand, and CommandRefused while another client holds it, and of a caller without name.
         """
         if not 0.0 < seconds <= LONGEST_LEASE:
             message = f"seconds is {seconds:g}: a lease lasts more than 0 s and at most {LONGEST_LEASE:g} s"
@@ -155,6 +155,8 @@ class Gate:
         if not holder.isprintable() or not holder.strip() or len(holder) > _LONGEST_HOLDER:
             message = f"holder must be a name of 1 to {_LONGEST_HOLDER} printable characters"
             raise InvalidCommand("holder", message)
+        if not client:  # nobody would notice its end, and all that say as little would hold it together
+            raise CommandRefused("a lease is for a client that keeps a link: this call names none")
         with self._lock:
             if taken := self._other_holder(client):
                 raise CommandRefused(f"the robot is held by {taken}; wait until it is given back", taken)

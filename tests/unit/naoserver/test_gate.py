@@ -63,6 +63,13 @@ def test_an_emergency_stop_latches_until_it_is_reset_and_says_why(rig):
     assert rig.messages()[-1] == "the emergency stop was reset"
 
 
+def test_a_caller_without_a_name_holds_no_lease(rig):
+    with pytest.raises(CommandRefused, match="this call names none"):
+        rig.gate.acquire("", "nobody", 60.0)
+    assert rig.state().holder == ""
+    assert rig.lets_through("a")
+
+
 def test_a_refusal_says_what_to_do(rig):
     rig.gate.acquire("a", "Ann", 5.0)
     assert rig.refusal("b") == "the robot is held by Ann; wait until the lease is given back"
