@@ -59,12 +59,12 @@ class Reloading:
             if run.tree.root.entered is None or run.ended.is_set():
                 raise ReloadRefusedError("the component does not run")
             former = type(run.component)
-            loaded = _load_again(former, Path(source_of(run.component)))
-            try:
-                report = self._exchange(self._make(loaded))
-            except ReloadRefusedError:
-                _forget(loaded)
-                raise
+            with _loaded_again(former, Path(source_of(run.component))) as loaded:
+                try:
+                    report = self._exchange(self._make(loaded))
+                except ReloadRefusedError:
+                    _forget(loaded)
+                    raise
             _forget(former)
             return report
 
@@ -271,8 +271,12 @@ _numbers = count(1)
 _MARK: Final = "_reloaded_"
 
 
-def _load_again(former: type[Component], path: Path) -> type[Component]:
-    """Return the class that a component's file defines now, in a new module; raises ReloadRefusedError."""
+@contextmanager
+def _loaded_again(former: type[Component], path: Path) -> Iterator[type[Component]]:
+    """Give the class that a component's file defines now, in a new module; raises ReloadRefusedError.
+
+    When the block fails, the module of its extension is the former one again.
+    """
     if not path.is_file():
         raise ReloadRefusedError(f"the component was not loaded from a file that is there: {path}")
     before = sys.modules.get(former.__module__)
@@ -282,11 +286,23 @@ def _load_again(former: type[Component], path: Path) -> type[Component]:
     extension = f"{above}{path.stem}_ext"
     former_extension = sys.modules.pop(extension, None)  # so that the component imports it again
     try:
-        name = f"{above}{path.stem}{_MARK}{next(_numbers)}"
-        module = load_module(name, path, package, own_builtins=own)
-    except (Exception, SystemExit) as error:
+        yield _defined_in(
+            path, f"{above}{path.stem}{_MARK}{next(_numbers)}", package, former, own_builtins=own
+        )
+    except BaseException:
+        sys.modules.pop(extension, None)
         if former_extension is not None:
             sys.modules[extension] = former_extension
+        raise
+
+
+def _defined_in(
+    path: Path, name: str, package: str, former: type[Component], *, own_builtins: bool
+) -> type[Component]:
+    """Return the class that takes the place of the former one, from a file loaded as a module `name`."""
+    try:
+        module = load_module(name, path, package, own_builtins=own_builtins)
+    except (Exception, SystemExit) as error:
         raise ReloadRefusedError(_explain(error, str(path))) from error
     finally:
         linecache.checkcache(str(path))

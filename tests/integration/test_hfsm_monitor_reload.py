@@ -379,6 +379,27 @@ def test_hand_written_code_beside_it_is_loaded_again(pair: Pair, version: Versio
         first_snapshot(proxy, lambda snapshot: count(snapshot) > 100000)
 
 
+@pytest.mark.parametrize("where", ["raise ValueError('bad')", "pass"], ids=["on making", "on loading"])
+def test_a_reload_that_is_refused_leaves_the_hand_written_code_as_it_was(
+    pair: Pair, version: Version, where: str
+) -> None:
+    extension = version.directory / "walker_ext.py"
+    text = "BONUS = {}\nclass WalkerExtension:\n    def __init__(self):\n        super().__init__()\n        {}\n"
+    extension.write_text(text.format(1, "pass"))
+    asks = "import walker_ext\ncount += walker_ext.BONUS"
+    version.write(walker(step=1).replace("count += 1<", f"{asks}<"))
+    with running(pair, version) as (_, proxy):
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > 3)
+        extension.write_text(
+            text.format(100_000, where) + ("raise ValueError('bad')\n" if where == "pass" else "")
+        )
+        with pytest.raises(ReloadRefused, match="bad"):
+            proxy.reload()
+        before = count(proxy.getSnapshot())
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > before + 3)
+        assert count(proxy.getSnapshot()) < 100_000
+
+
 def test_two_reloads_at_once_are_one_reload_and_one_refusal(pair: Pair, version: Version) -> None:
     gate = version.directory / "gate"
     gate.touch()
