@@ -33,7 +33,7 @@ _VERSION: Final = 1
 _SUFFIX: Final = ".journal"
 _UNREADABLE: Final = ".unreadable"
 LARGEST_JOURNAL: Final = 64 << 20
-"""Bytes beyond which a journal begins anew."""
+"""Bytes beyond which a journal restarts."""
 _BLOCK: Final = 1 << 16  # bytes
 
 
@@ -99,7 +99,7 @@ class Journal:
         self._directory = directory
         self._header = header
         self._largest = largest
-        self._began_anew = False
+        self._restarted = False
         self._file: Path | None = None
         self._descriptor = -1
         self._has_gap = False
@@ -159,10 +159,10 @@ class Journal:
         """Write an entry; when that fails, such as on a full disk, it is logged and editing continues.
 
         Entries after a missing one could not be replayed: from then on `whole`, the change to the present
-        document, is written instead. A journal that has grown large begins anew, with `saved`, the document
+        document, is written instead. A journal that has grown large restarts with `saved`, the document
         as it was saved, if that is known.
         """
-        lacks = self._has_gap or (self._began_anew and isinstance(entry, Undone | Redone))
+        lacks = self._has_gap or (self._restarted and isinstance(entry, Undone | Redone))
         entries = [entry] if not lacks else [whole(), *([entry] if isinstance(entry, Saved) else [])]
         size = 0
         try:
@@ -170,7 +170,7 @@ class Journal:
                 self._begin()
             size = os.fstat(self._descriptor).st_size
             if size > self._largest and saved is not None:
-                self._begin_anew(saved, whole())
+                self._restart(saved, whole())
                 return
             _write(self._descriptor, b"".join(msgspec.json.encode(each) + b"\n" for each in entries))
         except OSError as error:
@@ -207,7 +207,7 @@ class Journal:
             os.close(self._descriptor)
         self._descriptor, self._file = -1, None
 
-    def _begin_anew(self, saved: Header, present: Entry) -> None:
+    def _restart(self, saved: Header, present: Entry) -> None:
         """Replace the file by one with two entries; raises OSError, and then leaves it as it was."""
         former = self._file, self._descriptor, self._header
         self._header = saved
@@ -225,7 +225,7 @@ class Journal:
         if file is not None:
             file.unlink(missing_ok=True)
         os.close(descriptor)
-        self._began_anew, self._has_gap = True, False
+        self._restarted, self._has_gap = True, False
         self._largest = max(self._largest, 4 * os.fstat(self._descriptor).st_size)
 
     def _begin(self) -> None:

@@ -1,4 +1,4 @@
-"""Questions of the windows about the code that is typed there: of each the newest counts, in turns."""
+"""Questions of the windows about the code that is typed there: of each window only the newest is kept."""
 
 from __future__ import annotations
 
