@@ -31,6 +31,7 @@ _REFUSED: Final = (
     Message("the robot is stopped: {reason}; reset the emergency stop first", reason=_A),
     Message("the robot is held by {holder}; wait until the lease is given back", holder=_A),
     Message("the robot is held by {holder}; wait until it is given back", holder=_A),
+    Message("a lease is for a client that keeps a link: this call names none"),
     Message("the robot is not connected"),
     Message("the robot is not connected: it says nothing"),
     Message("the robot is not connected: it plays nothing"),
