@@ -124,8 +124,6 @@ class Journal:
                 raise EditError(
                     what, Message("it was removed"), Message("it may have been recovered already")
                 )
-            # A line that was cut off by the crash is removed, so that the next one does not continue it.
-            os.ftruncate(descriptor, _end_of_lines(descriptor))
             with _reader(descriptor) as stream:
                 first = stream.readline()
             try:
@@ -138,6 +136,8 @@ class Journal:
                     Message("it is of version {version}", version=header.version),
                     Message("open it with a newer release"),
                 )
+            # A line that was cut off by the crash is removed, so that the next one does not continue it.
+            os.ftruncate(descriptor, _end_of_lines(descriptor))
         except BaseException:
             os.close(descriptor)
             raise

@@ -653,11 +653,11 @@ def test_the_only_copy_of_a_file_that_was_removed_is_recovered(session: Document
 
 def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
     file = tmp_path / "x.journal"
-    file.write_bytes(b"{}\n")
+    file.write_bytes(b"{}\nand more")
     assert find_abandoned(tmp_path) == []
     with pytest.raises(EditError, match="it contains no document"):
         DocumentSession.recover(file)
-    assert file.exists()
+    assert file.read_bytes() == b"{}\nand more"
 
 
 def test_an_undone_session_is_not_kept(path: Path, tmp_path: Path) -> None:
