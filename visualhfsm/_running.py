@@ -164,7 +164,7 @@ class RunningComponents:
 
     def _run_of(self, tab: int) -> _Run:
         if self._closed or tab in self._forgotten:
-            raise _closed()
+            raise VisualHfsmError(Message("the document was closed: nothing is started for it"))
         return self._runs.setdefault(
             tab,
             _Run(
@@ -175,10 +175,6 @@ class RunningComponents:
                 (self._limits.interruption, self._limits.termination),
             ),
         )
-
-
-def _closed() -> VisualHfsmError:
-    return VisualHfsmError(Message("the document was closed: nothing is started for it"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +212,6 @@ class _Run:
         """The file in which the component keeps what it executes."""
         self._busy = asyncio.Lock()
         self._stopping = False
-        self._closed = False
         self._stopped_by: Stopper | None = None
         self.component = ""
         """The name of the component that starts or runs; empty when there is none."""
@@ -235,7 +230,6 @@ class _Run:
         The component of a document that has a file is written beside it, unless one runs elsewhere.
         """
         async with self._busy:
-            self._require_open()
             return await self._generate(source, beside=True)
 
     async def start(
@@ -244,7 +238,6 @@ class _Run:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
         async with self._busy:
             await self._stop(self._patience)
-            self._require_open()
             self._directory.close()
             self.component = source.component
             self._stopping = False
@@ -252,7 +245,6 @@ class _Run:
             self._report("generating")
             try:
                 generated = await self._generate(source)
-                self._require_open()
                 self._report("starting")
                 runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
                 await self._launch([sys.executable, *runner, str(generated.component), *arguments])
@@ -278,17 +270,12 @@ class _Run:
             await self._stop(patience or self._patience)
 
     async def close(self, patience: Sequence[float] = ()) -> None:
-        """End the process, delete its temporary files, and start none any more."""
-        self._closed = True
+        """End the process, and delete its temporary files."""
         try:
             await self.stop(patience)
         finally:
             self._process.kill()
             self._directory.close()
-
-    def _require_open(self) -> None:
-        if self._closed:
-            raise _closed()
 
     async def _generate(self, source: Source, *, beside: bool = False) -> _Generated:
         self._generated = await asyncio.to_thread(self._directory.generate, source, beside=beside)

@@ -64,12 +64,17 @@ class Preprocessor:
 
     def load(self, path: Path, included_at: Location | None = None) -> Source | None:
         """Return the source at `path`, or None after reporting an error."""
-        identity = self._identities.get(path)
-        if identity is None:
-            identity = self._identities[path] = path.resolve()
+        identity = self.identity(path)
         if identity not in self._sources:
             self._sources[identity] = self._read(path, included_at or Location(path))
         return self._sources[identity]
+
+    def identity(self, path: Path) -> Path:
+        """Return the file to which the links of a path lead."""
+        identity = self._identities.get(path)
+        if identity is None:
+            identity = self._identities[path] = path.resolve()
+        return identity
 
     def _read(self, path: Path, requested_at: Location) -> Source | None:
         try:
@@ -340,7 +345,9 @@ class _Reader:
             self._error(Code.INCLUDE_NOT_FOUND, Message("`{name}` is not found", name=name), token, *notes)
             self.result.complete = False
             return
-        if path.resolve().suffix not in EXTENSIONS:  # its lines would be in our messages, whatever it is
+        if (
+            self._preprocessor.identity(path).suffix not in EXTENSIONS
+        ):  # its lines would be in our messages, whatever it is
             known = " or ".join(EXTENSIONS)
             message = Message("`{name}` is not included: it must end in {known}", name=name, known=known)
             self._error(Code.UNREADABLE_FILE, message, token)

@@ -209,22 +209,15 @@ class Journal:
 
     def _restart(self, saved: Header, present: Entry) -> None:
         """Replace the file by one with two entries; raises OSError, and then leaves it as it was."""
-        former = self._file, self._descriptor, self._header
-        self._header = saved
+        other = Journal(self._directory, saved)
         try:
-            self._begin()
-            try:
-                _write(self._descriptor, msgspec.json.encode(present) + b"\n")
-            except BaseException:
-                self.close()
-                raise
+            other._begin()
+            _write(other._descriptor, msgspec.json.encode(present) + b"\n")
         except BaseException:
-            self._file, self._descriptor, self._header = former
+            other.close()
             raise
-        file, descriptor, _ = former
-        if file is not None:
-            file.unlink(missing_ok=True)
-        os.close(descriptor)
+        self.close()
+        self._header, self._file, self._descriptor = saved, other._file, other._descriptor
         self._restarted, self._has_gap = True, False
         self._largest = max(self._largest, 4 * os.fstat(self._descriptor).st_size)
 
