@@ -271,10 +271,10 @@ class EditorPage:
 
     def held(self, path: str, ask: Callable[[], None]) -> Route:
         """Do what asks for a file, and return the request for it, which is not answered yet."""
+        self.page.locator("hfsm-shelf").wait_for(state="attached")  # the last that a page loads by itself
         waiting: list[Route] = []
         self.page.route(path, lambda route: waiting.append(route))
-        with self.page.expect_request(path):
-            ask()
+        ask()
         deadline = time.monotonic() + PAGE_LIMIT
         while not waiting:
             assert time.monotonic() < deadline, f"nothing asks for {path}"
