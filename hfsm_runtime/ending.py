@@ -35,11 +35,13 @@ def report_abrupt_ends(file: str) -> None:
         faulthandler.enable(all_threads=False)
     own = os.getpid()
 
-    def reporting(function: Callable[..., Any], is_end: Callable[..., bool]) -> Callable[..., Any]:
+    def reporting(name: str, is_end: Callable[..., bool]) -> Callable[..., Any]:
+        function = getattr(os, name)
+
         def reports(*arguments: Any, **named: Any) -> Any:  # noqa: ANN401 - of the function
             if os.getpid() == own and is_end(*arguments):  # not in a process that user code has forked
                 values = ", ".join(map(str, (*arguments, *named.values())))
-                _report(f"os.{function.__name__}({values})", sys._getframe(1), file)
+                _report(f"os.{name}({values})", sys._getframe(1), file)
             return function(*arguments, **named)
 
         return reports
@@ -47,9 +49,9 @@ def report_abrupt_ends(file: str) -> None:
     def kills_itself(process: object = None, number: object = None) -> bool:
         return process in (own, 0) and number in _FATAL
 
-    os._exit = reporting(os._exit, lambda *_: True)
-    os.abort = reporting(os.abort, lambda: True)
-    os.kill = reporting(os.kill, kills_itself)
+    os._exit = reporting("_exit", lambda *_: True)
+    os.abort = reporting("abort", lambda: True)
+    os.kill = reporting("kill", kills_itself)
 
 
 def _report(call: str, caller: FrameType, file: str) -> None:

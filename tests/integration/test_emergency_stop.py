@@ -328,7 +328,7 @@ class TestJson:
         scripted.joints = [joints(-1.5)]
         absent = free_endpoint()
         words = ("stop", "--all", "--json", "--connect", endpoint, "--connect", absent)
-        found = giving_up(nao, *words, until_it_says='"fastestJoint":')
+        found = giving_up(nao, *words, until_it_says='"fastestJoint": 1.5')
         result = json.loads(found.out)
         assert [(each["stopped"], each["still"], each["fastestJoint"]) for each in result["robots"]] == [
             (True, False, 1.5)
