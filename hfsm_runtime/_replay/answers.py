@@ -8,8 +8,8 @@ from typing import Any, Final, NoReturn
 
 from hfsm_runtime.recording_file.messages import Reading, Result
 
+from .._code import current_code
 from .._recording.results import arguments_of
-from .code import current_code
 from .comparison import Comparison
 from .script import Record, ReplayEndedError, ReplayError, Script, Want, attribute_of, context_of
 

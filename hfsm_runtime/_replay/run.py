@@ -17,6 +17,7 @@ from zenoh_ice.clock import VirtualClock
 
 from .._automaton import Automaton, Transition
 from .._automaton_run import make_event
+from .._code import Code
 from .._recording.clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .._recording.recorder import Recorder, automaton_context
 from .._recording.run import MONITOR, START, restore_random
@@ -34,7 +35,6 @@ from ..observer import Observer
 from ..tree import ChangeKind, Run, Tree
 from ..virtual._run import VirtualRun
 from .answers import Answers
-from .code import Code
 from .comparison import Comparison
 from .script import Record, Recording, ReplayEndedError, ReplayError, Script, context_of
 from .transport import ReplayTransport, result_in
@@ -280,7 +280,7 @@ class Replay(Observer):
 
     def _end_code(self) -> None:
         for code in self._waiting.values():
-            code.close()
+            code.close(ReplayEndedError)
 
     @contextmanager
     def _at(self, moment: int) -> Iterator[None]:

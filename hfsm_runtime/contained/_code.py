@@ -104,11 +104,11 @@ class FarComponent:
             vars(component)[name] = declared.type.uncheckedCast(proxy)
         if ros_of(component):
             raise ComponentError("a contained component cannot use ROS")
-        equip(component, link.clock, self._sleep, self._send, self._mark)
+        equip(component, link.clock, link.clock.sleep_in_cycle, self._send, self._mark)
         handler = _Handler(link)
         component._hfsm_log.addHandler(handler)
         component._hfsm_log.propagate = False
-        self._time.enter_context(TimeModule(link.clock, self._sleep).shown_to(component))
+        self._time.enter_context(TimeModule(link.clock).shown_to(component))
         restore_random(message.random)
         root = make_automata(component)
         self._automata = {each.id: each for each in root.tree()}
@@ -117,9 +117,6 @@ class FarComponent:
         }
         self._code = dict(_pieces(root, {}))
         self._shows = message.shows
-
-    def _sleep(self, seconds: float) -> None:
-        self._link.clock.advance(max(0.0, seconds))
 
     def _send(self, name: str, data: object) -> None:
         event = make_event(name, data)

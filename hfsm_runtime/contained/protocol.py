@@ -1,7 +1,9 @@
 """The messages between a component's automata and its code in another process, and how they are sent.
 
-Both ends call each other in one line: who waits for an answer serves the requests that come before it. Each
-message is a frame: its length in four bytes, and MessagePack that is decoded strictly.
+The near end numbers the pieces of code that it lets run: one that sleeps is left waiting for its answer while
+others run. Only one runs at a time, so all that comes from the far end is of the one that the near end waits
+for. Each message is a frame: its length in four bytes, the number in four more on the way to the far end, and
+MessagePack that is decoded strictly.
 """
 
 from __future__ import annotations
@@ -22,6 +24,8 @@ LARGEST_REQUEST: Final = 4 << 20
 LARGEST_TEXT: Final = 4000
 """Characters of the longest text in a message of the far end."""
 _LENGTH: Final = struct.Struct(">I")
+NUMBER: Final = struct.Struct(">I")
+"""The number of a piece of code, before each message to the far end."""
 _PIECE: Final = 1 << 16  # bytes that are read at once
 _LARGEST_MESSAGE: Final = 1 << 30  # bytes of a message of the near end, whose pictures may be large
 
@@ -237,9 +241,11 @@ class Wait(Message):
 
 
 class Sleep(Message):
-    """Let time pass: answered by Answered."""
+    """Let time pass: answered by Answered, or by Failed if the cycle has to end."""
 
     seconds: float
+    ends: bool = True
+    """Whether the sleep ends when the cycle has to."""
 
 
 class Send(Message):

@@ -1,32 +1,46 @@
 """Run a component in virtual time, in one thread: the same way every time, as fast as the processor.
 
 This is how behaviors are tested. Cycles run in the order of their times; at the same time, cycles of
-ancestors run first.
+ancestors run first. Each cycle is a `Code`: one that sleeps, or waits for anything by the clock, is left
+where it does, and the others run meanwhile, as on threads. It goes on after the cycles that begin then.
 """
 
 from __future__ import annotations
 
+import contextvars
 import heapq
+import logging
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, MutableSequence
-from typing import Final, NamedTuple, Protocol
+from functools import partial
+from typing import Any, Final, NamedTuple, Protocol, cast
 
-from zenoh_ice.clock import Clock, VirtualClock
+from zenoh_ice.clock import Clock
 
 from .._automaton import Automaton
+from .._code import Code, current_code
 from .._component_run import ComponentRun
 from .._cycle import run_cycle
 from .._limits import LIMITS, RuntimeLimits
+from .._order import patience, turn_of
 from .._supervision import Refusal
 from .._timeline import Timeline, slot_after, slot_at
 from ..component import Component
-from ..errors import OnError, OnRefused
+from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused
 from ..observer import Observer
 from ..tree import ChangeKind, Replaced, Run, Tree
+from .clock import NEVER, TaskClock
 
 _SECOND: Final = 1_000_000_000
 _RETRY_DELAY: Final = 1.0
 """s of the clock from a refused command until the automata try again."""
+_REPORTED: Final = 3
+"""How often the sleeps of one cycle report that it is to end; code that goes on nevertheless has to wait."""
+_RELUCTANT: Final = 10_000_000
+"""ns that it waits for each time."""
+
+_logger = logging.getLogger(__name__)
 
 
 class Change(NamedTuple):
@@ -53,19 +67,87 @@ class _Tracer(Observer):
         self.changes.append(Change(now / _SECOND, run.automaton.name, run.current.name, kind))
 
 
+class _Cycles(Code):
+    """The cycles of an automaton, one after the other; each may sleep.
+
+    To begin a `Code` costs more than a short cycle.
+    """
+
+    def __init__(self, virtual: VirtualRun, run: Run) -> None:
+        super().__init__(run.automaton.name, self._run_cycles, contextvars.copy_context())
+        self._virtual: Final = virtual
+        self._at = 0
+        self._rests = True
+        self.run: Final = run
+        self.asleep = False
+        """Whether it is in `self.sleep`, which ends when the cycle has to."""
+        self.reports = 0
+        """How often its sleeps have reported that the cycle is to end."""
+
+    def begin(self, at: int) -> None:
+        """Let a cycle run, which belongs to a component time in ns, until it sleeps or ends."""
+        self._at, self._rests, self.reports = at, False, 0
+        self._virtual.cycles[self.run] = self
+        self.go()
+
+    def go(self, answer: Any = None) -> None:  # noqa: ANN401 - of `Code`
+        """Let the cycle run; while it does, and when it has failed, it is the running one."""
+        virtual = self._virtual
+        before, virtual.running = virtual.running, self.run
+        try:
+            super().go(answer)
+        finally:
+            if self._rests or self.ended:
+                virtual.cycles.pop(self.run, None)
+        virtual.running = before
+
+    def close(self, error: type[BaseException]) -> None:
+        """End a cycle that sleeps."""
+        super().close(error)
+        self._virtual.cycles.pop(self.run, None)
+
+    def _run_cycles(self) -> None:
+        while True:
+            self._virtual.run_cycle(self.run, self._at)
+            self._rests = True
+            self.wait()
+
+
+class _VirtualTree(Tree):
+    """The automata of a component in virtual time: who waits for a cycle lets it run meanwhile."""
+
+    def __init__(self, virtual: VirtualRun, root: Automaton) -> None:
+        super().__init__(root)
+        self._virtual: Final = virtual
+
+    def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
+        """Wait until no automaton below the current state is in a cycle; return the ones that still are."""
+        if len(self._virtual.cycles) == 1:  # that of the one who waits
+            return []
+        below = {run for child in run.below for run in (child, *child.descendants())}
+        return self._virtual.let_end(below, timeout)
+
+    def wait_for_gap(self, timeout: float) -> bool:
+        """Wait, under the lock, for a moment without any cycle; false if there is none."""
+        if not self._virtual.is_driven_here:
+            return super().wait_for_gap(timeout)
+        return not self._virtual.let_end(set(self.runs), 0.0)
+
+
 class VirtualRun(ComponentRun):
     """A component that runs while `advance` is called.
 
     Proxies are not connected: assign stand-ins to the component's attributes. `trace` has every change since
-    the start, including the entry into the initial states, or the newest `kept`. `self.sleep` advances the
-    time; the cycles that fall due in the meantime run after it. When the root has finished, nothing runs any
-    more. `on_end` is called once when an error or its root has ended it, before the time advances further.
-    While `refusal` is set, a refused command pauses the component: `time` stands still, and after each second
-    of the clock the automata try again if `commands_accepted` returns true; its argument is the reported
-    holder of the robot. A pause by a client lets the clock stand still, too.
+    the start, including the entry into the initial states, or the newest `kept`. Code that sleeps goes on
+    when `advance` reaches the end of its sleep; the other automata run meanwhile. When the root has finished,
+    nothing runs any more. `on_end` is called once when an error or its root has ended it, before the time
+    advances further. While `refusal` is set, a refused command pauses the component: `time` stands still, and
+    after each second of the clock the automata try again if `commands_accepted` returns true; its argument is
+    the reported holder of the robot. A pause by a client lets the clock stand still, too.
     With `starts` the initial states are entered at once, otherwise by `start`.
     User code sees the `clock`; `timeline`, by default on that clock, is component time, and `tree` makes the
-    automata's tree. A replay has its own ones, and says which cycle is next by `run_cycle`.
+    automata's tree. A replay has its own ones, and says which cycle is next by `run_cycle`. One thread at a
+    time drives it, always the same one while code sleeps.
     """
 
     clock: AdvancedClock
@@ -76,7 +158,7 @@ class VirtualRun(ComponentRun):
         *,
         clock: AdvancedClock | None = None,
         timeline: Timeline | None = None,
-        tree: Callable[[Automaton], Tree] = Tree,
+        tree: Callable[[Automaton], Tree] | None = None,
         on_error: str | None = None,
         on_refused: str | None = None,
         on_end: Callable[[], None] | None = None,
@@ -90,15 +172,24 @@ class VirtualRun(ComponentRun):
         self._commands_accepted = commands_accepted
         self._retry_at: float | None = None
         """When the automata try again after a refused command, by the clock."""
-        self._running: Run | None = None
+        self.running: Run | None = None
         """The automaton whose cycle runs, or has ended the component."""
+        self.cycles: dict[Run, _Cycles] = {}
+        """The automata in a cycle that has begun and not ended."""
+        self._kept: dict[Run, _Cycles] = {}
+        """The code of the automata that have begun a cycle."""
+        self._followers: dict[Run, tuple[int, int, Run]] = {}
+        """What is scheduled for automata that wait for another one's cycle, which sleeps."""
+        self._driver = threading.get_ident()
+        self._to_look = False
+        """Whether code that sleeps may have to end its cycle."""
         super().__init__(
             component,
-            clock or VirtualClock(),
+            clock or TaskClock(),
             None if on_error is None else OnError(on_error),
             None if on_refused is None else OnRefused(on_refused),
             timeline=timeline,
-            tree=tree,
+            tree=tree or partial(_VirtualTree, self),
             limits=limits,
         )
         tracer = _Tracer(kept)
@@ -141,43 +232,69 @@ class VirtualRun(ComponentRun):
         self.component_time.restart()
         self.tree.start(0)
 
+    @property
+    def is_driven_here(self) -> bool:
+        """Whether this is the thread that runs the cycles."""
+        return threading.get_ident() == self._driver
+
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included; none once it has ended.
 
         The seconds are those of the clock, which runs while a refused command pauses the component.
         """
+        self._driver = threading.get_ident()
         end = self.component_time.now() + round(seconds * _SECOND)
         had_ended = self.ended.is_set()
         while not self.ended.is_set():
+            if self._to_look:
+                self.look()
             if self.refusal is not None:
                 end -= self._sit_out(end - self.component_time.now())
+                self._task_clock.wake_due()
                 if self.refusal is not None:
                     return
             elif self.component_time.paused:
                 return
             with self.tree.lock:
-                schedule = self._due
-                if not schedule or schedule[0][0] > end:
-                    break
-                due, index, run = heapq.heappop(schedule)
-            at = None
-            try:
-                at = max(due, slot_at(self._move_to(due), run.automaton.interval))
-                self.run_cycle(run, at)
-            finally:  # Ctrl-C in a notebook, or a task that fails, must not end the cycles of an automaton
-                with self.tree.lock:
-                    if schedule is self._due:  # otherwise a reload has scheduled all automata
-                        following = due if at is None else self._next(run, due, at)
-                        heapq.heappush(schedule, (following, index, run))
-        if self.ended.is_set() and not had_ended and self._on_end is not None:
-            self._on_end()
+                due = self._due[0][0] if self._due else NEVER
+            moment = min(due, self._next_wake())
+            if moment > end:
+                break
+            self._move_to(moment)
+            if due <= moment:
+                self._take_turn()
+            else:
+                self._task_clock.advance(0.0)
+                self._task_clock.wake_due()
+                self._let_followers_try()
+        if self.ended.is_set():
+            self.end_cycles()
+            if not had_ended and self._on_end is not None:
+                self._on_end()
         self._move_to(end)
 
     def run_cycle(self, run: Run, at: int) -> None:
         """Run one cycle of an automaton, which belongs to a component time in ns; a ghost runs none."""
-        self._running = run
         run_cycle(self.tree, run, at, self._supervision)
-        self._running = None
+
+    def look(self) -> None:
+        """Let the cycles that have to end, and sleep by `self.sleep`, go on: their sleep ends."""
+        self._to_look = False
+        for cycle in tuple(self.cycles.values()):
+            if cycle.asleep and (self.ended.is_set() or not self.tree.may_go_on(cycle.run)):
+                self._task_clock.wake(cycle)
+
+    def let_end(self, runs: set[Run], timeout: float) -> list[Run]:
+        """Let the running cycles of some automata end, for at most `timeout` s; return those that do not."""
+        self.look()
+        self._task_clock.wait_for(lambda: runs.isdisjoint(self.cycles), timeout)
+        return [run for run in self.tree.runs if run in runs and run in self.cycles]
+
+    def end_cycles(self) -> None:
+        """End all code that sleeps or waits, since the component has ended."""
+        if self.is_driven_here:
+            self._task_clock.end_sleepers(ComponentStoppedError)
+            self._kept.clear()
 
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Do nothing: the automata try again as time passes."""
@@ -200,9 +317,68 @@ class VirtualRun(ComponentRun):
             if change.automaton == automaton and change.kind is ChangeKind.ENTERED
         ]
 
+    @property
+    def _task_clock(self) -> TaskClock:
+        return cast("TaskClock", self.clock)  # that of a replay, which is none, drives no cycles here
+
+    def _next_wake(self) -> int:
+        """Return the component time in ns at which code that sleeps goes on; `NEVER` if none does."""
+        wake = self._task_clock.next_wake
+        if wake == NEVER:
+            return NEVER
+        return self.component_time.now() + max(0, wake - round(self.clock.now() * _SECOND))
+
+    def _take_turn(self) -> None:
+        """Run the next cycle that is scheduled, unless the automaton has to wait."""
+        with self.tree.lock:
+            schedule = self._due
+            due, index, run = heapq.heappop(schedule)
+        self._followers.pop(run, None)
+        following = due
+        try:
+            now = max(due, self.component_time.now())
+            at: int | Run = slot_at(now, run.automaton.interval)
+            following = slot_after(now, run.automaton.interval)
+            if run in self.cycles:
+                return
+            if self.cycles and run.active and not run.finished and run.next_slot <= now:
+                at = turn_of(run, now, now)
+            if isinstance(at, int):
+                try:
+                    self._begin(run, at)
+                finally:
+                    following = self._next(run, due, at)
+            else:
+                following = (now if at.began is None else at.began) + patience(run, at)
+                self._followers[run] = (following, index, run)
+        finally:  # Ctrl-C in a notebook, or a task that fails, must not end the cycles of an automaton
+            with self.tree.lock:
+                if schedule is self._due:  # otherwise a reload has scheduled all automata
+                    heapq.heappush(schedule, (following, index, run))
+
+    def _begin(self, run: Run, at: int) -> None:
+        """Let a cycle begin, and run until it sleeps or ends."""
+        code = self._kept.get(run)
+        if code is None or code.ended:
+            code = self._kept[run] = _Cycles(self, run)
+        code.begin(at)
+        self._let_followers_try()
+
+    def _let_followers_try(self) -> None:
+        """Let automata that wait for the cycle of another one see whether it is their turn."""
+        if not self._followers:
+            return
+        now = self.component_time.now()
+        with self.tree.lock:
+            waiting = set(self._followers)
+            self._followers.clear()
+            self._due = [(now if run in waiting else due, index, run) for due, index, run in self._due]
+            heapq.heapify(self._due)
+
     def _next(self, run: Run, due: int, at: int) -> int:
         """Return when an automaton is due again; at once if a pause came before its cycle."""
-        if self.tree.held and run.active and not run.finished and run.last_slot < at:
+        held = self.tree.held and run.active and not run.finished and run not in self.cycles
+        if held and run.last_slot < at:
             return due
         return max(run.next_slot, slot_after(at, run.automaton.interval))
 
@@ -221,13 +397,40 @@ class VirtualRun(ComponentRun):
         self.clock.advance(duration / _SECOND)
         now = self.component_time.now()
         for run in active:
+            if run in self.cycles:
+                continue
             run.stepping = True
-            self.run_cycle(run, now)
+            self._begin(run, now)
+            if self.let_end({run}, self._limits.step):
+                name, limit = run.automaton.name, self._limits.step
+                _logger.warning("the step of %s takes longer than %g s", name, limit)
         with self.tree.lock:
             self._schedule(now)
 
     def _sleep(self, seconds: float) -> None:
-        self.clock.advance(max(0.0, seconds))
+        cycle = current_code()
+        if not isinstance(cycle, _Cycles):
+            self.clock.advance(max(0.0, seconds))
+            return
+        clock = self._task_clock
+        end = round((clock.now() + seconds) * _SECOND)
+        while True:
+            ended = self.ended.is_set()
+            if ended or not self.tree.may_go_on(cycle.run):
+                cycle.reports += 1
+                if cycle.reports > _REPORTED:
+                    clock.rest_until(round(clock.now() * _SECOND) + _RELUCTANT)
+                raise ComponentStoppedError if ended else CycleCutError
+            if round(clock.now() * _SECOND) >= end:
+                return
+            cycle.asleep = True
+            try:
+                clock.rest_until(end)
+            finally:
+                cycle.asleep = False
+
+    def _wake(self) -> None:
+        self._to_look = True
 
     def _move_to(self, when: int) -> int:
         """Advance the time to `when`; return the new time, which may be later."""

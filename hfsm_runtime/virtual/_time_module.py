@@ -16,15 +16,14 @@ from ..component import Component
 
 
 class TimeModule:
-    """Let `time` follow a clock in the code of a component; `sleep` does its sleeps.
+    """Let `time` follow a clock in the code of a component.
 
     This holds for the thread that made this object, or took it over. Others, which user code starts, see wall
     time: they must not move the clock.
     """
 
-    def __init__(self, clock: VirtualClock, sleep: Callable[[float], None]) -> None:
+    def __init__(self, clock: VirtualClock) -> None:
         self._clock: Final = clock
-        self._sleep: Final = sleep
         # In whole seconds: sums with a fraction would be rounded differently in each run.
         self._date: Final = math.floor(time.time() - clock.now())
         self._thread = threading.get_ident()
@@ -43,7 +42,7 @@ class TimeModule:
         if threading.get_ident() != self._thread or name == "process_time":
             return read()
         if waits is not None and waits() >= 0:
-            self._sleep(waits())
+            self._clock.sleep(waits())
             return None
         if name == "sleep":
             return read()  # which raises

@@ -13,7 +13,11 @@ from typing import Final
 
 from zenoh_ice import CommunicatorDestroyedException, VirtualClock
 
+from .._code import Code, current_code
+
 _NANOSECONDS: Final = 1_000_000_000
+NEVER: Final = 1 << 62
+"""A time in ns that does not come."""
 _POLL_PERIOD: Final = 10_000_000
 """Interval in ns at which a wait for an event checks again."""
 MOVE_PERIOD: Final = 0.02
@@ -29,29 +33,75 @@ _TASKS_LIMIT: Final = 0.5
 class TaskClock(VirtualClock):
     """A virtual clock that runs tasks at their times, in the thread that advances it.
 
-    A sleep advances the clock, so that nothing ever waits for another thread. Tasks due at the same time run
-    in the order in which they were added.
+    Tasks due at the same time run in the order in which they were added. A `Code` that sleeps or waits by it
+    is left where it does, and goes on at its time, after the tasks of that time. Elsewhere a sleep advances
+    the clock, so that nothing ever waits for another thread.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self._tasks: list[tuple[int, int, Callable[[], None]]] = []
+        self._asleep: list[tuple[int, int, Code]] = []
         self._numbers = itertools.count()
+
+    @property
+    def next_wake(self) -> int:
+        """When the next of the code that sleeps goes on, in ns; `NEVER` if none does."""
+        return self._asleep[0][0] if self._asleep else NEVER
 
     def call_at(self, when: float, task: Callable[[], None]) -> None:
         """Run a task once at a time in s, or at the next advance if that time has passed."""
         heapq.heappush(self._tasks, (round(when * _NANOSECONDS), next(self._numbers), task))
 
     def advance(self, seconds: float) -> None:
-        """Move the time forward by a duration in s, and run the tasks that fall due, the end included."""
+        """Move the time forward by a duration in s, and run the tasks that fall due, the end included.
+
+        Code whose sleep ends before that goes on, too.
+        """
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
         end = self._now + round(seconds * _NANOSECONDS)
-        while self._tasks and self._tasks[0][0] <= end:
-            when, _, task = heapq.heappop(self._tasks)
-            self._move_to(when)
-            task()  # which may advance the time, even beyond the end
+        if current_code() is not None:
+            while self._now < end:
+                self.rest_until(end)
+            return
+        while True:
+            task = self._tasks[0][0] if self._tasks else NEVER
+            if task <= min(end, self.next_wake):
+                when, _, run = heapq.heappop(self._tasks)
+                self._move_to(when)
+                run()  # which may advance the time, even beyond the end
+            elif self.next_wake < end:
+                self._move_to(self._asleep[0][0])
+                self.wake_due()
+            else:
+                break
         self._move_to(end)
+
+    def rest_until(self, when: int) -> None:
+        """Let other code run until a time in ns, or until `wake`; called by a `Code`."""
+        code = current_code()
+        assert code is not None
+        heapq.heappush(self._asleep, (when, next(self._numbers), code))
+        code.wait()
+
+    def wake(self, code: Code) -> None:
+        """Let code that sleeps go on now."""
+        self._asleep = [each for each in self._asleep if each[2] is not code]
+        heapq.heapify(self._asleep)
+        code.go()
+
+    def wake_due(self) -> None:
+        """Let all code go on whose sleep has ended, but what sleeps again meanwhile."""
+        number = next(self._numbers)
+        while self._asleep and self._asleep[0][:2] < (self._now, number):
+            heapq.heappop(self._asleep)[2].go()
+
+    def end_sleepers(self, error: type[BaseException]) -> None:
+        """End all code that sleeps, by an exception where it does."""
+        asleep, self._asleep = self._asleep, []
+        for _, _, code in asleep:
+            code.close(error)
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Move the time forward until a task sets an event, at most `timeout` s; return whether it is set."""
@@ -64,8 +114,16 @@ class TaskClock(VirtualClock):
             now = self._now
             if now >= end:
                 return False
-            following = self._tasks[0][0] if self._tasks else end
-            self.advance(max(0, min(following, now + _POLL_PERIOD, end) - now) / _NANOSECONDS)
+            following = min(now + _POLL_PERIOD, end)
+            if self._tasks:
+                following = min(following, max(now, self._tasks[0][0]))
+            if self._asleep and self._asleep[0][0] > now:
+                following = min(following, self._asleep[0][0])
+            if current_code() is not None:
+                self.rest_until(following)
+            else:
+                self.advance((following - now) / _NANOSECONDS)
+                self.wake_due()
         return True
 
 

@@ -51,8 +51,10 @@ class Execution(VirtualRun):
     document lets it pause the component; it is tried again after each second of the clock. UnknownName says
     which names there are. What creating it may raise is in `VirtualRun`.
 
-    Time: `time` is that of the component in s, `clock` that of its world. `self.sleep`, and `time.sleep` in
-    the component's own modules, advance both; the functions of `time` follow them there.
+    Time: `time` is that of the component in s, `clock` that of its world. Code that sleeps, by `self.sleep`
+    or by `time.sleep` in the component's own modules, or waits for a sample, goes on when the time has come;
+    the other automata run meanwhile, and `advance` may return in the middle of a cycle. The functions of
+    `time` follow the clock.
 
     Methods take an automaton by its name, its path (`followBall/green`: the states that own it) or its id.
     """
@@ -76,7 +78,7 @@ class Execution(VirtualRun):
         """The clock, the servants and the ROS that surround the component."""
         self._journal: Final = self.world.journal
         self._strict = on_error is None
-        self._time_module: Final = TimeModule(self.world.clock, self._sleep)
+        self._time_module: Final = TimeModule(self.world.clock)
         try:
             for name, stub in (stubs or {}).items():
                 self.world.stub(component, name, stub)
@@ -114,7 +116,7 @@ class Execution(VirtualRun):
             self._run_cycles(seconds)
         except SystemExit as end:
             location = locate(end, source_of(self.component))
-            self._crashed(self._running or self.tree.root, end)
+            self._crashed(self.running or self.tree.root, end)
             stop_robot(self.component)
             raise BehaviorFailed(
                 f"sys.exit({end.code!r}) ends the component"
@@ -282,8 +284,12 @@ class Execution(VirtualRun):
         return held
 
     def close(self) -> None:
-        """End the world: servants, proxies and streams."""
-        self.world.close()
+        """End the code that sleeps, and the world: servants, proxies and streams."""
+        try:
+            if "tree" in vars(self):  # otherwise it could not be made
+                self.end_cycles()
+        finally:
+            self.world.close()
 
     def __enter__(self) -> Self:
         return self

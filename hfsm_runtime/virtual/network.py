@@ -42,6 +42,7 @@ from zenoh_ice.transport import (
     outcome_of,
 )
 
+from .._code import Code
 from ._journal import Journal
 from .clock import TaskClock
 
@@ -245,8 +246,12 @@ class _PolledInlet:
         return Arrived(bytes(payload), encode_sample_attachment("", self._count, now, wall_time=now))
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        paced = None if rate is None else _PacedCallback(self._clock, callback, rate, self._queue)
-        self._genuine.deliver(paced or callback)
+        def call(sample: object) -> None:
+            """Call as separate code, which may sleep."""
+            Code(f"callback of {self._operation.name}", partial(callback, sample)).go()
+
+        paced = None if rate is None else _PacedCallback(self._clock, call, rate, self._queue)
+        self._genuine.deliver(paced or call)
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
         """Advance the time until a function returns true; return whether it did."""

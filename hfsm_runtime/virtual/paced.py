@@ -13,12 +13,14 @@ from typing import Any, Final
 from .._robot import stop_robot
 from .._supervision import Refusal
 from ..component import Component
-from ..errors import ComponentStoppedError, CycleCutError, ValueTypeError
+from ..errors import ComponentStoppedError, ValueTypeError
 from ..tree import Run
 from .clock import MOVE_PERIOD, PacedClock
 from .execution import Execution
 from .world import VirtualWorld
 
+THREAD: Final = "virtual time"
+"""The name of the thread that runs the cycles."""
 _SECOND: Final = 1_000_000_000
 _HIGHEST_SPEED: Final = 100.0
 _RESOLUTION: Final = 1e-9
@@ -31,8 +33,8 @@ class PacedExecution(Execution):
 
     Life: `start` enters the initial states and starts a thread, which runs all cycles, and the tasks of the
     world; `stop` ends it. It may be paused, stepped and reloaded meanwhile, by any thread, so that a monitor
-    may be served. In a pause all time stands still, and a step moves it by a period. Code of one automaton
-    that sleeps or hangs holds the others up; `stop` cuts a sleep, and abandons what hangs after 2 s.
+    may be served. In a pause all time stands still, and a step moves it by a period. Code that hangs holds
+    the others up; `stop` abandons it after 2 s.
 
     Errors: without `on_error` the policy of the document applies, and `advance` raises BehaviorFailed.
     """
@@ -40,8 +42,7 @@ class PacedExecution(Execution):
     clock: PacedClock
 
     def __init__(self, component: Component, world: VirtualWorld, **options: Any) -> None:  # noqa: ANN401 - of Execution
-        self._thread: Final = threading.Thread(target=self._drive, name="virtual time", daemon=True)
-        self._asleep = False
+        self._thread: Final = threading.Thread(target=self._drive, name=THREAD, daemon=True)
         self._one_step: Final = threading.Lock()
         self._steps: Final = deque[tuple[tuple[Run, ...], threading.Event]]()
         super().__init__(component, world, starts=False, **options)
@@ -91,7 +92,7 @@ class PacedExecution(Execution):
         self.request_stop()
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(self._limits.stop)
-            if self._thread.is_alive() and (run := self._running) is not None:
+            if self._thread.is_alive() and (run := self.running) is not None:
                 self._abandon(run, self._limits.stop)
 
     def close(self) -> None:
@@ -104,34 +105,37 @@ class PacedExecution(Execution):
 
     def _drive(self) -> None:
         """Let time pass, and run the cycles that fall due, until the end; the body of the thread."""
+        self._driver = threading.get_ident()
         self._time_module.take_over()
         self.clock.drive()
         try:
             while not self.ended.is_set():
                 if self._steps:
                     self._take_step()
-                elif self.clock.move(self._until_next()) and self._is_due():
+                elif self._to_look or (self.clock.move(self._until_next()) and self._is_due()):
                     self._run_cycles(0.0)
         except ComponentStoppedError:
             pass
         except BaseException as error:  # noqa: BLE001 - nothing may end the thread without being reported
-            self._crashed(self._running or self.tree.root, error)
+            self._crashed(self.running or self.tree.root, error)
             stop_robot(self.component)
         finally:
+            self.end_cycles()
             while self._steps:
                 self._steps.popleft()[1].set()
 
     def _until_next(self) -> float:
         """Return the seconds until a cycle is due, or until the clock is to be seen moving."""
-        longest = MOVE_PERIOD * self.speed
-        if self.component_time.paused:
-            return longest
-        with self.tree.lock:
-            return min(longest, max(0, self._due[0][0] - self.component_time.now()) / _SECOND)
+        moment = self._next_wake() if self.component_time.paused else self._next_moment()
+        return min(MOVE_PERIOD * self.speed, max(0, moment - self.component_time.now()) / _SECOND)
 
     def _is_due(self) -> bool:
+        return self.refusal is not None or self._next_moment() <= self.component_time.now()
+
+    def _next_moment(self) -> int:
+        """Return the component time in ns at which a cycle begins or goes on."""
         with self.tree.lock:
-            return self.refusal is not None or self._due[0][0] <= self.component_time.now()
+            return min(self._due[0][0], self._next_wake())
 
     def _step(self, runs: tuple[Run, ...]) -> None:
         with self._one_step:
@@ -149,28 +153,11 @@ class PacedExecution(Execution):
         finally:
             done.set()
 
-    def _sleep(self, seconds: float) -> None:
-        if threading.current_thread() is not self._thread:
-            self.clock.advance(max(0.0, seconds))
-            return
-        end = self.clock.now() + seconds
-        self._asleep = True
-        try:
-            while not self.ended.is_set():
-                if (run := self._running) is not None and not self.tree.may_go_on(run):
-                    raise CycleCutError
-                left = end - self.clock.now()
-                if left < _RESOLUTION:  # a clock of whole ns would not move by less, and so never end
-                    return
-                self.clock.move(min(left, MOVE_PERIOD * self.speed))
-        finally:
-            self._asleep = False
-        raise ComponentStoppedError
-
     def _frame(self, run: Run) -> FrameType | None:
-        if self._asleep or run is not self._running:
+        if run is not self.running:
             return None
         return sys._current_frames().get(self._thread.ident or 0)
 
     def _wake(self) -> None:
+        super()._wake()
         self.clock.interrupt()

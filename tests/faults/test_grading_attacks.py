@@ -462,9 +462,10 @@ JUDGES: Final = {
         "    if type(each).__name__ == '_Observed':\n        each.reached = 0.1"
     ),
     "walks up the stack": (
-        "import sys\nframe = sys._getframe()\nwhile frame:\n"
-        "    if type(frame.f_locals.get('self')).__name__ == '_Trial':\n"
-        "        frame.f_locals['self']._observed.reached = 0.1\n    frame = frame.f_back"
+        "import greenlet\nbelow = greenlet.getcurrent().parent\nwhile below:\n    frame = below.gr_frame\n"
+        "    while frame:\n        if type(frame.f_locals.get('self')).__name__ == '_Trial':\n"
+        "            frame.f_locals['self']._observed.reached = 0.1\n        frame = frame.f_back\n"
+        "    below = below.parent"
     ),
 }
 """Codes that change what judges, where they reach it: their submission is good 30 s later only."""

@@ -111,12 +111,17 @@ def test_the_monitor_ends_code_that_hangs(tmp_path: Path, endpoint: str) -> None
         assert process.wait(END_LIMIT) == 0
 
 
-def test_code_that_sleeps_ends_with_its_dry_run(tmp_path: Path, endpoint: str) -> None:
-    code = "import time\nprint('second', flush=True)\ntime.sleep(600)"
-    with tried(tmp_path, endpoint, code) as (process, monitor):
+def test_a_pause_ends_a_sleep_of_a_dry_run(tmp_path: Path, endpoint: str) -> None:
+    with tried(tmp_path, endpoint, "print('second', flush=True)\nself.sleep(600)") as (_, monitor):
         monitor.pause()
         until(lambda: not monitor.getSnapshot().automata[0].inCycle)
         monitor.resume()
+        until(lambda: monitor.getSnapshot().automata[0].inCycle)
+
+
+@pytest.mark.parametrize("sleep", ["self.sleep(600)", "import time; time.sleep(600)"])
+def test_code_that_sleeps_ends_with_its_dry_run(tmp_path: Path, endpoint: str, sleep: str) -> None:
+    with tried(tmp_path, endpoint, f"print('second', flush=True)\n{sleep}") as (process, _):
         process.process.send_signal(signal.SIGTERM)
         assert process.wait(END_LIMIT) == 143
         assert "abandoned" not in process.output

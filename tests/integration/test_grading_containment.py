@@ -54,6 +54,19 @@ USES_ALL_OF_SELF: Final = document(
 )  # fmt: skip
 
 
+SLEEPS_SIDE_BY_SIDE: Final = document(
+    sub(1, 0, state(1, "a", initial=True, child=2), state(2, "b"), transition(1, 1, 2, "1450", type="time"),
+        transition(2, 2, 1, "300", type="time")),
+    sub(2, 1, state(1, "c", "self.log.warning('sleeps')\nself.sleep(5.0)", initial=True, child=3)),
+    sub(3, 2, state(1, "d", "time.sleep(0.13)\nself.log.warning('slept')", initial=True),
+        state(2, "f", "self.log.warning('heard %s', self.Head.getPose.wait().value.pan)"),
+        transition(1, 1, 2, "400", type="time"), transition(2, 2, 1, "200", type="time"), period="70"),
+    libraries=("time",),
+    config="<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface></iceinterface>",
+)  # fmt: skip
+"""Two automata sleep at a time, one below the other, and the upper one is left meanwhile."""
+
+
 def seen_of(make: Callable[..., Behavior], path: Path, variable: str = "") -> dict[str, Any]:
     """Return all that a behavior does in some seconds, and the values of a variable of its root."""
     random.seed(5)
@@ -121,6 +134,21 @@ def test_all_that_code_may_use_is_the_same_inside(containment: Containment, tmp_
     inside = seen_of(containment.simulate, path, "seen")
     assert inside == seen_of(simulate, path, "seen")
     assert [each[2] for each in inside["changes"]] == ["asks", "listens", "waits", "fails"]
+
+
+def test_code_of_several_automata_sleeps_side_by_side_inside_as_outside(
+    containment: Containment, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "sleeps.xml"
+    path.write_text(SLEEPS_SIDE_BY_SIDE, encoding="utf-8")
+    outside, logged = seen_of(simulate, path), list(caplog.messages)
+    caplog.clear()
+    assert seen_of(containment.simulate, path) == outside
+    assert caplog.messages == logged
+    assert [each[:3] for each in outside["changes"] if each[1] == "sleeps" and each[0] < 3.5] == [
+        (0.0, "sleeps", "a"), (1.5, "sleeps", "b"), (1.8, "sleeps", "a"), (3.3, "sleeps", "b"),
+    ]  # fmt: skip
+    assert logged.count("sleeps") < logged.count("slept") > 10
 
 
 def test_a_recording_can_have_the_variables(tmp_path: Path) -> None:

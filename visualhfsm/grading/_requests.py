@@ -11,7 +11,7 @@ import msgspec
 
 from hfsm_runtime.contained import protocol
 from hfsm_runtime.contained.protocol import Answered, Deliver, Done, Failed, Message, Polled, Sample
-from hfsm_runtime.errors import ComponentError
+from hfsm_runtime.errors import ComponentError, ComponentStoppedError, CycleCutError
 from visualhfsm.simulation import Behavior
 from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException, ZenohIceError, typed
 from zenoh_ice.exceptions import MarshalException, SystemException
@@ -59,7 +59,9 @@ class Requests:
                 case protocol.Poll():
                     return Polled(self.now, self._poll(message))
                 case protocol.Sleep():
-                    self._behavior.world.clock.advance(message.seconds)
+                    behavior = self._behavior
+                    sleep = behavior.component._hfsm_sleep if message.ends else behavior.clock.sleep
+                    sleep(message.seconds)
                 case protocol.Wait():
                     return Answered(self.now, self._wait(message))
                 case protocol.Find():
@@ -81,6 +83,8 @@ class Requests:
                     self._behavior.component._hfsm_log.log(level, "%s", message.text)
                 case _:
                     raise MarshalException(f"{type(message).__name__} is no request")
+        except (CycleCutError, ComponentStoppedError) as error:
+            return Failed(self.now, type(error).__name__, "")
         except (ComponentError, SystemException, msgspec.MsgspecError, RecursionError) as error:
             return Failed(self.now, type(error).__name__, str(error))
         return Answered(self.now)
@@ -143,7 +147,7 @@ class Requests:
     def _deliver(self, stream: int, inlet: Inlet, arrived: Any) -> None:  # noqa: ANN401 - of the transport
         sample = _opened(inlet.open(arrived))
         # This comes while time passes, perhaps between two cycles: an error must not end what moves the time.
-        with suppress(ContainedError, ZenohIceError):
+        with suppress(ContainedError, ZenohIceError, ComponentStoppedError):
             self._ask(Deliver(self.now, stream, sample), Done, "the function of a subscription")
 
     def _inlet(self, number: int) -> Inlet:

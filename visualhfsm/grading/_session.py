@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import signal
 import subprocess
@@ -16,7 +17,9 @@ import msgspec
 
 from hfsm_runtime.contained.protocol import (
     LARGEST_REQUEST,
+    NUMBER,
     Begin,
+    Failed,
     Limits,
     Message,
     MessageTooLarge,
@@ -28,6 +31,7 @@ from hfsm_runtime.contained.protocol import (
     ToNear,
     Wait,
 )
+from hfsm_runtime.errors import ComponentStoppedError, CycleCutError
 from hfsm_runtime.source_map import PLACE
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from zenoh_ice import exceptions, typed
@@ -45,6 +49,10 @@ _MOST_REQUESTS: Final = 200_000
 _MOST_RECEIVED: Final = 64 << 20
 """Bytes of all its messages in a trial: the judge remembers the calls."""
 _LONGEST_REASON: Final = 300
+
+_LARGEST_NUMBER: Final = 0xFFFFFFFF
+_ENDS: Final = {each.__name__: each for each in (CycleCutError, ComponentStoppedError)}
+"""What ends a cycle, by its name."""
 
 M = TypeVar("M")
 
@@ -77,6 +85,16 @@ class SubmissionBroken(ContainedError):
     """The submission's process cannot go on; the text says why."""
 
 
+class _Piece:
+    """A piece of code that runs: its number, the wall seconds that it has left, and how long it has slept."""
+
+    def __init__(self, number: int, where: str, left: float) -> None:
+        self.number: Final = number
+        self.where: Final = where
+        self.left = left
+        self.slept = 0.0
+
+
 class Session:
     """The process of one trial; `serve`, once it is set, does what its code asks for.
 
@@ -93,8 +111,7 @@ class Session:
         self._depth = 0
         self._requests = 0
         self._sent = self._received = 0
-        self._slept = 0.0
-        self._left = allowance.begin
+        self._numbers: Final = itertools.count()
         self._left_of_trial = allowance.trial + allowance.begin
         with walls.start("-m", "hfsm_runtime.contained") as (command, environment, files):
             self._process: Final = subprocess.Popen(
@@ -126,22 +143,22 @@ class Session:
     def ask(self, request: Message, answer: type[M], where: str) -> M:
         """Return the answer of the submission's process; `where` says in words which of its code runs.
 
-        Raises ContainedError, or another exception that its code raised.
+        Code that sleeps waits here, in its own `Code`, while other code is asked. Raises ContainedError,
+        or another exception that its code raised.
         """
         if self.broken:
             raise SubmissionBroken(self.broken)
         if self._depth == _DEEPEST_NESTING:
             self._break(f"its code in {where} waits for itself")
-        allowance, outer = self._allowance, (self._left, self._slept)
-        self._left = allowance.begin if isinstance(request, Begin) else allowance.block
-        self._slept = 0.0
+        allowance = self._allowance
+        limit = allowance.begin if isinstance(request, Begin) else allowance.block
+        piece = _Piece(next(self._numbers) & _LARGEST_NUMBER, where, limit)
         self._depth += 1
         try:
-            return self._ask(request, answer, where)
+            return self._ask(request, answer, piece)
         except PipeTimeout:
             if self._left_of_trial <= 0:
                 self._break(f"its code took more than {allowance.trial:g} s in this trial")
-            limit = allowance.begin if isinstance(request, Begin) else allowance.block
             self._break(f"took more than {limit:g} s in {where}")
         except MessageTooLarge as error:
             self._break(f"broke off the conversation in {where}: {error}")
@@ -151,78 +168,89 @@ class Session:
             self._break(f"its process sent what is no message, in {where}: {error}")
         finally:
             self._depth -= 1
-            self._left, self._slept = outer
 
     def close(self) -> None:
         """End the process and everything that it has started."""
+        self.broken = self.broken or "its process was ended"
         if self._process.poll() is None:
             self._process.kill()  # its parent within the walls ends with it, and all others with that
         try:
             self._process.wait(_END_LIMIT)
         except subprocess.TimeoutExpired:
-            self.broken = self.broken or "its process cannot be ended"
+            self.broken = "its process cannot be ended"
         for file in (self._process.stdin, self._process.stdout, self._output):
             if file is not None:
                 file.close()
 
-    def _ask(self, request: Message, answer: type[M], where: str) -> M:
+    def _ask(self, request: Message, answer: type[M], piece: _Piece) -> M:
+        where, told = piece.where, ""
         if self._pipe.has_more:
             self._break(f"its process sent what nobody had asked for, before {where}")
-        self._send(request)
+        self._send(request, piece)
         while True:
-            message = self._receive()
+            message = self._receive(piece)
             if isinstance(message, answer):
                 return message
             if isinstance(message, Raised):
-                raise _exception(message, where)
+                raise _ENDS[told] if message.error == told else _exception(message, where)
             self._requests += 1
             if self._requests > _MOST_REQUESTS:
                 self._break(f"made more than {_MOST_REQUESTS} requests in a trial, the last in {where}")
-            began = time.monotonic()
-            self._check_sleep(message, where)
-            reply = self.serve(message)
+            reply = self._serve(message, piece)
+            if isinstance(reply, Failed) and reply.error in _ENDS:
+                told = reply.error
             if self.broken:
-                raise SubmissionBroken(self.broken)
-            if not isinstance(message, Sleep | Wait):  # these are time of the robot
-                self._spend(time.monotonic() - began)
-            self._send(reply)
+                raise _ENDS[told] if told else SubmissionBroken(self.broken)
+            self._send(reply, piece)
 
-    def _check_sleep(self, message: object, where: str) -> None:
+    def _serve(self, message: object, piece: _Piece) -> Message:
+        """Do what code asks for; what it waits for is time of the robot, in which other code runs."""
         if isinstance(message, Sleep | Wait):
-            seconds = message.seconds if isinstance(message, Sleep) else message.timeout
-            if not seconds >= 0:
-                self._break(f"asked to sleep {seconds} s in {where}")
-            self._slept += seconds
-            if self._slept > self._allowance.sleep:
-                self._break(f"slept more than {self._allowance.sleep:g} s of the trial in {where}")
+            self._check_sleep(message.seconds if isinstance(message, Sleep) else message.timeout, piece)
+            self._depth -= 1
+            try:
+                return self.serve(message)
+            finally:
+                self._depth += 1
+        began = time.monotonic()
+        reply = self.serve(message)
+        self._spend(time.monotonic() - began, piece)
+        return reply
 
-    def _send(self, message: Message) -> None:
-        data = self._encoder.encode(message)
+    def _check_sleep(self, seconds: float, piece: _Piece) -> None:
+        if not seconds >= 0:
+            self._break(f"asked to sleep {seconds} s in {piece.where}")
+        piece.slept += seconds
+        if piece.slept > self._allowance.sleep:
+            self._break(f"slept more than {self._allowance.sleep:g} s of the trial in {piece.where}")
+
+    def _send(self, message: Message, piece: _Piece) -> None:
+        data = NUMBER.pack(piece.number) + self._encoder.encode(message)
         self._sent += len(data)
         if self._sent > self._allowance.data * _MEBIBYTE:
             self._break(f"asked for more than {self._allowance.data} MB of the robot's data")
-        began = self._start_waiting()
+        began = self._start_waiting(piece)
         self._pipe.send(data)
-        self._spend(time.monotonic() - began)
+        self._spend(time.monotonic() - began, piece)
 
-    def _receive(self) -> Any:  # noqa: ANN401 - a message
-        began = self._start_waiting()
+    def _receive(self, piece: _Piece) -> Any:  # noqa: ANN401 - a message
+        began = self._start_waiting(piece)
         try:
             data = self._pipe.receive()
         finally:
-            self._spend(time.monotonic() - began)
+            self._spend(time.monotonic() - began, piece)
         self._received += len(data)
         if self._received > _MOST_RECEIVED:
             self._break(f"sent more than {_MOST_RECEIVED >> 20} MB to the robot")
         return self._decode(data)
 
-    def _start_waiting(self) -> float:
+    def _start_waiting(self, piece: _Piece) -> float:
         now = time.monotonic()
-        self._pipe.until = now + min(self._left, self._left_of_trial)
+        self._pipe.until = now + min(piece.left, self._left_of_trial)
         return now
 
-    def _spend(self, seconds: float) -> None:
-        self._left -= seconds
+    def _spend(self, seconds: float, piece: _Piece) -> None:
+        piece.left -= seconds
         self._left_of_trial -= seconds
 
     def _break(self, why: str) -> NoReturn:

@@ -9,7 +9,9 @@ and beside it the description of the robot, for viewers.
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from functools import partial
@@ -20,10 +22,10 @@ from hfsm_runtime.command import World, make_app
 from hfsm_runtime.component import Component
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.ending import report_abrupt_ends
-from hfsm_runtime.errors import ComponentError, OnError, OnRefused
+from hfsm_runtime.errors import ComponentError, OnError, OnRefused, exit_code_of
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.virtual.clock import PacedClock
-from hfsm_runtime.virtual.paced import PacedExecution
+from hfsm_runtime.virtual.paced import THREAD, PacedExecution
 from hfsm_runtime.virtual.world import VirtualWorld
 from naoserver.bodies import DEFAULT_BODY
 from naoserver.body import Body
@@ -89,7 +91,15 @@ def main(**options: Any) -> NoReturn:  # noqa: ANN401 - of PacedExecution
         sys.exit(f"{file.name}: error: {error}")
     if len(found) != 1:
         sys.exit(f"{file.name} defines {len(found)} components, not one")
-    run(make_app(found[0], partial(dry_run, body=described, **options)), expected=(ComponentError,))
+    try:
+        run(make_app(found[0], partial(dry_run, body=described, **options)), expected=(ComponentError,))
+    except SystemExit as end:
+        if any(thread.name == THREAD for thread in threading.enumerate()):
+            # Code hangs there. Python would end its thread in the middle of a greenlet, which crashes.
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(exit_code_of(end))
+        raise
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ SLEEP = "time.sleep(7.25)\nasleep = time.monotonic()"
     ],
     ids=["library", "from library", "variables", "state", "function"],
 )  # fmt: skip
-def test_a_sleep_moves_the_time(
+def test_a_sleep_lasts_its_time_by_the_clock(
     behavior: MakeBehavior, tmp_path: Path, code: str, others: dict[str, Any]
 ) -> None:
     libraries = others.pop("libraries", ())
@@ -44,15 +44,17 @@ def test_a_sleep_moves_the_time(
     path = tmp_path / "written.xml"
     path.write_text(document(only, libraries=libraries), encoding="utf-8")
     b = behavior(path)
-    b.advance(0.0)
-    assert (b.time, b.variables("written")["asleep"]) == (7.25, 7.25)
+    b.advance(7.0)
+    assert b.variables("written")["asleep"] == 0.0
+    b.advance(0.25)
+    assert b.variables("written")["asleep"] == 7.25
     b.reload(path)
-    b.advance(0.1)
-    assert b.time == pytest.approx(14.55)
+    b.advance(7.3)
+    assert b.variables("written")["asleep"] == pytest.approx(14.55)
     assert time.sleep is __import__("time").sleep
 
 
-def test_a_sleep_of_an_extension_and_of_a_component_from_a_module_moves_the_time(
+def test_a_sleep_of_an_extension_and_of_a_component_from_a_module_lasts_its_time(
     behavior: MakeBehavior, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "napper_ext.py").write_text(
@@ -63,8 +65,10 @@ def test_a_sleep_of_an_extension_and_of_a_component_from_a_module_moves_the_time
     monkeypatch.syspath_prepend(tmp_path)
     module = importlib.import_module("napper")
     for b in (behavior(tmp_path / "napper.xml"), behavior(module.Napper), behavior(module.Napper)):
-        b.advance(0.0)
-        assert b.time == 8.25
+        b.advance(8.2)
+        assert b.in_cycle
+        b.advance(0.05)
+        assert not b.in_cycle
     assert module.time is time
     for name in ("napper", "napper_ext"):
         del sys.modules[name]

@@ -311,3 +311,18 @@ def test_late_pictures_are_as_old_as_they_are_said_to_be(tmp_path: Path) -> None
         for disturbances in ({"jump": jump}, {"jump": jump, "late": late})
     ]
     assert seen[1] - seen[0] == pytest.approx(0.6, abs=0.15)
+
+
+def test_while_code_sleeps_the_trial_is_looked_at_and_ends_at_its_limit(tmp_path: Path) -> None:
+    path = tmp_path / "sleeps.xml"
+    code = "since = self.clock.now()\nself.sleep(2.0)\nsince = self.clock.now()\nself.sleep(60.0)"
+    path.write_text(
+        document(sub(1, 0, state(1, "only", code, initial=True), variables="since = 0.0")), "utf-8"
+    )
+    (tmp_path / "judge.py").write_text(
+        "def since(run):\n    return run.variables('sleeps')['since']\n", encoding="utf-8"
+    )
+    outcome = run_trial(plan(str(path), samples={"since": "judge.py:since"}, limit=4.0), 1)
+    assert (outcome.success, outcome.time) == (True, 4.0)
+    # 20 of 41 looks come before the end of the first sleep, and the one at its moment after it.
+    assert outcome.numbers["since mean"] == pytest.approx(2.0 * 21 / 41)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from hfsm_runtime._replay.code import Code, current_code
+from hfsm_runtime._code import Code, current_code
 from hfsm_runtime._replay.script import Record, ReplayEndedError, Want
 from hfsm_runtime.recording_file.messages import Reading
 
@@ -61,7 +61,7 @@ def test_who_drives_code_gets_its_exception() -> None:
     assert code.ended
 
 
-def test_only_code_of_a_replay_has_a_context() -> None:
+def test_outside_of_code_there_is_none() -> None:
     found: list[Code | None] = []
 
     def look() -> None:
@@ -115,14 +115,14 @@ def test_code_that_waits_can_be_ended_whatever_it_does(
     done: list[str] = []
     code = Code("automaton 1", lambda: work(done))
     code.go()
-    code.close()
+    code.close(ReplayEndedError)
     assert len(done) == cleaned
     assert code.ended == (work is not refuse)
 
 
 def test_code_that_has_ended_or_never_began_needs_no_end() -> None:
-    Code("automaton 1", lambda: pytest.fail("it ran")).close()
+    Code("automaton 1", lambda: pytest.fail("it ran")).close(ReplayEndedError)
     code = Code("automaton 1", lambda: None)
     code.go()
-    code.close()
+    code.close(ReplayEndedError)
     assert code.ended

@@ -1,0 +1,61 @@
+"""Pieces of code that take turns on one thread: each runs until it waits, and goes on when it is let."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from contextvars import Context
+from typing import Any, Final
+
+from greenlet import getcurrent, greenlet
+
+_END_ATTEMPTS: Final = 3
+"""How often code is asked to end; code that refuses is left where it waits."""
+
+
+class Code:
+    """A piece of code: it runs while `go` does, until it waits for something, or ends.
+
+    All of it runs on the thread that lets it go for the first time. `context` says whose code it is;
+    `variables` are its context variables, by default none.
+    """
+
+    def __init__(
+        self, context: str, function: Callable[[], object], variables: Context | None = None
+    ) -> None:
+        self.context: Final = context
+        self.want: Any = None
+        """What the code waits for; None while it runs, and after its end."""
+        self._greenlet: Final[Any] = greenlet(lambda _none: function())
+        self._greenlet.code = self
+        self._greenlet.gr_context = variables
+
+    @property
+    def ended(self) -> bool:
+        """Whether the code has returned, or raised an exception."""
+        return bool(self._greenlet.dead)
+
+    def go(self, answer: Any = None) -> None:  # noqa: ANN401 - whatever it waits for
+        """Let the code run, with the answer that it waits for; raises what the code raises."""
+        self.want = None
+        self._greenlet.parent = getcurrent()
+        self._greenlet.switch(answer)
+
+    def wait(self, want: Any = None) -> Any:  # noqa: ANN401 - whatever it waits for
+        """Wait for the answer from `go`; called by the code."""
+        self.want = want
+        return self._greenlet.parent.switch()
+
+    def close(self, error: type[BaseException]) -> None:
+        """End code that waits, by an exception where it waits."""
+        for _ in range(_END_ATTEMPTS):
+            if self._greenlet:
+                self._greenlet.parent = getcurrent()
+                with suppress(Exception, SystemExit, error):
+                    self._greenlet.throw(error)
+
+
+def current_code() -> Code | None:
+    """Return the code that runs here; None outside of any."""
+    found: Code | None = getattr(getcurrent(), "code", None)
+    return found
