@@ -102,7 +102,9 @@ def _ros_rules(role: Role) -> list[tuple[str, str, list[str]]]:
     """Return messages, flows and keys of what a role may do in the graph of ROS, as rmw_zenoh lays it out.
 
     A message, a request or a goal has the key DOMAIN/NAME/TYPE/HASH. The `::` in the type divides it from all
-    keys of ours. Below it are the messages that latched topics keep for late joiners.
+    keys of ours. Below it are the messages that latched topics keep for late joiners. By the end of a token a
+    gateway notices that a commander is gone, and of a name with too many it counts none. So a role declares
+    the tokens of what it may do, and of nodes, which move nothing.
     """
 
     def keys(names: Sequence[str]) -> list[str]:
@@ -112,6 +114,10 @@ def _ros_rules(role: Role) -> list[tuple[str, str, list[str]]]:
     def kept(keys: Sequence[str]) -> list[str]:
         return [f"{key}/@adv/**" for key in keys]
 
+    def tokens(names: Sequence[str], *kinds: str) -> list[str]:
+        ends = [f"{kind}/*/*/*/{name}/**" for kind in kinds for each in names for name in _mangled(each)]
+        return [f"@ros2_lv/{domain}/*/*/*/{end}" for domain in role.ros_domains for end in ends]
+
     called, served = keys(role.ros_call), keys(role.ros_serve)
     heard = [*called, *keys(role.ros_read)]
     if not (heard or served):
@@ -120,11 +126,17 @@ def _ros_rules(role: Role) -> list[tuple[str, str, list[str]]]:
     offered = [*served, *kept(served)]
     published = [*called, *kept(called)]
     presence = [*graph, *kept(heard), *offered]
+    announced = [
+        *(f"@ros2_lv/{domain}/*/*/*/NN/*/*/*" for domain in role.ros_domains),
+        *tokens(role.ros_call, "MP", "MS", "SC"),
+        *tokens(role.ros_read, "MS"),
+        *tokens(role.ros_serve, "MP", "MS", "SC", "SS"),
+    ]
     return [
         # Everybody who uses ROS may see the graph.
         ("liveliness_query declare_liveliness_subscriber", "ingress egress", presence),
         ("liveliness_token", "egress", presence),
-        ("liveliness_token", "ingress", [*graph, *published, *offered] if role.liveliness else []),
+        ("liveliness_token", "ingress", [*announced, *published, *offered] if role.liveliness else []),
         ("put query", "ingress", published),
         ("reply declare_queryable declare_subscriber", "egress", published),
         ("reply declare_queryable", "ingress", kept(called)),
@@ -143,6 +155,19 @@ def _ros_rules(role: Role) -> list[tuple[str, str, list[str]]]:
 def _glob(text: str) -> str:
     """Return a chunk of a Zenoh key expression."""
     return text if text in ("*", "**") else text.replace("*", "$*")
+
+
+def _mangled(name: str) -> list[str]:
+    """Return the patterns that a pattern of names of ROS has in tokens: one chunk, where `%` stands for `/`.
+
+    `**` is no part or some, which are two patterns. To Zenoh `%` is like any other character, so that `*` may
+    be several parts.
+    """
+    found = [""]
+    for part in name.strip("/").split("/"):
+        ends = ("", "%$*") if part == "**" else (f"%{part.replace('*', '$*')}",)
+        found = [f"{begin}{end}" for begin in found for end in ends]
+    return [each for each in found if each]
 
 
 def check_security(settings: Settings) -> list[str]:

@@ -69,7 +69,9 @@ Name = Annotated[str, _text(r"[^\x00-\x1f\x7f-\x9f]{1,64}", "write 1 to 64 chara
 Operation = Annotated[str, _text(rf"{_STAR}(\*\*|{_GLOB}\.[A-Za-z0-9_*]{{1,128}})", _OPERATIONS)]
 IdentityPattern = Annotated[str, _text(rf"{_STAR}(\*\*|{_GLOB})", _IDENTITIES)]
 RealmPattern = Annotated[str, _text(rf"{_STAR}(?!\*\*)[A-Za-z0-9_.\-*]{{1,64}}", _REALMS)]
-RosName = Annotated[str, _text(r"(\*\*|(/(\*\*|[A-Za-z0-9_*]{1,128})){1,16})", _ROS_NAMES)]
+_UNCLEAR: Final = r"(?!.*([^/]\*\*|\*\*[^/]|\*\*/\*\*?(/|\Z)))"
+"""No `**` beside other characters, and no `*` or `**` as the part after it: Zenoh refuses such keys."""
+RosName = Annotated[str, _text(rf"(\*\*|{_UNCLEAR}(/(\*\*|[A-Za-z0-9_*]{{1,128}})){{1,16}})", _ROS_NAMES)]
 RosDomain = Annotated[int, Meta(ge=0, le=232, description="write a whole number from 0 to 232")]
 _Most = Meta(max_length=256)
 

@@ -58,3 +58,10 @@ class Keys:
         """Return the settings of a new user with the role of a student."""
         self.security.add(name, "student", valid=valid)
         return self.settings(name)
+
+    def add_role(self, name: str, table: str) -> None:
+        """Give the router a role, as the lines of its table, and a user of the same name."""
+        file = self.folder / "router.toml"
+        before, section, users = file.read_text("utf-8").partition("[security.users]")
+        file.write_text(f"{before}[security.roles.{name}]\n{table}\n{section}{users}", "utf-8")
+        self.security.add(name, name, valid=timedelta(days=1))

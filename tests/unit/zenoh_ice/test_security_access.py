@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import re
+from itertools import pairwise
 
 import pytest
 import zenoh
@@ -15,6 +16,7 @@ from tests.support.any_text import any_text
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.security import access_control
 from zenoh_ice.settings import Role, Security, Settings
+from zenoh_ros2 import _wire as wire
 
 names = st.text("ab.-_", min_size=1, max_size=3)
 globs = st.text("ab.*", min_size=1, max_size=3).filter(lambda text: "**" not in text)
@@ -140,6 +142,44 @@ def test_roles_without_users_grant_nothing() -> None:
     }  # fmt: skip
 
 
+def ros_key(name: str) -> str:
+    return wire.key(0, name, "a/msg/B", "RIHS01_0")
+
+
+def ros_token(kind: wire.EntityKind, name: str) -> str:
+    return wire.Entity(kind, 0, "f00", 1, 2, "/own", "node", name, "a/msg/B", "RIHS01_0").token()
+
+
+@given(
+    pattern=st.lists(st.sampled_from(["a", "b", "**"]), min_size=1, max_size=4).filter(
+        lambda parts: ("**", "**") not in pairwise(parts)
+    ),
+    name=st.lists(st.sampled_from(["a", "b", "ab"]), min_size=1, max_size=4),
+)
+def test_a_role_announces_in_ros_what_it_may_do(pattern: list[str], name: list[str]) -> None:
+    granted, used = f"/{'/'.join(pattern)}", f"/{'/'.join(name)}"
+    roles = {right: parse_role({right: [granted]}) for right in ("ros_call", "ros_read", "ros_serve")}
+    expected = allows(roles["ros_read"], "declare_subscriber", "ingress", ros_key(used))
+    for right, kind, may in [
+        ("ros_call", "MS", True),
+        ("ros_call", "SC", True),
+        ("ros_call", "SS", False),
+        ("ros_read", "MP", False),
+        ("ros_read", "MS", True),
+        ("ros_read", "SC", False),
+        ("ros_serve", "MP", True),
+        ("ros_serve", "SS", True),
+    ]:
+        token = ros_token(kind, used)  # type: ignore[arg-type]
+        assert allows(roles[right], "liveliness_token", "ingress", token) == (expected and may)
+
+
+def test_a_node_is_announced_by_whoever_may_use_ros() -> None:
+    node = wire.Entity("NN", 0, "f00", 1, 1, "/own", "node").token()
+    assert allows(parse_role({"ros_read": ["/a"]}), "liveliness_token", "ingress", node)
+    assert not allows(parse_role({"read": ["**"]}), "liveliness_token", "ingress", node)
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [
@@ -164,10 +204,11 @@ def test_what_is_no_role_is_refused(table: object, message: str) -> None:
         parse_role(table)
 
 
-@given(any_text(max_size=12))
+@given(any_text(max_size=12) | st.from_regex(r"(/[ab*]{1,3}){1,4}", fullmatch=True))
 def test_whatever_is_accepted_makes_keys(pattern: str) -> None:
+    rights = ("ros_call", "ros_serve") if pattern.startswith("/") else ("call", "read")
     try:
-        role = parse_role({"call": [pattern], "read": [pattern]})
+        role = parse_role({right: [pattern] for right in rights})
     except ConfigurationException:
         return
     for rule in rules(role):
