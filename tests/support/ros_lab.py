@@ -48,21 +48,24 @@ class Lab:
 
 
 @contextmanager
-def secured_lab(keys: Keys, namespace: str = "/") -> Iterator[Lab]:
-    """Run a router, a fake robot, whose walk goes on for long, and the gateway of an operator."""
+def secured_lab(
+    keys: Keys, namespace: str = "/", gateway: str = "gateway", realm: str = "nao", **router: object
+) -> Iterator[Lab]:
+    """Run a router with some settings, a fake robot, whose walk goes on for long, and its gateway."""
     patient = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
     with ExitStack() as steps:
         enter = steps.enter_context
-        enter(routing(keys.settings("router")))
+        enter(routing(keys.settings("router", **router)))
         robot = enter(closing(FakeRobot()))
-        adapter = enter(initialize(keys.settings("robot"))).createObjectAdapter("Robot")
+        adapter = enter(initialize(keys.settings("robot", realm=realm))).createObjectAdapter("Robot")
         robot.start()
         enter(serve_robot(robot, adapter, patient))
         adapter.activate()
         # It looks half a second for parts that the robot does not have, and no longer for long calls.
         brief = Limits(longest_grace=0.0)
-        operator = enter(initialize(keys.settings("operator"), limits=brief))
-        eventually(lambda: "Safety" in operator.identities())
-        settings = keys.settings("operator")
-        telemetry = enter(serve(operator, "nao", settings=settings, namespace=namespace))
+        operator = enter(initialize(keys.settings("operator", realm=realm)))
+        own = keys.settings(gateway, realm=realm)
+        client = enter(initialize(own, limits=brief))
+        eventually(lambda: "Safety" in client.identities())
+        telemetry = enter(serve(client, "nao", settings=own, namespace=namespace))
         yield Lab(keys, operator, telemetry)

@@ -53,7 +53,7 @@ def init(
         typer.Option(
             min=1,
             max=_LAST_PORT,
-            help="Port of the router for operator and robot alone, which a firewall keeps from others. "
+            help="Port of the router for all but students, which a firewall keeps from others. "
             "[default: the next one]",
             show_default=False,
         ),
@@ -61,7 +61,7 @@ def init(
     realm: Annotated[str, typer.Option(help="Realm of the robot.")] = "nao",
     days: _Days = 365,
 ) -> None:
-    """Make an authority, certificates, and the settings of a router, a robot, an operator and students."""
+    """Make an authority, certificates, and the settings of a router, a robot and its users."""
     hosts = host or [socket.gethostname()]
     own_port = operator_port or min(port + 1, _LAST_PORT)
     files = _folder(folder).create(

@@ -39,7 +39,7 @@ _ROUTER: Final = "router"
 _ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - other machines must reach the router
 
 _STUDENT: Final = "student"
-_CLIENT_ROLES: Final = ("robot", "operator", _STUDENT)  # with which the file of a router begins
+_CLIENT_ROLES: Final = ("robot", "operator", "gateway", _STUDENT)  # with which the file of a router begins
 
 _ROUTER_FILE: Final = """\
 # Settings of the router: nao router --config router.toml
@@ -58,7 +58,7 @@ key = "router.key"
 #   read   streams to read, without calling anything
 #   serve  identities to serve
 #   liveliness = false   robots do not notice when its programs end, and it cannot flood them with tokens
-#   ros_call, ros_read, ros_serve   the same in ROS, by names such as /cmd_vel; a gateway needs ros_serve
+#   ros_call, ros_read, ros_serve   the same in ROS, by names such as /cmd_vel
 # `*` stands for any characters of a name; `**` alone is everything.
 
 [security.roles.robot]
@@ -68,6 +68,10 @@ serve = ["**"]
 call = ["**"]
 serve = ["Hfsm.*"]
 ros_call = ["**"]
+ros_serve = ["**"]
+
+[security.roles.gateway]
+call = ["**"]
 ros_serve = ["**"]
 
 [security.roles.student]
@@ -114,10 +118,10 @@ class SecurityFolder:
         operator_port: int | None = None,
         valid: timedelta,
     ) -> list[Path]:
-        """Make everything for a router, a robot, an operator and students; return the files of settings.
+        """Make everything for a router, a robot and its users; return the files of settings.
 
         `hosts` are the names and addresses by which others reach the router; they connect to the first.
-        Robot and operator use `operator_port`, an endpoint that a firewall can keep for them; by default the
+        All but students use `operator_port`, an endpoint that a firewall can keep for them; by default the
         same as everybody. Raises ConfigurationException for an invalid realm, SecurityFilesError for an
         invalid host.
         """
