@@ -27,9 +27,9 @@ from naoserver_sim._team import run_team, team_commands
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
-from zenoh_ice import initialize
+from zenoh_ice import ConfigurationException, initialize
 from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
-from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Security, Settings
 
 MOST_ROBOTS: Final = 16
 
@@ -143,6 +143,11 @@ def naoserver_sim(
     )
     surroundings = load_world(world)
     facts = read_own_body(Path(body)) if body.endswith(".toml") else find_body(body)
+    if qi is not None and settings.security != Security():
+        raise ConfigurationException(
+            f"--qi {qi} beside [security]: NAOqi has no passwords, so that any program at this address"
+            " would do what no role grants; leave out --qi, or serve the robot without [security]"
+        )
     naoqi = None if qi is None else partial(find_entrance("qi"), url=qi, disk=disk)
     if robots > 1:
         with stop_on_signals() as stop:

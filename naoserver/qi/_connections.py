@@ -25,6 +25,7 @@ from urllib.parse import urlsplit
 
 from naoserver.errors import RobotError
 from naoserver.qi._clients import Client, QiLimits
+from zenoh_ice.settings import is_loopback
 
 _logger = logging.getLogger(__name__)
 
@@ -103,6 +104,11 @@ class Connections:
         self._port: int = listening.getsockname()[1]
         self.url: Final = _url_of((self._host, self._port))
         """The address, with the port that the system picked."""
+        if not is_loopback(self.url.replace("://", "/")):
+            _logger.warning(
+                "NAOqi at %s has no passwords: anyone on that network can see through the cameras and move"
+                " the robot; give an address such as tcp://127.0.0.1:9559", self.url,
+            )  # fmt: skip
         self._offer = offer
         self._lose = lose
         self._limits = limits or QiLimits()

@@ -186,6 +186,14 @@ def is_admitted(program):
 
 
 @limited(connections=2, talk=FOREVER)
+def test_an_address_that_others_may_reach_is_warned_of(played, caplog):
+    assert "passwords" not in caplog.text
+    nobody = Offer("tcp://127.0.0.1:9", {}, DOOR, lambda client: client.name)
+    elsewhere = Connections("tcp://127.1:0", nobody, print)  # loopback, in a form that nobody writes
+    elsewhere.close()
+    assert f"NAOqi at {elsewhere.url} has no passwords: anyone on that network can" in caplog.text
+
+
 def test_further_connections_are_closed_at_once(played):
     with ExitStack() as steps:
         first, *_ = (steps.enter_context(Line.to(played.connections.url)) for _ in range(2))
