@@ -118,17 +118,19 @@ def _ros_rules(role: Role) -> list[tuple[str, str, list[str]]]:
         ends = [f"{kind}/*/*/*/{name}/**" for kind in kinds for each in names for name in _mangled(each)]
         return [f"@ros2_lv/{domain}/*/*/*/{end}" for domain in role.ros_domains for end in ends]
 
-    called, served = keys(role.ros_call), keys(role.ros_serve)
+    commands = [name for name in role.ros_call if "*" not in name.rpartition("/")[2]]
+    called, commanded, served = keys(role.ros_call), keys(commands), keys(role.ros_serve)
     heard = [*called, *keys(role.ros_read)]
     if not (heard or served):
         return []
     graph = [f"@ros2_lv/{domain}/**" for domain in role.ros_domains]
     offered = [*served, *kept(served)]
-    published = [*called, *kept(called)]
+    published = [*commanded, *kept(commanded)]
     presence = [*graph, *kept(heard), *offered]
     announced = [
         *(f"@ros2_lv/{domain}/*/*/*/NN/*/*/*" for domain in role.ros_domains),
-        *tokens(role.ros_call, "MP", "MS", "SC"),
+        *tokens(commands, "MP"),
+        *tokens(role.ros_call, "MS", "SC"),
         *tokens(role.ros_read, "MS"),
         *tokens(role.ros_serve, "MP", "MS", "SC", "SS"),
     ]
@@ -137,12 +139,14 @@ def _ros_rules(role: Role) -> list[tuple[str, str, list[str]]]:
         ("liveliness_query declare_liveliness_subscriber", "ingress egress", presence),
         ("liveliness_token", "egress", presence),
         ("liveliness_token", "ingress", [*announced, *published, *offered] if role.liveliness else []),
-        ("put query", "ingress", published),
-        ("reply declare_queryable declare_subscriber", "egress", published),
-        ("reply declare_queryable", "ingress", kept(called)),
-        ("query", "egress", kept(called)),
+        ("query", "ingress", [*called, *kept(called)]),
+        ("reply declare_queryable declare_subscriber", "egress", [*called, *kept(called)]),
+        # Who may command everything of a robot does not speak for it: topics to publish are called by name.
+        ("put", "ingress", published),
+        ("reply declare_queryable", "ingress", kept(commanded)),
+        ("query", "egress", kept(commanded)),
         # A kept message has the key of its topic.
-        ("reply", "ingress", called),
+        ("reply", "ingress", commanded),
         ("reply", "egress", heard),
         ("declare_subscriber", "ingress", [*heard, *kept(heard)]),
         ("put", "egress", [*heard, *kept(heard)]),

@@ -94,7 +94,8 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """whether its processes may hold a liveliness token, by whose end robots notice that they are gone;
     thousands of tokens delay everybody, so set false for users that move nothing"""
     ros_call: Annotated[tuple[RosName, ...], _Most] = ()
-    """topics of ROS to publish and to hear, and services to call; an action is `/NAME/**`"""
+    """topics of ROS to hear, and services to call; an action is `/NAME/**`. Topics whose last part is written
+    without `*`, such as `/cmd_vel` or `/**/cmd_vel`, it may publish, too"""
     ros_read: Annotated[tuple[RosName, ...], _Most] = ()
     """topics of ROS to hear"""
     ros_serve: Annotated[tuple[RosName, ...], _Most] = ()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
+from queue import SimpleQueue
 from typing import Any
 
 import pytest
@@ -19,7 +20,7 @@ from tests.support.ros_lab import Lab, secured_lab
 from tests.support.security import Keys
 from zenoh_ros2 import Node, Publisher
 from zenoh_ros2._graph import MOST_OF_A_NAME
-from zenoh_ros2._wire import Entity, EntityKind
+from zenoh_ros2._wire import Entity, EntityKind, key
 
 ANGLES = "naoqi_bridge_msgs/msg/JointAnglesWithSpeed"
 TEXT = "std_msgs/msg/String"
@@ -30,9 +31,8 @@ HASH = f"RIHS01_{'0' * 64}"
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     keys = Keys(tmp_path_factory.mktemp("keys"))
     for color in ("red", "blue"):
-        keys.add_role(
-            color, f'ros_call = ["/{color}/**"]\nros_read = ["**"]\nros_serve = ["/{color}/own/**"]'
-        )
+        called = ", ".join(f'"/{color}/{name}"' for name in ("**", "cmd_vel", "joint_angles"))
+        keys.add_role(color, f'ros_call = [{called}]\nros_read = ["**"]\nros_serve = ["/{color}/own/**"]')
     with secured_lab(keys, "/blue") as lab:
         yield lab
 
@@ -84,6 +84,7 @@ def test_a_role_announces_only_what_it_may_do(lab: Lab, red: Node) -> None:
         ("SC", "/blue/nao/emergency_stop"),
         ("SS", "/blue/own/reset"),
         ("SS", "/red/nao/emergency_stop"),
+        ("MP", "/red/joint_states"),
         ("MP", "/redfake/cmd_vel"),
         ("MP", "/redfake"),
         ("MP", "/cmd_vel"),
@@ -99,6 +100,21 @@ def test_a_role_announces_only_what_it_may_do(lab: Lab, red: Node) -> None:
         assert operator.graph.wait(lambda: "/node_of_red" in operator.graph.nodes(), EVENT_LIMIT)
     for each in declared:
         each.undeclare()
+
+
+def test_who_may_command_a_robot_does_not_speak_for_it(lab: Lab, blue: Node) -> None:
+    heard: SimpleQueue[str] = SimpleQueue()
+    voices = [key(0, name, TEXT, HASH) for name in ("/blue/joint_states", "/tf", "/clock")]
+    command = key(0, "/blue/cmd_vel", TEXT, HASH)
+    with lab.node("operator") as operator:
+        for each in (*voices, command):
+            operator.session.declare_subscriber(each, lambda sample: heard.put(str(sample.key_expr)))
+        commander = blue.session.declare_publisher(command)
+        eventually(lambda: commander.matching_status.matching)
+        for each in (*voices, key(0, "/blue/*", TEXT, HASH), key(0, "/**", TEXT, HASH)):
+            blue.session.put(each, b"")
+        commander.put(b"")
+        assert heard.get(timeout=EVENT_LIMIT) == command
 
 
 def test_nobody_keeps_a_commander_of_another_robot_alive(
@@ -122,10 +138,10 @@ def test_tokens_of_a_role_end_nothing_on_the_robot_of_another(lab: Lab, red: Nod
     flood = declare(
         red.session,
         *(token("MP", "/blue/joint_angles", number) for number in range(MOST_OF_A_NAME + 50)),
-        token("MP", "/red/last"),  # whatever is let through of them has arrived before this one
+        token("MP", "/red/own/last"),  # whatever is let through of them has arrived before this one
     )
     with lab.node("operator") as operator:
-        assert operator.graph.wait(lambda: bool(operator.graph.publishers("/red/last")), EVENT_LIMIT)
+        assert operator.graph.wait(lambda: bool(operator.graph.publishers("/red/own/last")), EVENT_LIMIT)
     turn(blue, goal, 0.05)  # for longer than a sender may stay unknown
     eventually(lambda: position(lab) == pytest.approx(goal, abs=0.01))
     for each in flood:

@@ -58,7 +58,7 @@ key = "router.key"
 #   read   streams to read, without calling anything
 #   serve  identities to serve
 #   liveliness = false   robots do not notice when its programs end, and it cannot flood them with tokens
-#   ros_call, ros_read, ros_serve   the same in ROS, by names such as /cmd_vel
+#   ros_call, ros_read, ros_serve   the same in ROS, by names; topics to publish are called by name: /cmd_vel
 # `*` stands for any characters of a name; `**` alone is everything.
 
 [security.roles.robot]

@@ -161,6 +161,7 @@ def test_a_role_announces_in_ros_what_it_may_do(pattern: list[str], name: list[s
     roles = {right: parse_role({right: [granted]}) for right in ("ros_call", "ros_read", "ros_serve")}
     expected = allows(roles["ros_read"], "declare_subscriber", "ingress", ros_key(used))
     for right, kind, may in [
+        ("ros_call", "MP", pattern[-1] != "**"),
         ("ros_call", "MS", True),
         ("ros_call", "SC", True),
         ("ros_call", "SS", False),
@@ -172,6 +173,27 @@ def test_a_role_announces_in_ros_what_it_may_do(pattern: list[str], name: list[s
     ]:
         token = ros_token(kind, used)  # type: ignore[arg-type]
         assert allows(roles[right], "liveliness_token", "ingress", token) == (expected and may)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name", "publishes"),
+    [
+        ("/red/cmd_vel", "/red/cmd_vel", True),
+        ("/**/cmd_vel", "/red/cmd_vel", True),
+        ("/*/cmd_vel", "/red/cmd_vel", True),
+        ("/red/*", "/red/joint_states", False),
+        ("/red/joint*", "/red/joint_states", False),
+        ("/red/**", "/red/joint_states", False),
+        ("**", "/tf", False),
+    ],
+)
+def test_a_role_publishes_what_it_calls_by_name(pattern: str, name: str, publishes: bool) -> None:
+    role = parse_role({"ros_call": [pattern]})
+    assert allows(role, "query", "ingress", ros_key(name))
+    assert allows(role, "declare_subscriber", "ingress", ros_key(name))
+    assert allows(role, "put", "ingress", ros_key(name)) == publishes
+    assert allows(role, "put", "ingress", f"{ros_key(name)}/@adv/pub/f00") == publishes
+    assert allows(parse_role({"ros_serve": [pattern]}), "put", "ingress", ros_key(name))
 
 
 def test_a_node_is_announced_by_whoever_may_use_ros() -> None:
