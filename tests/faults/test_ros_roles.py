@@ -109,7 +109,7 @@ def test_who_may_command_a_robot_does_not_speak_for_it(lab: Lab, blue: Node) -> 
     with lab.node("operator") as operator:
         for each in (*voices, command):
             operator.session.declare_subscriber(each, lambda sample: heard.put(str(sample.key_expr)))
-        commander = blue.session.declare_publisher(command)
+        commander: Any = blue.session.declare_publisher(command)
         eventually(lambda: commander.matching_status.matching)
         for each in (*voices, key(0, "/blue/*", TEXT, HASH), key(0, "/**", TEXT, HASH)):
             blue.session.put(each, b"")
