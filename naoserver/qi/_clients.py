@@ -89,6 +89,8 @@ class Client:
         """How many of its calls are `awaited`."""
         self.on_awaited_call: Callable[[], object] = lambda: None
         """Called when there is one more."""
+        self.objects: Final[set[tuple[int, int]]] = set()
+        """The addresses of what operations gave it, such as subscribers, and it did not let go."""
         self.threads: Final = ThreadPoolExecutor(MOST_RUNNING, thread_name_prefix="qi call")
         self.urgent_threads: Final = ThreadPoolExecutor(MOST_URGENT, thread_name_prefix="qi stop")
 

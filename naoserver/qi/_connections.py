@@ -18,7 +18,7 @@ import secrets
 import socket
 import struct
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 from urllib.parse import urlsplit
@@ -35,6 +35,8 @@ MOST_PROGRAMS: Final = 64
 """Maximum connections that use services."""
 MOST_SHORT: Final = 4
 """Maximum short calls and posts of a program in libqi; what follows them waits in the connection."""
+MOST_LINKS: Final = 100
+"""Maximum callbacks of a program at signals, besides those by which libqi follows the directory."""
 _ANSWERING: Final = 0.05
 """Wall seconds in which the client that requests an interruption gets its answer."""
 _KEEP_ALIVE: Final = {"TCP_KEEPIDLE": 2, "TCP_KEEPINTVL": 1, "TCP_KEEPCNT": 3}
@@ -51,6 +53,11 @@ _POST = 4
 _CANCELED = 8
 """Types of messages."""
 _DIRECTORY, _MAIN = 1, 1
+_CONNECTS: Final = (0, 8)
+_DISCONNECT: Final = 1
+_LET_GO: Final = 3
+"""Numbers of the operations that every object has: connect to a signal, disconnect, let the object go."""
+_OWN_LINKS: Final = 2
 """The service that knows the others, and the object of a service itself."""
 _QUESTION: Final = 80
 """The number of `isStatsEnabled`, an operation of every object, without arguments."""
@@ -242,6 +249,7 @@ class _Program:
         # Calls by their numbers, and whether the program wants answers.
         self._unanswered: dict[int, bool] = {}
         self._fewer = asyncio.Event()  # whenever fewer short ones may be left
+        self._links: set[tuple[int, int, bytes]] = set()  # by object and number
         self._own_calls = itertools.count(_OWN_CALLS)
 
     async def pass_messages(self) -> None:
@@ -283,6 +291,7 @@ class _Program:
                 payload = await self._payload(header.size)
                 if calls:
                     await self._have_room()
+                    self._count(header, payload)
                     self._unanswered[header.id] = header.type == _CALL
                 if header.service in self._offer.services and header.object == _MAIN:
                     service, lent = self._lent.get(header.service) or await self._borrow(
@@ -298,6 +307,22 @@ class _Program:
                     header, payload = await self._as_call(header, payload, libqi)
                 await self._send(libqi, header, payload)
             header = await _header(self._reader)
+
+    def _count(self, call: _Header, payload: bytes) -> None:
+        """Keep account of callbacks and objects. Raises _Refused for a callback too many."""
+        place = call.service, call.object
+        link = *place, payload[8:16]
+        if call.action in _CONNECTS and call.service:  # 0 is where a program logs in, without signals
+            if link in self._links:
+                raise _Refused("two callbacks have one number")
+            if len(self._links) >= MOST_LINKS + _OWN_LINKS:
+                raise _Refused(f"this program has {MOST_LINKS} callbacks already: disconnect some")
+            self._links.add(link)
+        elif call.action == _DISCONNECT:
+            self._links.discard(link)
+        elif call.action == _LET_GO and self.client is not None and place in self.client.objects:
+            self.client.objects.remove(place)
+            self._links = {each for each in self._links if each[:2] != place}
 
     async def _payload(self, size: int) -> bytes:
         """Return the payload of a message. Raises _Refused when it is too large."""
@@ -332,6 +357,8 @@ class _Program:
                 self._fewer.set()
                 if not wanted:
                     continue
+            if header.type == _REPLY and self.client is not None:
+                self.client.objects.update(self._addresses(payload))
             if header.service == _DIRECTORY:  # services are where the program has found this one
                 payload = payload.replace(self._announced, self._reached)
             origin = self._origins.get((header.service, header.object))
@@ -360,14 +387,20 @@ class _Program:
         await self._send(libqi, call, payload)
         async with asyncio.timeout(self._talk_limit):
             kind, answer = await borrowing
-        for end in (_ADDRESS.size, _ADDRESS.size + _UID):  # the address ends the answer, or an identity does
-            if kind == _REPLY and len(answer) >= end:
-                address = _ADDRESS.unpack_from(answer, len(answer) - end)
-                if address[0] == door:
-                    self._lent[service] = address
-                    self._origins[address] = service
-                    return address
+        for address in self._addresses(answer) if kind == _REPLY else ():
+            self._lent[service] = address
+            self._origins[address] = service
+            return address
         raise _Refused("the robot is shutting down")
+
+    def _addresses(self, answer: bytes) -> Iterator[tuple[int, int]]:
+        """Yield the address of the object that is an answer, if it is one: it or an identity ends it."""
+        for end in (_ADDRESS.size, _ADDRESS.size + _UID):
+            if len(answer) >= end:
+                service, lent = _ADDRESS.unpack_from(answer, len(answer) - end)
+                if service == self._offer.door:
+                    yield service, lent
+                    return
 
     async def _send(self, writer: asyncio.StreamWriter, header: _Header, payload: bytes) -> None:
         """Send a message. Raises TimeoutError when the other side does not take it."""

@@ -149,6 +149,10 @@ class ALMemory(Service):
 
     def subscriber(self, event: object) -> object:
         """Return an object whose `signal` sends the value of a key, or of a later event, at each change."""
+        if len(self._access.calls.current.client.objects) >= MOST_KEYS:
+            raise InvalidCommand(
+                "subscribers", f"this program has {MOST_KEYS} subscribers already: let some of them go"
+            )
         return self._listen(text(event, "event")).lent
 
     def subscribeToEvent(self, name: object, callbackModule: object, *callbackMethod: object) -> None:

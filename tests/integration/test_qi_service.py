@@ -17,10 +17,13 @@ import qi
 
 from naoserver.errors import RobotError
 from naoserver.qi.__main__ import app
+from naoserver.qi._connections import MOST_LINKS
+from naoserver.qi._memory import MOST_KEYS
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import REPOSITORY, ComponentProcess, module
+from tests.support.waiting import until
 
 HEAD_YAW = "Device/SubDeviceList/HeadYaw/Position/Sensor/Value"
 ANYWHERE = "tcp://127.0.0.1:0"
@@ -187,6 +190,34 @@ def test_events_reach_other_clients(session, url):
     with connected(url) as other:
         other.service("ALMemory").raiseEvent("Test/Event", ["a", 1])
     assert heard.future().value(MILLISECONDS) == ["a", 1]
+
+
+def test_subscribers_and_their_callbacks_are_counted_also_of_one_event(url):
+    with connected(url) as program:
+        memory = program.service("ALMemory")
+        subscribers = [memory.subscriber("Test/Event") for _ in range(MOST_KEYS)]
+        with pytest.raises(
+            RuntimeError, match="this program has 250 subscribers already: let some of them go"
+        ):
+            memory.subscriber("Test/Event")
+        links = [each.signal.connect(print) for each in subscribers[:MOST_LINKS]]
+        with pytest.raises(RuntimeError, match="this program has 100 callbacks already: disconnect some"):
+            subscribers[-1].signal.connect(print)
+        subscribers[0].signal.disconnect(links[0])
+        heard = qi.Promise()
+        subscribers[-2].signal.connect(heard.setValue)  # libqi keeps in mind that the last one was refused
+        memory.raiseEvent("Test/Event", 1)
+        assert heard.future().value(MILLISECONDS) == 1
+        del subscribers[1]
+        until(lambda: succeeds(memory.subscriber, "Test/Event"))
+
+
+def succeeds(call, *arguments):
+    try:
+        call(*arguments)
+    except RuntimeError:
+        return False
+    return True
 
 
 def test_a_touch_is_reported_when_it_is_felt(session):
