@@ -72,7 +72,17 @@ def open_session(settings: Settings, *, session_id: str = "") -> zenoh.Session:
         if "in use" in text or "Unable to acquire lock" in text:  # Zenoh passes no error number
             used = [each for each in settings.listen if each.partition("/")[2] in text] or settings.listen
             why = f"port in use: another process listens on {', '.join(used)} already"
+            if "Unable to acquire lock" in text:
+                why = f"in use: another process holds the file .lock beside the path of {', '.join(used)}"
+                why += (
+                    ", as a server does that listens there; put the path in a folder that only you may write"
+                )
             raise EndpointInUseException(f"{why}; stop it or choose another with --listen") from error
+        if "Unable to open lock file" in text:
+            raise ConfigurationException(
+                f"{text}: put the path of a unixsock-stream in a folder that only you may write,"
+                " or remove the file .lock beside it, which somebody else has made"
+            ) from error
         raise ConfigurationException(f"Zenoh refuses the settings: {text}") from error
 
 

@@ -21,6 +21,7 @@ from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
 from zenoh_ice._presence import client_token
 from zenoh_ice.exceptions import (
     AccessDeniedException,
+    ConfigurationException,
     ConnectFailedException,
     ConnectionLostException,
     EndpointInUseException,
@@ -386,5 +387,12 @@ def test_a_unix_socket(tmp_path: Path, open_with: Open) -> None:
     serve(open_with(settings.override(listen=[endpoint])), HeadI(), "Head")
     for mode in ("peer", "client"):
         assert proxy(open_with(settings.override(mode=mode))).getPose().pan == 0.25
-    with pytest.raises(EndpointInUseException, match=r"robot\.sock"):
+    with pytest.raises(EndpointInUseException, match=r"robot\.sock, as a server does .* only you may write"):
         initialize(settings.override(listen=[endpoint]))
+
+
+def test_somebodys_lock_beside_a_unix_socket_is_said_to_be_in_the_way(tmp_path: Path) -> None:
+    taken = tmp_path / "robot.sock"
+    taken.with_name("robot.sock.lock").mkdir()
+    with pytest.raises(ConfigurationException, match=r"robot\.sock .* remove the file \.lock beside it"):
+        initialize(plain(listen=[f"unixsock-stream/{taken}"]))
