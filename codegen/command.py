@@ -14,7 +14,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from codegen.diagnostics import Diagnostics
+from codegen.diagnostics import Diagnostics, shown_path
 from codegen.files import Changes, FilesNotWrittenError, GeneratedFile, apply, compare_with_disk, diff
 
 from .options import (
@@ -201,9 +201,9 @@ def _finish(result: _Result, *, check: bool) -> bool:
         typer.echo(f"{error.filename}: {error.strerror}", err=True)
         return False
     for file in changes.write:
-        typer.echo(f"wrote {file.path}")
+        typer.echo(f"wrote {shown_path(file.path)}")
     for path in changes.remove:
-        typer.echo(f"removed {path}")
+        typer.echo(f"removed {shown_path(path)}")
     unchanged = len(result.generated) - len(changes.write)
     if unchanged:
         typer.echo(f"{unchanged} file{'s' if unchanged > 1 else ''} up to date")

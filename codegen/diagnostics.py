@@ -39,7 +39,13 @@ class Location:
 
     def __str__(self) -> str:
         """Return `file:line:column`, or only the file for line 0."""
-        return f"{self.path}:{self.line}:{self.column}" if self.line else str(self.path)
+        path = shown_path(self.path)
+        return f"{path}:{self.line}:{self.column}" if self.line else path
+
+
+def shown_path(path: Path) -> str:
+    """Return a path as text, with escapes for characters that control a terminal or are not seen."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(path))
 
 
 @dataclass(frozen=True, slots=True)

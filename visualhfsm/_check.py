@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from codegen.diagnostics import Diagnostics, Severity
+from codegen.diagnostics import Diagnostics, Severity, shown_path
 from codegen.options import DOCUMENTS, ErrorFormat, require_directories, require_extensions, show
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def check(
     if error_format is ErrorFormat.TEXT:
         for path, report in zip(documents, reports, strict=True):
             for line in _properties(report):
-                typer.echo(f"{path}: {line}")
+                typer.echo(f"{shown_path(path)}: {line}")
         if any(_has_proof(report) for report in reports):
             typer.echo(ASSUMPTIONS)
         typer.echo(_summary(len(documents), counts))

@@ -110,6 +110,19 @@ def test_what_is_typed_on_the_start_page_after_alt_n_is_drawn(shown: EditorPage)
     expect(shown.state("first")).to_be_in_viewport(ratio=1)
 
 
+def test_characters_that_turn_a_name_around_are_seen(shown: EditorPage, root: Path) -> None:
+    name, mark = "a\u202egnp.xml", "‹U+202E›"
+    (root / name).write_text(SPANISH.replace("uno", "\u2067uno"), "utf-8")
+    shown.press("Control+o")
+    option = shown.page.get_by_role("option", name=f"a{mark}gnp.xml")
+    expect(option.locator("span").first).to_have_css("unicode-bidi", "isolate")
+    option.dblclick()
+    expect(tab(shown, f"a{mark}gnp")).to_have_attribute("aria-selected", "true")
+    expect(shown.page.get_by_role("treeitem", name="‹U+2067›uno")).to_be_visible()
+    expect(shown.page.locator("hfsm-canvas .state .name")).to_contain_text("‹U+20")  # cut
+    assert not re.search("[\u202e\u2067]", shown.page.locator("body").inner_text())
+
+
 def test_a_document_is_found_by_typing_a_part_of_its_name(shown: EditorPage, root: Path) -> None:
     page = shown.page
     (root / "Kür").mkdir()

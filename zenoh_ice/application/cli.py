@@ -30,6 +30,7 @@ from zenoh_ice.exceptions import ZenohIceError
 from zenoh_ice.security import exposure
 from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, Settings, load_settings
 from zenoh_ice.status import program_name
+from zenoh_ice.text import printable
 from zenoh_ice.toml_file import shown
 
 _logger = logging.getLogger(__name__)
@@ -45,6 +46,7 @@ def _option(name: str, metavar: str | None, text: str, kind: Any = str | None) -
 _CONNECT: Final = f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."
 _LISTEN: Final = "Endpoint to listen on; port 0 picks a free port; may be repeated."
 _CONFIG: Final = f"Settings file, instead of {CONFIG_VARIABLE}; variables and flags override it."
+_LONGEST_ERROR: Final = 1 << 16
 _SHARED: Final = [
     _option("realm", "NAME", "Robot or stack to join."),
     _option("connect", "ENDPOINT", _CONNECT, list[str] | None),
@@ -272,7 +274,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
         sys.exit(0)
     _end_output()
     if why is not None:
-        typer.echo(f"{program_name()}: error: {' '.join(why.split())}", err=True)
+        typer.echo(f"{program_name()}: error: {printable(' '.join(why.split()), _LONGEST_ERROR)}", err=True)
     sys.exit(1)
 
 

@@ -68,6 +68,14 @@ def test_an_error_fails(tmp_path: Path, wrong: str) -> None:
     assert result.stdout == "1 document: 1 error\n"
 
 
+def test_characters_in_the_name_of_a_file_control_no_terminal(tmp_path: Path) -> None:
+    properties = TWO_STATES.replace("</SubAutomata>", stated("reachable", "rest") + "</SubAutomata>")
+    for text in (WARNING, document(properties)):
+        result = run(write(tmp_path, "b\x07\x1b[31mr\u202eed.xml", text))
+        assert r"b\x07\x1b[31mr\u202eed.xml:" in result.output
+        assert not set("\x07\x1b\u202e") & set(result.output)
+
+
 def test_nothing_is_written(tmp_path: Path) -> None:
     path = write(tmp_path, "clean.xml", CLEAN)
     run(path)

@@ -23,7 +23,7 @@ import {actionOf, isEnabled, isOffered, perform} from "./registry.js";
 import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
 import {folderOf, partsOf} from "./tab-names.js";
-import {language, n, rich, t} from "./texts.js";
+import {language, n, rich, t, visible} from "./texts.js";
 import {copyUnsent, unsentBanner} from "./unsent.js";
 import {viewing} from "./viewing.js";
 
@@ -105,7 +105,7 @@ class Tabs extends PageElement {
         ${tabs.map((each) => {
           const folder = folderOf(each, tabs);
           const [start, end] = partsOf(each, tabs);
-          const name = [each.title, folder, each.dirty && t("not saved")].filter(Boolean).join(" ");
+          const name = visible([each.title, folder, each.dirty && t("not saved")].filter(Boolean).join(" "));
           return html`<div class="tab ${each.tab === page.tab ? "chosen" : ""}" role="presentation">
             <button
               type="button"
@@ -113,13 +113,13 @@ class Tabs extends PageElement {
               aria-label=${name}
               aria-selected=${each.tab === page.tab}
               tabindex=${each.tab === page.tab ? 0 : -1}
-              title=${each.recording ? t("Recording {recording}", {recording: each.recording}) : each.path || t("not saved yet")}
+              title=${each.recording ? t("Recording {recording}", {recording: each.recording}) : visible(each.path) || t("not saved yet")}
               @click=${() => page.show(each.tab)}
               @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
             >
               ${each.recording ? icon("film") : nothing}<span class="text"
-                ><span class="name-start">${start}</span><span class="name-end">${end}</span>${
-                  folder && html`<span class="faint"> ${folder}</span>`
+                ><span class="name-start">${visible(start)}</span><span class="name-end">${visible(end)}</span>${
+                  folder && html`<span class="faint"> ${visible(folder)}</span>`
                 }</span
               >${
                 each.dirty
@@ -207,7 +207,7 @@ class Tabs extends PageElement {
     const {tabs} = store.workspace;
     const items = tabs.map((each) => ({
       id: String(each.tab),
-      label: each.title + (folderOf(each, tabs) && ` (${folderOf(each, tabs)})`) + (each.dirty ? " •" : ""),
+      label: visible(each.title + (folderOf(each, tabs) && ` (${folderOf(each, tabs)})`)) + (each.dirty ? " •" : ""),
       icon: each.recording ? "film" : "file",
       checked: () => each.tab === page.tab,
       run: () => page.show(each.tab),
@@ -256,7 +256,7 @@ class Breadcrumbs extends PageElement {
           ${path.map((automaton) => {
             if (automaton === hidden[0]) return html`<li>${this.#between(hidden)}</li>`;
             if (hidden.includes(automaton)) return nothing;
-            const title = page.title(automaton);
+            const title = visible(page.title(automaton));
             return automaton === current
               ? html`<li class="current"><span aria-current="location" title=${title}>${title}</span></li>`
               : html`<li>
@@ -272,11 +272,11 @@ class Breadcrumbs extends PageElement {
   #between(hidden) {
     return html`<select
       aria-label=${n("{count} automaton between", "{count} automata between", hidden.length)}
-      title=${hidden.map((automaton) => page.title(automaton)).join(" / ")}
+      title=${visible(hidden.map((automaton) => page.title(automaton)).join(" / "))}
       @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => page.open(Number(target.value))}
     >
       <option selected disabled hidden>…</option>
-      ${hidden.map((automaton) => html`<option value=${automaton.id}>${page.title(automaton)}</option>`)}
+      ${hidden.map((automaton) => html`<option value=${automaton.id}>${visible(page.title(automaton))}</option>`)}
     </select>`;
   }
 

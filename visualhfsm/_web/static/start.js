@@ -8,7 +8,7 @@ import {openFile, openNew, openPath, recentFiles, recover} from "./files.js";
 import {icon, iconButton} from "./icons.js";
 import {bodies, chooseBody, chosenBody} from "./robot.js";
 import {store} from "./store.js";
-import {language, t} from "./texts.js";
+import {language, t, visible} from "./texts.js";
 import {viewing} from "./viewing.js";
 
 /** @import {From} from "./element.js" */
@@ -124,7 +124,11 @@ class Start extends PageElement {
               <ul class="recent">
                 ${recent.map(
                   (path) =>
-                    html`<li><button type="button" @click=${() => openPath(path)}>${icon("file")}${path}</button></li>`,
+                    html`<li>
+                      <button type="button" @click=${() => openPath(path)}>
+                        ${icon("file")}<span>${visible(path)}</span>
+                      </button>
+                    </li>`,
                 )}
               </ul>`
           : nothing

@@ -31,8 +31,20 @@ async function load() {
   return inFile ? JSON.parse(inFile) : (await fetch(new URL(`languages/${language}.json`, import.meta.url))).json();
 }
 
+/**
+ * A name with marks for the characters that turn the direction of what follows: nobody sees them, and
+ * `a\u202egnp.xml` would read like a picture's name.
+ *
+ * @param {string} name
+ */
+export const visible = (name) =>
+  name.replace(
+    /[\u200e\u200f\u202a-\u202e\u2066-\u2069]/g,
+    (each) => `‹U+${each.charCodeAt(0).toString(16).toUpperCase()}›`,
+  );
+
 /** @param {string} text @param {Values} [values] */
-const filled = (text, values) => (values ? text.replace(/{(\w+)}/g, (_, name) => String(values[name])) : text);
+const filled = (text, values) => (values ? text.replace(/{(\w+)}/g, (_, name) => visible(String(values[name]))) : text);
 
 /**
  * A text in the language of the page.

@@ -6,7 +6,7 @@ import {drawn, PageElement} from "./element.js";
 import {lostIn, rootOf} from "./outline.js";
 import {page} from "./page.js";
 import {problemOf, problemOfAutomaton, SEVERITIES} from "./problems.js";
-import {t} from "./texts.js";
+import {t, visible} from "./texts.js";
 
 const MOST = 4000; // rows; a larger tree is folded below the first level
 const BLOCK = 50; // rows that are drawn together, and not laid out while none of them is visible
@@ -273,11 +273,11 @@ const branch = ({row, selected, problem, shown, focused}, index) =>
     aria-posinset=${row.index + 1}
     aria-selected=${selected}
     aria-expanded=${row.open ?? nothing}
-    aria-label=${row.name + (problem ? `, ${SEVERITIES[problem]}` : "")}
+    aria-label=${visible(row.name) + (problem ? `, ${SEVERITIES[problem]}` : "")}
     tabindex=${focused ? 0 : -1}
   >
     ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span
-    ><span class="dot"></span><span class="text">${row.name}</span>
+    ><span class="dot"></span><span class="text">${visible(row.name)}</span>
     ${problem ? html`<span class="problem ${problem}" title=${SEVERITIES[problem]}></span>` : nothing}
   </div>`;
 

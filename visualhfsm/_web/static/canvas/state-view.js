@@ -8,7 +8,7 @@
  */
 
 import {FAILED, sameProblem, SEVERITIES} from "../problems.js";
-import {n, t} from "../texts.js";
+import {n, t, visible} from "../texts.js";
 import {BADGES, CODES, MARKS} from "./glyphs.js";
 import {RADIUS} from "./geometry.js";
 import {stateClasses} from "./live-marks.js";
@@ -187,7 +187,7 @@ export class StateView {
     if (!this.#details) return;
     const {state} = this;
     const has = codesOf(state);
-    drawName(this.#details.name, state.name, has.length > 0, state.initial || state.final);
+    drawName(this.#details.name, visible(state.name), has.length > 0, state.initial || state.final);
     drawCodes(this.#details.codes, has);
     this.#drawBadges(state, this.#more.imported, this.#more.problem);
   }

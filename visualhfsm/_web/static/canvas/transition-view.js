@@ -9,7 +9,7 @@
  */
 
 import {FAILED, sameProblem, SEVERITIES} from "../problems.js";
-import {t} from "../texts.js";
+import {t, visible} from "../texts.js";
 import {arc} from "./geometry.js";
 import {spokenTime} from "../times.js";
 import {MARKS, TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
@@ -206,7 +206,7 @@ export class TransitionView {
       .join(", ");
     group.setAttribute("aria-label", this.words);
     this.tip = [
-      `${name}: ${kind.word}`,
+      `${visible(name)}: ${kind.word}`,
       trigger.trim(),
       guard.trim() && t("if {guard}", {guard: guard.trim()}),
       code.trim() && t("code runs when it fires"),
@@ -217,7 +217,7 @@ export class TransitionView {
     set(glyph, "d", kind.path);
     glyph.classList.toggle("filled", kind.filled);
     number.textContent = rank ? String(rank) : "";
-    this.#texts = textsOf(name.trim(), whatFires(this.transition));
+    this.#texts = textsOf(visible(name.trim()), whatFires(this.transition));
     this.#show(this.#texts[this.#texts.length - 1]);
     this.#placeHandle();
   }

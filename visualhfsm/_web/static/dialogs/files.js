@@ -11,7 +11,7 @@ import {html, nothing} from "lit";
 import {icon} from "../icons.js";
 import {messageOf} from "../notices.js";
 import {store} from "../store.js";
-import {language, rich, t} from "../texts.js";
+import {language, rich, t, visible} from "../texts.js";
 import {containsWords} from "../words.js";
 import {showDialog} from "./dialog.js";
 import {Finder} from "./finder.js";
@@ -179,7 +179,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
                   take(row, close);
                 }}
               >
-                ${icon(row.kind === "directory" ? "folder" : "file")}<span>${row.name}</span>${
+                ${icon(row.kind === "directory" ? "folder" : "file")}<span>${visible(row.name)}</span>${
                   row.changedAt
                     ? html`<span class="when"
                         >${new Date(row.changedAt * 1000).toLocaleString(language, {
