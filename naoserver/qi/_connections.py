@@ -53,12 +53,13 @@ _POST = 4
 _CANCELED = 8
 """Types of messages."""
 _DIRECTORY, _MAIN = 1, 1
+"""The service that knows the others, and the object of a service itself."""
 _CONNECTS: Final = (0, 8)
 _DISCONNECT: Final = 1
 _LET_GO: Final = 3
 """Numbers of the operations that every object has: connect to a signal, disconnect, let the object go."""
 _OWN_LINKS: Final = 2
-"""The service that knows the others, and the object of a service itself."""
+"""Callbacks by which libqi follows the directory."""
 _QUESTION: Final = 80
 """The number of `isStatsEnabled`, an operation of every object, without arguments."""
 _FIRST_METHOD: Final = 100
