@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import io
 import os
+import random
 import threading
 from collections import Counter
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -42,10 +44,13 @@ from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
+from tests.support.soak import repeated
 from tests.support.waiting import until
 from tests.support.watching import content
 from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._live import open_recordings
+from visualhfsm._live.open_recordings import OpenRecordings
 from visualhfsm._live.recordings import RecordedRun, open_recording
 from visualhfsm._live.service import Monitoring
 from visualhfsm._monitoring.description import nao
@@ -356,3 +361,72 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             await service.close()
 
     asyncio.run(asyncio.wait_for(go(), RUN_LIMIT))
+
+
+def test_many_open_recordings_stay_open_and_those_asked_for_last_in_memory(
+    file: Path, tmp_path: Path
+) -> None:
+    """The fifth window that looked at a recording took it away from the first."""
+
+    async def go() -> None:
+        service = Monitoring(
+            Pushes(), Settings(realm="test-recording", connect=(free_endpoint(),), timeout=CALL_LIMIT)
+        )
+        try:
+            names = [(await service.recording(file))["component"] for _ in range(7)]
+            past = [(await service.past(name)).timeline.changes for name in names]
+            assert past == [past[0]] * 7
+            assert (
+                await asyncio.gather(*(service.control(name, "at", {"time": 0.1}) for name in names))
+                == [await service.control(names[0], "at", {"time": 0.1})] * 7
+            )
+            file.rename(tmp_path / "away.mcap")
+            answers = await asyncio.gather(*map(service.past, names), return_exceptions=True)
+            gone = [str(answer) for answer in answers if isinstance(answer, VisualHfsmError)]
+            assert ["cannot be read" in each for each in gone] == [True] * 3  # the others are in memory
+        finally:
+            await service.close()
+
+    asyncio.run(asyncio.wait_for(go(), RUN_LIMIT))
+
+
+def test_windows_that_open_ask_and_close_at_random_get_their_own_recording(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whatever comes between looking and acting: an answer is of the recording that is asked for."""
+    chance = random.Random()
+
+    async def later(function: Callable[..., object], *arguments: object) -> object:
+        for _ in range(chance.randrange(4)):
+            await asyncio.sleep(0)
+        return function(*arguments)
+
+    async def window(opened: OpenRecordings, number: int) -> None:
+        for _ in range(chance.randrange(1, 6)):
+            name, run = await opened.open(Path(f"{number}.mcap"))
+            for _ in range(chance.randrange(4)):
+                other = await opened.get(name)
+                assert other is not None
+                assert other.name == run.name == f"{number}.mcap"
+                await asyncio.sleep(0)
+            asking = asyncio.create_task(opened.get(name))
+            for _ in range(chance.randrange(3)):
+                await asyncio.sleep(0)
+            opened.close(name)
+            late = await asking
+            assert late is None or late.name == run.name
+            assert await opened.get(name) is None
+
+    async def go() -> None:
+        opened = OpenRecordings()
+        monkeypatch.setattr(asyncio, "to_thread", later)
+        await asyncio.gather(*(window(opened, number) for number in range(7)))
+        assert not list(opened.described())
+
+    def read(path: Path) -> RecordedRun:
+        return RecordedRun(path.name, None, None, "", True, (), None, nao(), {}, None)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(open_recordings, "open_recording", read)
+    for seed in range(repeated(50, 10_000)):
+        chance.seed(seed)
+        asyncio.run(asyncio.wait_for(go(), RUN_LIMIT))

@@ -144,21 +144,17 @@ def test_a_run_that_was_forced_and_set_passes_as_a_test_and_fails_without_the_tr
     async def go(editor: Editor) -> None:
         by_component, by_editor = tmp_path / "component.mcap", tmp_path / "editor.mcap"
         await editor.run(by_component, by_editor)
-        live = editor.services.live
+        past = await editor.services.live.past("waits")
         tests = {
             "seen": run_as_test(
-                editor.source.document,
-                live.timeline("waits"),
-                "fake",
-                live.parameters("waits"),
-                live.interventions("waits"),
+                editor.source.document, past.timeline, "fake", past.parameters, past.interventions
             )
         }
         await editor.do("stop")
         await editor.pushes.until(
             lambda: next((p for p in editor.pushes.of(RunPush) if p.status == "ended"), None)
         )
-        await live.end_record("waits")
+        await editor.services.live.end_record("waits")
         for file in by_component, by_editor:
             run = open_recording(file)
             assert run.interventions is not None
@@ -211,7 +207,7 @@ def test_what_was_refused_is_forgotten_and_what_was_not_answered_is_not_sure(
         await editor.do("forceTransition", automaton=1, transition=4)
         await editor.do("pause")
         await editor.do("reload")
-        done = editor.services.live.interventions("waits")
+        done = (await editor.services.live.past("waits")).interventions
         assert done is not None
         assert [(each.action, each.confirmed) for each in done.kept] == [
             ("setVariable", False),

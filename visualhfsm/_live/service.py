@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 import logging
 import threading
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 import msgspec
 from msgspec import Meta
@@ -40,16 +39,14 @@ from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
 from .cameras import KEPT_APART, MOST_CAMERAS, Cameras
+from .open_recordings import OpenRecordings
 from .poses import PoseStream
 from .recorder import Recorder
-from .recordings import RecordedRun, open_recording
 from .ros_graph import read_ros_graph
 from .steering import control, reset_robot, set_scene, stand_robot, steer
 from .stopping import stop_once, stop_robot
 
 _POLL_INTERVAL: Final = 0.01  # s
-_RECORDING: Final = "recording:"
-_MOST_RECORDINGS: Final = 4
 _NEWS_LIMIT: Final = 5.0
 """Seconds to wait for the first news of a component."""
 _BODY: Final = "Body"
@@ -78,6 +75,17 @@ class _Body(msgspec.Struct, forbid_unknown_fields=True):
 class _Picture(msgspec.Struct, forbid_unknown_fields=True):
     camera: Annotated[str, Meta(max_length=200)]
     at: Number
+
+
+class Past(NamedTuple):
+    """What a component did: each parameter, as it was at first, is Python's repr of its value.
+
+    A recording may not say which interventions there were: then they are None.
+    """
+
+    timeline: Timeline
+    parameters: Mapping[str, str]
+    interventions: Interventions | None
 
 
 _READS_NAO: Final = threading.Lock()
@@ -124,9 +132,8 @@ class Monitoring:
         self._cameras = Cameras(self._communicator)
         self._poses = PoseStream(self._robot)
         self._followers: dict[str, Follower] = {}
-        self._recordings: dict[str, RecordedRun] = {}
+        self._recordings: Final = OpenRecordings()
         self._recorders: dict[str, Recorder] = {}
-        self._numbers = itertools.count(1)
         self._published: Components | None = None
         self._tasks = {
             asyncio.create_task(self._keep(), name="monitoring"),
@@ -163,7 +170,7 @@ class Monitoring:
 
     async def detach(self, component: str) -> None:
         """Stop following and recording it, or close a recording."""
-        self._recordings.pop(component, None)
+        self._recordings.close(component)
         follower = self._followers.pop(component, None)  # at once: who follows from now on gets another one
         await self.end_record(component)
         if follower is not None:
@@ -193,13 +200,13 @@ class Monitoring:
                 case "placeObject" | "pushRobot" | "sayToRobot":
                     return await set_scene(self._communicator, action, arguments)
                 case "timeline":
-                    return self._log(component).timeline()
+                    return (await self._log(component)).timeline()
                 case "at":
                     time = typed.convert(arguments, _Moment).time
-                    return heard_moment(self._log(component).at(time))
+                    return heard_moment((await self._log(component)).at(time))
                 case "series":
                     asked = typed.convert(arguments, _Series)
-                    log = self._log(component)
+                    log = await self._log(component)
                     return await asyncio.to_thread(
                         log.series, asked.names, asked.start, asked.end, asked.points
                     )
@@ -239,11 +246,7 @@ class Monitoring:
 
     async def recording(self, path: Path) -> dict[str, Any]:
         """Open the recording of a run; return its first data, and the name for requesting more."""
-        run = await asyncio.to_thread(open_recording, path)
-        name = f"{_RECORDING}{next(self._numbers)}:{path.name}"
-        while len(self._recordings) >= _MOST_RECORDINGS:
-            self._recordings.pop(next(iter(self._recordings)))
-        self._recordings[name] = run
+        name, run = await self._recordings.open(path)
         return {
             "component": name,
             "structure": LiveStructure(run.structure, 1),
@@ -260,7 +263,7 @@ class Monitoring:
         self, component: str, document: Document | None, imported: Sequence[Mapping[str, Any]]
     ) -> str:
         """Return the run of a component that is followed, or of an open recording, as a page of HTML."""
-        recorded = self._recordings.get(component)
+        recorded = await self._recordings.get(component)
         if recorded is not None:
             return await asyncio.to_thread(lambda: run_page(recorded.exported(document, imported)))
         follower = self._follower(component)
@@ -352,23 +355,16 @@ class Monitoring:
             )
         return follower
 
-    def timeline(self, component: str) -> Timeline:
+    async def past(self, component: str) -> Past:
         """Return what a component that is followed, or a recording, did. Raises VisualHfsmError."""
-        return self._log(component).timeline()
+        run = await self._recordings.get(component)
+        if run is not None:
+            return Past(run.log.timeline(), run.parameters, run.interventions)
+        log = self._follower(component).log
+        return Past(log.timeline(), log.first_parameters, log.interventions)
 
-    def parameters(self, component: str) -> Mapping[str, str]:
-        """Return the parameters that it had at first, each as Python's repr. Raises VisualHfsmError."""
-        if (run := self._recordings.get(component)) is not None:
-            return run.parameters
-        return self._log(component).first_parameters
-
-    def interventions(self, component: str) -> Interventions | None:
-        """Return what was done to it; None for a recording that does not say. Raises VisualHfsmError."""
-        run = self._recordings.get(component)
-        return run.interventions if run is not None else self._log(component).interventions
-
-    def _log(self, component: str) -> RunLog:
-        run = self._recordings.get(component)
+    async def _log(self, component: str) -> RunLog:
+        run = await self._recordings.get(component)
         return run.log if run is not None else self._follower(component).log
 
     def _identities(self) -> dict[str, list[str]]:
@@ -385,7 +381,7 @@ class Monitoring:
 
     async def _picture(self, component: str, camera: str, at: float) -> bytes | None:
         """Return the picture of a camera at a wall time as JPEG; None when it was not kept or recorded."""
-        run = self._recordings.get(component)
+        run = await self._recordings.get(component)
         if run is None:
             return self._cameras.former.at(camera, at)
         return await asyncio.to_thread(run.pictures.at, camera, at)
@@ -396,7 +392,7 @@ class Monitoring:
             self._robot.described,
             nao(),
             *(follower.described for follower in self._followers.values()),
-            *(run.described for run in self._recordings.values()),
+            *self._recordings.described(),
         )
         found = (each.page for each in shown if each is not None and each.hash == wanted)
         return next(map(msgspec.Raw, found), None)

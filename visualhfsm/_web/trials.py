@@ -60,14 +60,14 @@ async def run_tests(workspace: Workspace, _: Window, request: p.RunTests) -> Non
 async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dict[str, object]:
     """Write a test of what a component, or that of a recording, did."""
     source = workspace.tabs.get(request.tab).source
-    live = workspace.services.live
+    past = await workspace.services.live.past(request.component)
     test = await asyncio.to_thread(
         run_as_test,
         source.document,
-        live.timeline(request.component),
+        past.timeline,
         "fake" if source.document.interfaces else None,
-        live.parameters(request.component),
-        live.interventions(request.component),
+        past.parameters,
+        past.interventions,
     )
     name = await workspace.services.tests.add(source, test.text)
     return {"name": name, "complete": not test.left_out}
