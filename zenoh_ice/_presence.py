@@ -264,13 +264,21 @@ class Presence:
         )
 
     def explain_no_answer(
-        self, target: Target, what: str, started: float, timeout: float, end: NoAnswer
+        self,
+        target: Target,
+        what: str,
+        started: float,
+        timeout: float,
+        end: NoAnswer,
+        *,
+        limit: float | None = None,
     ) -> SystemException:
         """Return the exception of a call that ended without an answer.
 
-        `started` is the moment of the monotonic clock when it began, `timeout` its limit in s, which may have
-        passed. Servants answer every call that reaches them. If the call ended before its limit although the
-        servant and the connection are well, it never reached the servant: access control dropped it.
+        `started` is the moment of the monotonic clock when it was sent, `timeout` its limit in s, which may
+        have passed; `limit` is the one that was set, if the call had waited before. Servants answer every
+        call that reaches them. If the call ended before its limit although the servant and the connection are
+        well, it never reached the servant: access control dropped it.
         """
         served = False
         # There will be no further news of a servant that was offline before the call.
@@ -288,7 +296,7 @@ class Presence:
         elif self._last_link_lost >= started:
             reason = ": the connection was lost during the call"
         elif end.timed_out:
-            return TimeoutException(f"{what} did not answer within {timeout:g} s")
+            return TimeoutException(f"{what} did not answer within {limit or timeout:g} s")
         elif self.came_since(target, started):
             reason = ": its servant started during the call, and missed it"
         elif not served:

@@ -153,8 +153,8 @@ class Call(Generic[P, V]):
             if not communicator.presence.is_lost(target):
                 communicator.find(target, None, deadline - time.monotonic(), since=deadline - limit)
         left = deadline - time.monotonic()
-        if left < 0.95 * limit:  # in tenths: each different limit needs another querier
-            limit *= max(1, int(10 * left / limit)) / 10
+        if left < 0.99 * limit:  # in hundredths: each different limit needs another querier
+            limit *= max(1, int(100 * left / limit)) / 100
         caller = communicator.transport.caller(
             target, operation, timeout=limit, fingerprint=self._fingerprint
         )
@@ -199,7 +199,8 @@ class Call(Generic[P, V]):
         Otherwise raise the reason why there was no answer.
         """
         presence, target = self._communicator.presence, self._proxy._target
-        error = presence.explain_no_answer(target, self._what, started, caller.timeout, end)
+        limit = self._proxy._timeout
+        error = presence.explain_no_answer(target, self._what, started, caller.timeout, end, limit=limit)
         left = started + caller.timeout - time.monotonic()
         if not (repeatable and self._operation.idempotent) or end.timed_out or left <= 0:
             raise error
@@ -213,7 +214,9 @@ class Call(Generic[P, V]):
         try:
             return caller.call(payload)
         except NoAnswer as second:
-            raise presence.explain_no_answer(target, self._what, again, caller.timeout, second) from None
+            raise presence.explain_no_answer(
+                target, self._what, again, caller.timeout, second, limit=limit
+            ) from None
 
     def _begin(
         self,

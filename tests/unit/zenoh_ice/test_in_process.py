@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,6 +16,7 @@ from tests.support.waiting import at_once
 from zenoh_ice import (
     Communicator,
     CommunicatorDestroyedException,
+    Current,
     ObjectNotExistException,
     Settings,
     TimeoutException,
@@ -157,9 +160,41 @@ def test_a_communicator_stands_on_it_alone(communicator: Communicator) -> None:
         assert proxy.getReading.wait(timeout=EVENT_LIMIT).value == Reading(7, [])
         with pytest.raises(ObjectNotExistException, match="there is Calculator"):
             communicator.stringToProxy("Absent").ice_ping()
-        # In tenths of it, less where a busy machine has taken long to begin.
-        with pytest.raises(TimeoutException, match=r"Calculator\.sleep did not answer within 0\.0[0-5]+ s"):
+        with pytest.raises(TimeoutException, match=r"Calculator\.sleep did not answer within 0\.05 s"):
             proxy.ice_invocationTimeout(50).sleep(FOREVER)
+        servant.leave.set()
+
+
+@pytest.mark.parametrize("waited", [0.04, 0.94, 0.97])
+def test_a_call_has_no_more_time_than_its_wait_for_the_servant_left(
+    communicator: Communicator, monkeypatch: pytest.MonkeyPatch, waited: float
+) -> None:
+    limits: list[float] = []
+
+    class Timed(CalculatorI):
+        def count(self, current: Current) -> int:
+            limits.append(current.timeout)
+            return 1
+
+    with communicator:
+        late = calculator(communicator, Timed()).ice_invocationTimeout(1000 * LONGEST_CALL)
+        # A clock that goes on whenever it is read.
+        clock = itertools.count(0.0, waited * LONGEST_CALL)
+        monkeypatch.setattr("zenoh_ice.proxy.time", SimpleNamespace(monotonic=lambda: next(clock)))
+        assert late.count() == 1
+    assert limits[0] <= (1.0 - waited) * LONGEST_CALL
+
+
+def test_a_timeout_names_the_whole_limit_also_after_a_wait_for_the_servant(
+    communicator: Communicator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with communicator:
+        servant = CalculatorI()
+        late = calculator(communicator, servant).ice_invocationTimeout(500)
+        clock = itertools.count(0.0, 0.45)
+        monkeypatch.setattr("zenoh_ice.proxy.time", SimpleNamespace(monotonic=lambda: next(clock)))
+        with pytest.raises(TimeoutException, match=r"did not answer within 0\.5 s"):
+            late.sleep(FOREVER)
         servant.leave.set()
 
 
