@@ -106,18 +106,21 @@ _DOC_COMMENT = re.compile(r"/\*\*(?!/|\*\*)|//[/!](?!/)")
 def _tokenize(source: Source) -> list[Token]:
     tokens: list[Token] = []
     text = source.text
-    doc: str | None = None
+    doc: list[str] = []
+    trailing: list[str] = []
     for match in _TOKEN.finditer(text):
         group, word = match.lastgroup, match.group()
         if group == "space":
             continue
         if group == "comment":
             if _DOC_COMMENT.match(word):
-                doc = _note_doc_comment(word, doc, tokens)
+                _note_doc_comment(word, doc, trailing)
             continue
+        if tokens:
+            tokens[-1].trailing_doc = _joined(trailing)
         kind = Kind.KEYWORD if word in KEYWORDS else Kind(group)
-        token = Token(kind, word, source, match.start(), doc)
-        doc = None
+        token = Token(kind, word, source, match.start(), _joined(doc))
+        doc, trailing = [], []
         if kind is Kind.NAME and word[0] == "\\":
             token.text = word[1:]
             token.escaped = True
@@ -125,20 +128,26 @@ def _tokenize(source: Source) -> list[Token]:
             token.kind = Kind.INVALID
             token.text = "#"
         tokens.append(token)
+    if tokens:
+        tokens[-1].trailing_doc = _joined(trailing)
     tokens.append(Token(Kind.END, "", source, len(text)))
     return tokens
 
 
-def _note_doc_comment(comment: str, pending: str | None, tokens: list[Token]) -> str | None:
-    """Add a doc comment to the previous token, or return the doc comment for the next token."""
+def _note_doc_comment(comment: str, doc: list[str], trailing: list[str]) -> None:
+    """Add a doc comment to those of the previous token, or to those for the next one."""
     block = comment.startswith("/*")
     body = comment[3:-2] if block else comment[3:]
     if body.startswith("<"):
-        if tokens:
-            before = tokens[-1].trailing_doc
-            tokens[-1].trailing_doc = body[1:] if before is None else f"{before}\n{body[1:]}"
-        return pending
-    return body if block or pending is None else f"{pending}\n{body}"
+        trailing.append(body[1:])
+        return
+    if block:
+        doc.clear()
+    doc.append(body)
+
+
+def _joined(comments: list[str]) -> str | None:
+    return "\n".join(comments) if comments else None
 
 
 # Literals
