@@ -123,7 +123,7 @@ class ComponentRun:
 
     @property
     def errors(self) -> tuple[ErrorReport, ...]:
-        """The newest errors, oldest first."""
+        """The errors, oldest first: the newest 10,000."""
         return self._supervision.records
 
     @property

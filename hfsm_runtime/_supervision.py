@@ -32,7 +32,8 @@ from .observer import Observer
 from .source_map import locate
 from .tree import DropReason, Run, Tree
 
-_KEPT: Final = 20
+_KEPT: Final = 10_000
+"""Errors; so many that a test or a judge counts all of a run."""
 _LONGEST_MESSAGE: Final = 1000
 _LOG_PERIOD: Final = 10.0
 """Wall seconds in which a repeated error is logged once."""
@@ -138,7 +139,7 @@ class Supervision(Observer):
 
     @property
     def records(self) -> tuple[ErrorReport, ...]:
-        """The newest errors, oldest first."""
+        """The errors, oldest first: the newest 10,000."""
         with self._lock:
             return tuple(self._records)
 

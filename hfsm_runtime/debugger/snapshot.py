@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from interfaces import hfsm
 
 from .._automaton import Transition
@@ -10,6 +12,8 @@ from .._variables import short_repr, variables_of
 from ..component import parameter_values, parameters_of
 from ..tree import Run
 from ._breakpoints import Breakpoints
+
+_MOST_ERRORS: Final = 20  # as the interface says
 
 
 def structure_of(runtime: ComponentRun) -> hfsm.ComponentStructure:
@@ -46,7 +50,7 @@ def take_snapshot(
         automata=[snapshot for _, snapshot in automata],
         parameters={name: short_repr(value) for name, value in parameter_values(runtime.component).items()},
         stoppedAt=list(points.stopped_at) if points else [],
-        errors=list(runtime.errors),
+        errors=list(runtime.errors[-_MOST_ERRORS:]),
         marks=[hfsm.Mark(*mark) for mark in runtime.marks.shown(now)],
         refusal=refusal.message if (refusal := runtime.refusal) is not None else "",
         speed=runtime.speed,

@@ -9,6 +9,7 @@ import pytest
 
 from hfsm_runtime import Automaton, State, VirtualRun
 from hfsm_runtime._limits import LIMITS, RuntimeLimits
+from hfsm_runtime.debugger.snapshot import take_snapshot
 from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from tests.support.automata import after, automaton, component, when
@@ -239,3 +240,15 @@ def test_a_pause_by_hand_outlasts_the_refusal() -> None:
         runtime.pause()
         runtime.resume(refusal)
         assert (runtime.status, runtime.refusal) == (ComponentStatus.Paused, None)
+
+
+def test_all_errors_of_a_run_are_kept_and_its_monitor_shows_the_newest() -> None:
+    def code() -> None:
+        raise ValueError(f"at {virtual.time:.1f} s")
+
+    root = automaton(1, "root", [State(id=1, name="a", code=code)])
+    virtual = VirtualRun(component(root, on_error="continue"))
+    virtual.advance(3.5)
+    said = [error.message for error in virtual.errors]
+    assert said == [f"ValueError: at {cycle / 10:.1f} s" for cycle in range(36)]
+    assert [error.message for error in take_snapshot(virtual, 0.0).errors] == said[-20:]
