@@ -19,10 +19,10 @@ from ...diagnostics import Location, Note, did_you_mean
 from ...files import is_regular
 from ...messages import NO_MESSAGE, Message, any_of
 from .._extension import component_path
-from ..analysis import Analysis, imported_names
+from ..analysis import Analysis, Piece, imported_names
 from ..code._values import EXAMPLES, PARAMETER_TYPES, ValueTextError, parse_value
 from ..code.names import COMPONENT_ATTRIBUTES, identifier
-from ..code.text import definitions
+from ..code.text import definitions, place_of_bound
 from ..codes import Code
 from ..document import Document, Interface, Parameter, RosInterface
 from ..formats.reader import looks_like_document
@@ -66,6 +66,9 @@ _LIBRARIES: Final = sys.stdlib_module_names | {
 }
 """Packages that a component may import, directly or not."""
 
+_HIDEABLE: Final = COMPONENT_ATTRIBUTES - {"automaton"}
+"""Attributes of every component that old documents call their own functions."""
+
 _IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
 
 
@@ -107,7 +110,7 @@ def check_file_name(analysis: Analysis, report: Report) -> None:
         note = Note(
             Message("programs that are started in its directory would import {name}.py instead", name=name)
         )
-        report.warning(Code.HIDDEN_LIBRARY, message, Location(analysis.path), [note])
+        report.error(Code.HIDDEN_LIBRARY, message, Location(analysis.path), [note])
 
 
 def check_neighbors(path: Path, report: Report) -> None:
@@ -148,12 +151,10 @@ def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
     """Check that the names of functions are unique; return the place of each function."""
     first: dict[str, Location] = {}
     for piece in analysis.all_functions:
+        _check_bound(piece, report)
         for node in definitions(piece.tree):
             name, place = node.name, Location(piece.path, piece.code.line + node.lineno - 1)
-            if name == "automaton" or name.startswith("_hfsm"):
-                message = Message("`self.{name}` belongs to every component: rename the function", name=name)
-                report.error(Code.FUNCTION_NAME_TAKEN, message, place)
-            elif name in first:
+            if name in first:
                 note = Note(Message("the first is here"), first[name])
                 message = Message("a second function has the name `{name}`", name=name)
                 report.error(Code.FUNCTION_NAME_TAKEN, message, place, [note])
@@ -163,7 +164,30 @@ def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
             note = Note(Message("the function is here"), first[interface.name])
             message = Message("`{interface}` is both an interface and a function", interface=interface.name)
             report.error(Code.FUNCTION_NAME_TAKEN, message, interface, [note])
+    for access in analysis.accesses:
+        if access.is_stored and access.name in _HIDEABLE:
+            _warn_of_hidden(access.name, access.place(0), report)
     return first
+
+
+def _check_bound(piece: Piece, report: Report) -> None:
+    """Check what functions, and other statements among them, call attributes of the component."""
+    for name in sorted(piece.bound):
+        taken = name == "automaton" or name.startswith("_hfsm")
+        if not taken and name not in _HIDEABLE:
+            continue
+        line, column = piece.code.place(*place_of_bound(name, piece.tree, piece.code))
+        place = Location(piece.path, line, column, len(name))
+        if taken:
+            message = Message("`self.{name}` belongs to every component: choose another name", name=name)
+            report.error(Code.FUNCTION_NAME_TAKEN, message, place)
+        else:
+            _warn_of_hidden(name, place, report)
+
+
+def _warn_of_hidden(name: str, place: Location, report: Report) -> None:
+    message = Message("this takes the place of the `self.{name}` of every component: rename it", name=name)
+    report.warning(Code.HIDDEN_ATTRIBUTE, message, place)
 
 
 def check_parameters(document: Document, functions: dict[str, Location], report: Report) -> None:

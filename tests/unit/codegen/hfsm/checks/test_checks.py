@@ -116,7 +116,7 @@ def test_variables_and_functions_are_checked(path: Path) -> None:
         sub(1, 0, state(1, "a", initial=True, child=2), variables="return 3", functions="def f(self):\npass"),
         sub(2, 1, A, functions="def sleep(self): pass\ndef g(self): pass\ndef g(self): pass"),
     )
-    found = problems(path, text)
+    found = errors(path, text)
     assert [problem.split(": ", 1)[1] for problem in found] == [
         "E520: `return` is not allowed in the variables",
         "E520: not valid Python: expected an indented block after function definition on line 1",

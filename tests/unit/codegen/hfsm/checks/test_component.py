@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.checked_documents import IN_ANNOTATION, A, errors, head, one
+from tests.support.checked_documents import IN_ANNOTATION, A, errors, head, one, with_code
 from tests.support.documents import document, problems, state, sub
 
 
@@ -37,10 +37,33 @@ def test_functions_that_collide(path: Path) -> None:
     )
     found = problems(path, text)
     assert any(
-        "`self.automaton` belongs to every component: rename the function" in problem for problem in found
+        "`self.automaton` belongs to every component: choose another name" in problem for problem in found
     )
     assert any(problem.startswith("13:1: E523: a second function has the name `f`") for problem in found)
     assert any("`head` is both an interface and a function" in problem for problem in found)
+
+
+@pytest.mark.parametrize("name", ["automaton", "_hfsm_send"])
+@pytest.mark.parametrize(
+    "code", ["def {}(self): pass", "{} = 3", "import math as {}", "for {} in (1, 2): pass"]
+)
+def test_nothing_among_functions_takes_what_makes_the_component(path: Path, name: str, code: str) -> None:
+    found = problems(path, with_code("pass", functions=f"def f(self): pass\n{code.format(name)}"))
+    place = f"7:{code.index('{') + 1}"
+    assert found == [f"{place}: E523: `self.{name}` belongs to every component: choose another name"]
+
+
+@pytest.mark.parametrize("name", ["clock", "log", "mark", "send", "sleep"])
+@pytest.mark.parametrize("code", ["def {}(self, n): pass", "{} = 3", "import math as {}", "class {}: pass"])
+def test_names_among_functions_that_hide_those_of_every_component(path: Path, name: str, code: str) -> None:
+    found = problems(path, with_code("pass", functions=f"def f(self): pass\n{code.format(name)}"))
+    said = f"W543: this takes the place of the `self.{name}` of every component: rename it"
+    assert found == [f"7:{code.index('{') + 1}: {said}"]
+
+
+def test_an_assignment_that_hides_a_part_of_the_component(path: Path) -> None:
+    found = problems(path, with_code("x = 1\nself.log = x"))
+    assert found == ["4:6: W543: this takes the place of the `self.log` of every component: rename it"]
 
 
 @pytest.mark.parametrize(
@@ -96,7 +119,7 @@ def test_libraries_that_are_none(path: Path) -> None:
 def test_a_component_that_would_hide_a_library(tmp_path: Path, library: str) -> None:
     (found,) = problems(tmp_path / f"{library}.xml", document(sub(1, 0, state(1, "only", initial=True))))
     assert found.endswith(
-        f"W540: its component {library}.py would shadow the library `{library}`: rename the document"
+        f"E544: its component {library}.py would shadow the library `{library}`: rename the document"
     )
 
 
