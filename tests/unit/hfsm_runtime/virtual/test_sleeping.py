@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from hfsm_runtime import Automaton, Component, Proxy, State
-from hfsm_runtime.virtual import Execution
+from hfsm_runtime.virtual import Execution, PacedClock, PacedExecution, VirtualWorld
 from tests.support.automata import after, automaton, component, when
 from tests.support.gripper import GripperPrx
 
@@ -137,6 +137,35 @@ def test_a_pause_and_the_end_cut_a_sleep() -> None:
         under.run.request_stop()
         under.run.advance(1.0)
         assert under.done[3:] == [("ends", 0.2 + 0.2)]
+
+
+def test_a_reload_cuts_a_sleep() -> None:
+    with Under(sleeps(5.0)) as under:
+        under.run.advance(0.2)
+        other = automaton(1, "parent", [State(id=1, name="a"), State(id=2, name="c")], [after(0.6, 1, 2)])
+        under.run.exchange(component(other))
+        assert under.done == [("begins", 0.0), ("ends", 0.2)]
+        under.run.advance(1.0)
+        assert under.run.changes("parent") == [(0.0, "a"), (0.6, "c")]
+
+
+def test_time_that_passes_by_itself_is_no_other_time() -> None:
+    naps: list[float] = []
+
+    def nap() -> None:
+        naps.append(run.time)
+        run.component.sleep(500.0)
+
+    child = automaton(2, "child", [State(id=1, name="c", code=nap)], [])
+    states = [State(id=1, name="a", children=(child,)), State(id=2, name="b")]
+    parent = automaton(1, "parent", states, [after(0.45, 1, 2), after(0.45, 2, 1)])
+    with PacedExecution(component(parent), VirtualWorld(PacedClock())) as run:
+        run.set_speed(100.0)
+        run.start()
+        run.advance(4.0)
+        run.pause()
+        assert run.changes("parent")[:4] == [(0.0, "a"), (0.5, "b"), (1.0, "a"), (1.5, "b")]
+        assert naps[:3] == [0.0, 1.0, 2.0]
 
 
 def test_the_end_of_an_execution_ends_what_sleeps() -> None:
