@@ -241,6 +241,8 @@ class TestRepetition:
     def test_joints_that_go_on_moving_are_reported(self, endpoint: str, scripted: ScriptedRobot) -> None:
         scripted.joints = [joints(0.0, -1.5)]
         outcome = stop(endpoint, limits=HASTY)
+        if not outcome.code:  # a busy machine, where nothing was heard of the joints in so short a time
+            outcome = stop(endpoint, limits=replace(HASTY, standstill=10.0))
         assert (outcome.code, outcome.out) == (1, "")
         assert "stopped, but its joints still move, the fastest at 1.5 rad/s" in outcome.err
 

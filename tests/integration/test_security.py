@@ -131,7 +131,12 @@ def test_a_student_reads_and_does_not_move(keys: Keys, head: HeadI, open_with: O
 def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(
     own_keys: Keys, open_with: Open
 ) -> None:
-    roles = {"robot": {"serve": ["**"]}, "operator": {"call": ["**"]}, "student": {"call": ["*.get*"]}}
+    roles = {
+        "robot": {"serve": ["**"]},
+        "operator": {"call": ["**"]},
+        "student": {"call": ["*.get*"]},
+        "gateway": {},
+    }
     with routing(own_keys.settings("router", security={"roles": roles})):
         robot, operator, student = (
             open_with(own_keys.settings(who)) for who in ("robot", "operator", "student")
