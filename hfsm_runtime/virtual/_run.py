@@ -178,8 +178,8 @@ class VirtualRun(ComponentRun):
         """The automata in a cycle that has begun and not ended."""
         self._kept: dict[Run, _Cycles] = {}
         """The code of the automata that have begun a cycle."""
-        self._followers: dict[Run, tuple[int, int, Run]] = {}
-        """What is scheduled for automata that wait for another one's cycle, which sleeps."""
+        self._followers: set[Run] = set()
+        """The automata that wait for another one's cycle, which sleeps."""
         self._driver = threading.get_ident()
         self._to_look = False
         """Whether code that sleeps may have to end its cycle."""
@@ -333,7 +333,7 @@ class VirtualRun(ComponentRun):
         with self.tree.lock:
             schedule = self._due
             due, index, run = heapq.heappop(schedule)
-        self._followers.pop(run, None)
+        self._followers.discard(run)
         following = due
         try:
             now = max(due, self.component_time.now())
@@ -350,7 +350,7 @@ class VirtualRun(ComponentRun):
                     following = self._next(run, due, at)
             else:
                 following = (now if at.began is None else at.began) + patience(run, at)
-                self._followers[run] = (following, index, run)
+                self._followers.add(run)
         finally:  # Ctrl-C in a notebook, or a task that fails, must not end the cycles of an automaton
             with self.tree.lock:
                 if schedule is self._due:  # otherwise a reload has scheduled all automata
@@ -370,10 +370,11 @@ class VirtualRun(ComponentRun):
             return
         now = self.component_time.now()
         with self.tree.lock:
-            waiting = set(self._followers)
-            self._followers.clear()
-            self._due = [(now if run in waiting else due, index, run) for due, index, run in self._due]
+            self._due[:] = [
+                (now if run in self._followers else due, index, run) for due, index, run in self._due
+            ]
             heapq.heapify(self._due)
+            self._followers.clear()
 
     def _next(self, run: Run, due: int, at: int) -> int:
         """Return when an automaton is due again; at once if a pause came before its cycle."""

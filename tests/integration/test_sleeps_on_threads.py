@@ -96,7 +96,7 @@ def in_virtual_time(place: str, sleep: str, above: bool) -> Entered:
 
 
 @pytest.mark.soak(
-    "tests/unit/hfsm_runtime/virtual/test_sleeping.py::test_a_child_that_sleeps_does_not_keep_its_parent_from_leaving"
+    "tests/unit/hfsm_runtime/virtual/test_run_sleeps.py::test_a_child_that_sleeps_does_not_keep_its_parent_from_leaving"
 )
 @pytest.mark.parametrize(("place", "sleep", "above"), [*product(PLACES, SLEEPS, (True, False))])
 def test_the_same_states_are_entered_at_the_same_times(place: str, sleep: str, above: bool) -> None:

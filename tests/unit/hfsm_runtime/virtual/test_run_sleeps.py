@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
 from hfsm_runtime import Automaton, Component, Proxy, State
 from hfsm_runtime.virtual import Execution, PacedClock, PacedExecution, VirtualWorld
 from tests.support.automata import after, automaton, component, when
@@ -110,6 +112,22 @@ def test_who_comes_after_a_decision_that_takes_long_waits_for_it_but_not_for_eve
     with Execution(component(parent)) as run:
         run.advance(0.33)
         assert cycles == [0.1, 0.2, 0.3]
+
+
+def test_others_run_as_usual_while_one_waits_for_a_decision() -> None:
+    def decides() -> bool:
+        run.component.sleep(0.35)
+        return False
+
+    beside: list[float] = []
+    waiting = automaton(4, "waiting", [State(id=1, name="w")], [])
+    slow = automaton(2, "slow", [State(id=1, name="s", children=(waiting,)), State(id=2, name="t")],
+                     [when(decides, 1, 2)])  # fmt: skip
+    calm = automaton(3, "calm", [State(id=1, name="c", code=lambda: beside.append(run.time))], [], 0.05)
+    root = automaton(1, "root", [State(id=1, name="a", children=(slow, calm))], [])
+    with Execution(component(root)) as run:
+        run.advance(0.5)
+        assert beside == pytest.approx([0.05 * number for number in range(11)])
 
 
 def test_at_one_time_cycles_begin_before_code_goes_on() -> None:
