@@ -266,7 +266,7 @@ class VirtualRun(ComponentRun):
             else:
                 self._task_clock.advance(0.0)
                 self._task_clock.wake_due()
-                self._let_followers_try()
+                self._let_late_ones_begin()
         if self.ended.is_set():
             self.end_cycles()
             if not had_ended and self._on_end is not None:
@@ -362,16 +362,21 @@ class VirtualRun(ComponentRun):
         if code is None or code.ended:
             code = self._kept[run] = _Cycles(self, run)
         code.begin(at)
-        self._let_followers_try()
+        if self._followers:
+            self._let_late_ones_begin()
 
-    def _let_followers_try(self) -> None:
-        """Let automata that wait for the cycle of another one see whether it is their turn."""
-        if not self._followers:
-            return
-        now = self.component_time.now()
+    def _let_late_ones_begin(self) -> None:
+        """Schedule at once those who wait for what code that slept did: a decision, or an entry."""
         with self.tree.lock:
             self._due[:] = [
-                (now if run in self._followers else due, index, run) for due, index, run in self._due
+                (
+                    min(due, run.next_slot)
+                    if run.active and not run.finished and run not in self.cycles
+                    else due,
+                    index,
+                    run,
+                )
+                for due, index, run in self._due
             ]
             heapq.heapify(self._due)
             self._followers.clear()

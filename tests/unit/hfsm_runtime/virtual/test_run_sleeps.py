@@ -130,6 +130,18 @@ def test_others_run_as_usual_while_one_waits_for_a_decision() -> None:
         assert beside == pytest.approx([0.05 * number for number in range(11)])
 
 
+def test_who_wakes_after_an_entry_that_sleeps_begins_at_once() -> None:
+    """The child's slot at 0.05 s has come when the entry ends at 0.06 s: as on threads, it is not left out."""
+    cycles: list[float] = []
+    child = automaton(
+        2, "child", [State(id=1, name="c", code=lambda: cycles.append(run.clock.now()))], [], 0.05
+    )
+    entry = State(id=1, name="a", entry=lambda: run.component.sleep(0.06), children=(child,))
+    with Execution(component(automaton(1, "parent", [entry], []))) as run:
+        run.advance(0.2)
+        assert cycles == [0.06, 0.1, 0.15, 0.2]
+
+
 def test_at_one_time_cycles_begin_before_code_goes_on() -> None:
     """The parent leaves at the time at which the sleep ends: it comes first, as on threads, where sleeps are late."""
     with Under(sleeps(0.5)) as under:
