@@ -366,7 +366,7 @@ class VirtualRun(ComponentRun):
             self._let_late_ones_begin()
 
     def _let_late_ones_begin(self) -> None:
-        """Schedule at once those who wait for what code that slept did: a decision, or an entry."""
+        """Schedule at once automata that waited for code that slept: for its decision, or its entry."""
         with self.tree.lock:
             self._due[:] = [
                 (
