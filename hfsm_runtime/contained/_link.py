@@ -14,8 +14,9 @@ from zenoh_ice.clock import VirtualClock
 from zenoh_ice.exceptions import SystemException, UnknownException
 
 from .._code import Code, current_code
-from ..errors import ComponentStoppedError, CycleCutError, EventError
+from ..errors import EventError
 from .protocol import (
+    ENDS,
     NUMBER,
     Answered,
     AskHolds,
@@ -112,12 +113,9 @@ class FarClock(VirtualClock):
         return event.is_set()
 
 
-_ENDS: Final = {each.__name__: each for each in (CycleCutError, ComponentStoppedError)}
-
-
 def _failure(message: Failed) -> BaseException:
-    if message.error in _ENDS:
-        return _ENDS[message.error](message.text)
+    if message.error in ENDS:
+        return ENDS[message.error](message.text)
     if message.error == EventError.__name__:
         return EventError(message.text)
     known = getattr(exceptions, message.error, None)

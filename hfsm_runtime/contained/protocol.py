@@ -18,6 +18,7 @@ from typing import Annotated, Final
 import msgspec
 
 from .._recording.run import random_state
+from ..errors import ComponentStoppedError, CycleCutError
 
 LARGEST_REQUEST: Final = 4 << 20
 """Bytes of the largest message of the far end."""
@@ -28,6 +29,9 @@ NUMBER: Final = struct.Struct(">I")
 """The number of a piece of code, before each message to the far end."""
 _PIECE: Final = 1 << 16  # bytes that are read at once
 _LARGEST_MESSAGE: Final = 1 << 30  # bytes of a message of the near end, whose pictures may be large
+
+ENDS: Final = {each.__name__: each for each in (CycleCutError, ComponentStoppedError)}
+"""What ends a cycle, by the name with which Failed and Raised say so."""
 
 Text = Annotated[str, msgspec.Meta(max_length=LARGEST_TEXT)]
 Name = Annotated[str, msgspec.Meta(max_length=200)]

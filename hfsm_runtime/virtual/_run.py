@@ -326,7 +326,7 @@ class VirtualRun(ComponentRun):
         wake = self._task_clock.next_wake
         if wake == NEVER:
             return NEVER
-        return self.component_time.now() + max(0, wake - round(self.clock.now() * _SECOND))
+        return self.component_time.now() + max(0, wake - self._task_clock.moment)
 
     def _take_turn(self) -> None:
         """Run the next cycle that is scheduled, unless the automaton has to wait."""
@@ -419,15 +419,15 @@ class VirtualRun(ComponentRun):
             self.clock.advance(max(0.0, seconds))
             return
         clock = self._task_clock
-        end = round((clock.now() + seconds) * _SECOND)
+        end = clock.moment + round(seconds * _SECOND)
         while True:
             ended = self.ended.is_set()
             if ended or not self.tree.may_go_on(cycle.run):
                 cycle.reports += 1
                 if cycle.reports > _REPORTED:
-                    clock.rest_until(round(clock.now() * _SECOND) + _RELUCTANT)
+                    clock.rest_until(clock.moment + _RELUCTANT)
                 raise ComponentStoppedError if ended else CycleCutError
-            if round(clock.now() * _SECOND) >= end:
+            if clock.moment >= end:
                 return
             cycle.asleep = True
             try:
@@ -438,13 +438,11 @@ class VirtualRun(ComponentRun):
     def _wake(self) -> None:
         self._to_look = True
 
-    def _move_to(self, when: int) -> int:
-        """Advance the time to `when`; return the new time, which may be later."""
-        now = self.component_time.now()
-        if now < when:
-            self.clock.advance((when - now) / _SECOND)
-            now = self.component_time.now()
-        return now
+    def _move_to(self, when: int) -> None:
+        """Advance the time to `when`; tasks of the clock may advance it further."""
+        left = when - self.component_time.now()
+        if left > 0:
+            self.clock.advance(left / _SECOND)
 
     def _refused(self, refusal: Refusal) -> None:
         super()._refused(refusal)

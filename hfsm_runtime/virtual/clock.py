@@ -45,6 +45,11 @@ class TaskClock(VirtualClock):
         self._numbers = itertools.count()
 
     @property
+    def moment(self) -> int:
+        """The time in ns."""
+        return self._now
+
+    @property
     def next_wake(self) -> int:
         """When the next of the code that sleeps goes on, in ns; `NEVER` if none does."""
         return self._asleep[0][0] if self._asleep else NEVER

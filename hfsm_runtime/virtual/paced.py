@@ -23,7 +23,6 @@ THREAD: Final = "virtual time"
 """The name of the thread that runs the cycles."""
 _SECOND: Final = 1_000_000_000
 _HIGHEST_SPEED: Final = 100.0
-_RESOLUTION: Final = 1e-9
 
 _logger = logging.getLogger(__name__)
 

@@ -16,6 +16,7 @@ from typing import Any, BinaryIO, Final, NoReturn, TypeVar
 import msgspec
 
 from hfsm_runtime.contained.protocol import (
+    ENDS,
     LARGEST_REQUEST,
     NUMBER,
     Begin,
@@ -31,7 +32,6 @@ from hfsm_runtime.contained.protocol import (
     ToNear,
     Wait,
 )
-from hfsm_runtime.errors import ComponentStoppedError, CycleCutError
 from hfsm_runtime.source_map import PLACE
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from zenoh_ice import exceptions, typed
@@ -49,10 +49,6 @@ _MOST_REQUESTS: Final = 200_000
 _MOST_RECEIVED: Final = 64 << 20
 """Bytes of all its messages in a trial: the judge remembers the calls."""
 _LONGEST_REASON: Final = 300
-
-_LARGEST_NUMBER: Final = 0xFFFFFFFF
-_ENDS: Final = {each.__name__: each for each in (CycleCutError, ComponentStoppedError)}
-"""What ends a cycle, by its name."""
 
 M = TypeVar("M")
 
@@ -152,7 +148,7 @@ class Session:
             self._break(f"its code in {where} waits for itself")
         allowance = self._allowance
         limit = allowance.begin if isinstance(request, Begin) else allowance.block
-        piece = _Piece(next(self._numbers) & _LARGEST_NUMBER, where, limit)
+        piece = _Piece(next(self._numbers), where, limit)
         self._depth += 1
         try:
             return self._ask(request, answer, piece)
@@ -171,13 +167,13 @@ class Session:
 
     def close(self) -> None:
         """End the process and everything that it has started."""
-        self.broken = self.broken or "its process was ended"
+        broken, self.broken = self.broken, self.broken or "its process was ended"
         if self._process.poll() is None:
             self._process.kill()  # its parent within the walls ends with it, and all others with that
         try:
             self._process.wait(_END_LIMIT)
         except subprocess.TimeoutExpired:
-            self.broken = "its process cannot be ended"
+            self.broken = broken or "its process cannot be ended"
         for file in (self._process.stdin, self._process.stdout, self._output):
             if file is not None:
                 file.close()
@@ -192,15 +188,15 @@ class Session:
             if isinstance(message, answer):
                 return message
             if isinstance(message, Raised):
-                raise _ENDS[told] if message.error == told else _exception(message, where)
+                raise ENDS[told] if message.error == told else _exception(message, where)
             self._requests += 1
             if self._requests > _MOST_REQUESTS:
                 self._break(f"made more than {_MOST_REQUESTS} requests in a trial, the last in {where}")
             reply = self._serve(message, piece)
-            if isinstance(reply, Failed) and reply.error in _ENDS:
+            if isinstance(reply, Failed) and reply.error in ENDS:
                 told = reply.error
             if self.broken:
-                raise _ENDS[told] if told else SubmissionBroken(self.broken)
+                raise ENDS[told] if told else SubmissionBroken(self.broken)
             self._send(reply, piece)
 
     def _serve(self, message: object, piece: _Piece) -> Message:
