@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
-from itertools import chain, islice
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -319,8 +319,11 @@ def _first(found: Divergence) -> Iterator[str]:
     for name in dict.fromkeys([*recorded.guards, *replayed.guards]):
         yield _row(f"guard {name}", _value(recorded, name), _value(replayed, name))
     yield _row("fired", _listed(recorded.fired), _listed(replayed.fired))
-    for ours, theirs in islice(_pairs(recorded.errors, replayed.errors), _MOST_LINES):
+    errors = [*_pairs(recorded.errors, replayed.errors)]
+    for ours, theirs in errors[:_MOST_LINES]:
         yield _row("error", ours, theirs)
+    if len(errors) > _MOST_LINES:
+        yield f"... and {len(errors) - _MOST_LINES} more errors: --json has all"
     yield _row("then in", recorded.state_after or "-", replayed.state_after or "-")
 
 

@@ -250,7 +250,8 @@ test("imported automata stand where they are imported, as long as they are", asy
 
 test("problems belong to the document that they are of", async () => {
   await opened(automaton(1, 0, []));
-  socket.push({push: "problems", tab: 1, revision: 1, items: [{code: "E1"}]});
+  socket.push({push: "problems", tab: 1, revision: 1, items: [{code: "E1"}], counts: {error: 1200}});
+  assert.deepEqual(store.documents.get(1).counts, {error: 1200});
   assert.deepEqual([store.documents.get(1).problems, store.documents.get(1).checked], [[{code: "E1"}], 1]);
   patch(2, {document: {}});
   assert.deepEqual(store.documents.get(1).problems, [{code: "E1"}]);

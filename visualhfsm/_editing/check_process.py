@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -52,23 +53,12 @@ class CheckProcess:
                 continue
             if limit is None:
                 return found
-            return msgspec.structs.replace(
+            return _with_warning(
                 found,
-                problems=(
-                    *found.problems,
-                    _unchecked(
-                        Message(
-                            "this revision is not checked by the model checker, which took too long or failed"
-                        )
-                    ),
-                ),
+                Message("this revision is not checked by the model checker, which took too long or failed"),
             )
-        return Findings(
-            problems=(
-                _unchecked(
-                    Message("this revision is not checked by the checks, which took too long or failed")
-                ),
-            )
+        return _with_warning(
+            Findings(), Message("this revision is not checked by the checks, which took too long or failed")
         )
 
     def close(self) -> None:
@@ -77,5 +67,7 @@ class CheckProcess:
         self._process.close()
 
 
-def _unchecked(message: Message) -> Problem:
-    return Problem(code="", severity=Severity.WARNING, message=message)
+def _with_warning(found: Findings, message: Message) -> Findings:
+    warning = Problem(code="", severity=Severity.WARNING, message=message)
+    counts = Counter(found.counts) + Counter([warning.severity])
+    return msgspec.structs.replace(found, problems=(*found.problems, warning), counts=counts)

@@ -5,7 +5,8 @@ The editor never waits for a check: `CheckProcess` runs this module as a separat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from codegen.hfsm.model_checker.properties import PropertyResult
 
 _MOST_PROBLEMS: Final = 1000
-"""Limit of the reported problems; more are usually repetitions of one."""
+"""Limit of the listed problems; more are usually repetitions of one."""
 _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are sent; longer ones are in the notes."""
 _VIOLATED: Final = Code.VIOLATED_PROPERTY
@@ -113,27 +114,34 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
 class Findings(msgspec.Struct, frozen=True, kw_only=True):
     """The problems of a document, by severity, and the verdict on each of its properties, in their order.
 
-    `proofs` is None if the model checker did not run, after errors or because it would have taken too long.
+    Of very many problems, the first 1,000 are listed; `counts` has the number of all by severity. `proofs` is
+    None if the model checker did not run, after errors or because it would have taken too long.
     """
 
     problems: tuple[Problem, ...] = ()
+    counts: Mapping[Severity, int] = {}
     proofs: tuple[Proof, ...] | None = None
 
 
 def find_problems(
     text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
 ) -> list[Problem]:
-    """Return the problems that `check` finds."""
-    return [*check(text, path, include, limit=limit).problems]
+    """Return all problems that `check` finds."""
+    return [*check(text, path, include, limit=limit, most=None).problems]
 
 
 def check(
-    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
+    text: str,
+    path: Path | None,
+    include: Sequence[Path] = (),
+    *,
+    limit: int | None = None,
+    most: int | None = _MOST_PROBLEMS,
 ) -> Findings:
     """Check the text of a document; `path` is its file, if it has one.
 
-    The model checker explores up to `limit` configurations, by default as many as `check_document`. It may
-    take seconds: `CheckProcess` runs it in another process.
+    At most `most` problems are listed. The model checker explores up to `limit` configurations, by default as
+    many as `check_document`. It may take seconds: `CheckProcess` runs it in another process.
     """
     file = path or Path.cwd() / UNTITLED
     diagnostics = Diagnostics(decoded=True)
@@ -145,9 +153,10 @@ def check(
     imports = ImportedPlaces(document or Document(), file, include)
     order = {"error": 0, "warning": 1, "note": 2}
     reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
-    found = sorted(reported, key=lambda each: order[each.severity])[:_MOST_PROBLEMS]
+    found = sorted(reported, key=lambda each: order[each.severity])
     return Findings(
-        problems=tuple(_with_steps(_problem(each, file, locator, imports), report) for each in found),
+        problems=tuple(_with_steps(_problem(each, file, locator, imports), report) for each in found[:most]),
+        counts=Counter(each.severity for each in found),
         proofs=None if report is None else tuple(map(_proof, report.properties)),
     )
 

@@ -147,6 +147,8 @@ def _find(text: str, among: dict[Address, set[str]], kind: Message) -> Address:
         return found[0]
     if found:
         choices = ", ".join(f"{address.name} ({address.ids})" for address in found[:_SHOWN])
+        if len(found) > _SHOWN:
+            choices += ", ..."
         raise VisualHfsmError(
             Message(
                 "{text} may be {choices}: name one in full, or by its ids",

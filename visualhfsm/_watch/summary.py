@@ -6,6 +6,7 @@ import math
 import statistics
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import Final
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -17,6 +18,9 @@ from visualhfsm._monitoring.run_log import RunLog
 from visualhfsm._run_page import Figure
 from visualhfsm._watch.telemetry import CAMERA, IMAGE_SIZE
 from zenoh_ice.text import printable
+
+_MOST_ERRORS: Final = 20
+"""A component sends its newest ones alone."""
 
 SETTLING_TIME = 2.0
 """Seconds after a mark appears that do not count: the head is still turning."""
@@ -131,7 +135,9 @@ def figures_of(summary: Summary) -> Iterator[Figure]:
         Message("{count} longer than their period", count=summary.overruns),
     )
     if summary.errors:
-        yield Figure(Message("errors"), Message.verbatim(str(summary.errors)))
+        some = Message.verbatim(str(summary.errors))
+        many = Message("{count} or more", count=_MOST_ERRORS)
+        yield Figure(Message("errors"), some if summary.errors < _MOST_ERRORS else many)
     yield Figure(Message("changes of state"), Message.verbatim(str(summary.changes)))
 
 

@@ -64,7 +64,9 @@ class News:
             return
         match event:
             case Checked(version=version, findings=findings):
-                tab.findings = Problems(tab=tab.id, revision=version.revision, items=findings.problems)
+                tab.findings = Problems(
+                    tab=tab.id, revision=version.revision, items=findings.problems, counts=findings.counts
+                )
                 self._show_problems(tab)
                 if (tests := tab.tests.compare(tab.shown.document, tab.content)) is not None:
                     self._windows.push(tests)

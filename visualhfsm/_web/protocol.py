@@ -8,11 +8,12 @@ of them with examples.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
 
 import msgspec
 
+from codegen.diagnostics import Severity
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._editing.commands import AnyCommand
 from visualhfsm._editing.commands.transitions import TransitionType
@@ -575,11 +576,15 @@ class DocumentPush(Push, tag="document"):
 
 
 class Problems(Push):
-    """The problems of a revision of a document; `imports` counts the changes of imported files."""
+    """The problems of a revision of a document; of very many not all `items`, but the `counts` of all.
+
+    `imports` counts the changes of imported files.
+    """
 
     tab: int
     revision: int
     items: Sequence[Problem]
+    counts: Mapping[Severity, int] = {}
     imports: int = 0
 
 

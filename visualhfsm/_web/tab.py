@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -171,8 +172,10 @@ class Tab:
         if findings is None:
             return None
         present = (each for each in self.failures if texts_at(document, each.origin.place) == each.texts)
-        items = [*map(_problem, present), *findings.items]
-        return replace(findings, items=items, imports=self._imports.number)
+        failed = [*map(_problem, present)]
+        counts = Counter(findings.counts) + Counter(each.severity for each in failed)
+        items = [*failed, *findings.items]
+        return replace(findings, items=items, counts=counts, imports=self._imports.number)
 
     @property
     def content(self) -> Document:

@@ -88,6 +88,8 @@ class Summary:
     def __str__(self) -> str:
         """Return the rate, and the commonest ways to fail."""
         ways = [f"{len(way.numbers)} {way.reason} in {way.states}" for way in self.ways[:_SHOWN_WAYS]]
+        if (more := len(self.ways) - _SHOWN_WAYS) > 0:
+            ways.append(f"and {more} other way{'s' if more > 1 else ''}")
         return f"{self.rate.successes} of {self.rate.trials} succeed: {self.rate}" + "".join(
             f"\n  {way}" for way in ways
         )

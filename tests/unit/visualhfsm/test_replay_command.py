@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from hfsm_runtime.recording_file.outcome import Divergence, Outcome, Side, Step
 from hfsm_runtime.recording_file.reader import RecordingFile
@@ -42,6 +43,26 @@ def test_automata_of_one_name_are_distinguished() -> None:
     assert "first at 1.000 s: x (2) in the state a" in text
     assert " x (3) " in text
     assert " root  " in text
+
+
+def test_errors_of_a_cycle_that_are_not_shown_are_counted() -> None:
+    recorded = replace(side("a"), errors=[f"error {number}" for number in range(100)])
+    outcome = Outcome(
+        error="",
+        seconds=1.0,
+        cycles=3,
+        identical=False,
+        missing_cycles=0,
+        divergences=[Divergence(1.0, 1, "root", recorded, side("b"))],
+        differences=[],
+        recorded=[],
+        replayed=[],
+        guesses={},
+        notes=[],
+    )
+    lines = list(outcome_lines(outcome))
+    shown = sum(line.startswith("error") for line in map(str.lstrip, lines))
+    assert f"... and {100 - shown} more errors: --json has all" in lines
 
 
 def test_what_was_recorded_to_be_looked_at_is_not_replayed(tmp_path: Path) -> None:

@@ -28,7 +28,6 @@ import {monitor} from "./monitor/monitor.js";
 import {planned} from "./monitor/breakpoints.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
-import {countOf} from "./problems.js";
 import {perform} from "./registry.js";
 import {chosenBody, isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
@@ -235,8 +234,8 @@ export class HfsmApp extends PageElement {
 
   /** Show the errors of the document, for which no component was generated; they may not be known yet. */
   #showErrors() {
-    const {problems = [], checked, revision} = page.document ?? {};
-    if (checked !== revision || countOf(problems, "error")) this.showBottom("hfsm-problems");
+    const {document} = page;
+    if (document && (document.checked !== document.revision || document.counts.error)) this.showBottom("hfsm-problems");
   }
 
   /** Show the robot in the corner of the canvas, or fold it. @param {boolean} [folded] by default the other way */

@@ -87,9 +87,6 @@ export const problemOfAutomaton = (problems, automaton) => problemOf(problems, a
 export const sameProblem = (one, other) =>
   one === other || (one?.severity === other?.severity && one?.message === other?.message);
 
-/** The number of problems of a severity. @param {Problem[]} problems @param {Problem["severity"]} severity */
-export const countOf = (problems, severity) => problems.filter((each) => each.severity === severity).length;
-
 /** @param {Problem[]} problems */
 function indexed(problems) {
   /** @type {Map<string, Problem>} */

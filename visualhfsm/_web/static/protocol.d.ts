@@ -656,12 +656,13 @@ export interface Problem {
   misspelt?: Misspelt | null;
 }
 
-/** The problems of a revision of a document; `imports` counts the changes of imported files. */
+/** The problems of a revision of a document; of very many not all `items`, but the `counts` of all. */
 export interface ProblemsPush {
   push: "problems";
   tab: number;
   revision: number;
   items: Problem[];
+  counts: Record<string, number>;
   imports: number;
 }
 

@@ -18,7 +18,6 @@ import {ariaKey, keyOf, spoken} from "./keys.js";
 import {monitor} from "./monitor/monitor.js";
 import {notifyError} from "./notices.js";
 import {page} from "./page.js";
-import {countOf} from "./problems.js";
 import {actionOf, isEnabled, isOffered, perform} from "./registry.js";
 import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
@@ -329,8 +328,7 @@ class Status extends PageElement {
   render() {
     const {document, automaton} = page;
     if (!document) return store.online ? nothing : html`<span>${t("Connecting")}</span>`;
-    const errors = countOf(document.problems, "error");
-    const warnings = countOf(document.problems, "warning");
+    const {error: errors = 0, warning: warnings = 0} = document.counts;
     return html` <button
         type="button"
         class="problem-count ${errors ? "error" : warnings ? "warning" : "none"}"

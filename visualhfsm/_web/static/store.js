@@ -19,8 +19,8 @@ import {viewing} from "./viewing.js";
  *   ShelfPush, SnapshotPush, StalePush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
- *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
- *   is the revision that the problems are those of
+ *   counts: ProblemsPush["counts"], checked?: number}} OpenDocument `automata` are its `own` with the `content` of
+ *   those that are imported; `checked` is the revision that the problems, with the `counts` of all, are those of
  * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
  * @typedef {Required<Omit<RobotPush, "push">>} Robot
  * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null, restarted: null,
@@ -347,7 +347,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         break;
       case "problems": {
         const document = this.documents.get(message.tab);
-        if (document) Object.assign(document, {problems: message.items, checked: message.revision});
+        const {items: problems, counts, revision: checked} = message;
+        if (document) Object.assign(document, {problems, counts, checked});
         break;
       }
       case "trials":

@@ -17,6 +17,7 @@ export function updated(former, {tab, revision, undo, redo, dirty, full, patch})
   const document = {
     tab,
     problems: [],
+    counts: {},
     fields: /** @type {Fields} */ ({}),
     automata: new Map(),
     own: new Map(),

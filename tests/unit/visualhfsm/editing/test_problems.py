@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -18,12 +19,13 @@ from codegen.hfsm.document import Automaton, Document, Interface, Library, State
 from codegen.messages import Message
 from tests.support.editing import large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
+from visualhfsm._code_help.worker import lint
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._editing.commands.automata import AddAutomaton
 from visualhfsm._editing.commands.states import SetArgument, SetStateCode
 from visualhfsm._editing.commands.transitions import SetTransitionCode
 from visualhfsm._editing.places import Located, Locator, Place, spots, texts_at
-from visualhfsm._editing.problems import Problem, find_problems
+from visualhfsm._editing.problems import Problem, check, find_problems
 from visualhfsm._editing.serialization import parse, written
 from visualhfsm._errors import EditError
 
@@ -50,6 +52,25 @@ def clean() -> Document:
 
 def test_a_document_in_order_has_no_problems() -> None:
     assert find_problems(written(clean()), None) == []
+
+
+def test_problems_are_counted_whether_or_not_they_are_listed(tmp_path: Path) -> None:
+    nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(1005))
+    states = [State(id=n, name=f"s{n}", initial=n == 1, code=Text(nobody)) for n in (1, 2)]
+    text = written(Document(automata=(Automaton(id=1, states=tuple(states)),)))
+    found = check(text, tmp_path / "many.xml")
+    total = Counter(each.severity for each in find_problems(text, tmp_path / "many.xml"))
+    assert total[Severity.WARNING] > 2000
+    assert len(found.problems) == 1000
+    assert found.counts == total
+
+
+def test_code_is_marked_however_much_is_wrong_before_it(tmp_path: Path) -> None:
+    nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(1005))
+    states = (State(id=1, name="a", initial=True, code=Text(nobody)), State(id=2, name="b", code=Text("x")))
+    text = written(Document(automata=(Automaton(id=1, states=states),)))
+    place = Place(kind="state", automaton=1, id=2, part="code")
+    assert [each.code for each in lint(text, tmp_path / "many.xml", place)] == ["W520"]
 
 
 def test_a_document_in_which_nothing_is_drawn_yet_has_no_problems() -> None:

@@ -54,6 +54,15 @@ def test_the_rate_has_its_interval(summary: Summary) -> None:
     ]
 
 
+def test_ways_to_fail_that_are_not_named_are_counted() -> None:
+    outcomes = [
+        structs.replace(outcome(number), success=False, reason=f"fell into {chr(ord('a') + number)}")
+        for number in range(9)
+    ]
+    *_, last = str(Summary(outcomes, VARYING)).splitlines()
+    assert last == "  and 4 other ways"
+
+
 def test_it_says_what_success_depends_on(summary: Summary) -> None:
     light = summary.dependences["light"]
     assert [(part.label, part.rate.successes, part.rate.trials) for part in light] == [

@@ -6,6 +6,7 @@ import pytest
 from msgspec.structs import replace
 from rich.console import Console
 
+from interfaces.hfsm import ErrorReport
 from interfaces.nao import HealthReport
 from tests.support.component import dance_and_follow, snapshot
 from visualhfsm._monitoring.automata import Automata
@@ -90,6 +91,16 @@ def test_errors_overruns_and_cycles_are_those_of_the_last_snapshot():
     log.add(LiveSnapshot(1.0, last))
     summary = summarize(log)
     assert (summary.errors, summary.overruns, summary.cycles) == (0, 10, 250)
+
+
+@pytest.mark.parametrize(("sent", "shown"), [(19, "19"), (20, "20 or more")])
+def test_errors_of_which_a_component_sends_the_newest_alone_are_not_called_all(sent, shown):
+    log = record(1, lambda time: None)
+    last = snapshot(1.0)
+    last.errors = [ErrorReport(1.0, 1, 1, "", "no such joint")] * sent
+    log.add(LiveSnapshot(1.0, last))
+    (errors,) = [figure for figure in figures_of(summarize(log)) if figure.name == "errors"]
+    assert errors.value == shown
 
 
 def test_the_table_of_a_run_ends_with_its_changes_of_state():

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from codegen.diagnostics import Severity
 from codegen.messages import Message
 from tests.support.documents import document, state, sub
 from tests.support.limits import FOREVER, RUN_LIMIT
@@ -175,8 +176,9 @@ def test_a_failure_is_a_problem_until_its_code_changes(run: Callable[[Test, list
             Failed(tab=1, origin=Origin(place, 2), message=Message("division by zero"), texts=texts)
         )
         assert tab.problems is None
-        tab.findings = Problems(tab=1, revision=tab.shown.revision, items=[])
+        tab.findings = Problems(tab=1, revision=tab.shown.revision, items=[], counts={Severity.NOTE: 7})
         assert tab.problems is not None
+        assert tab.problems.counts == {"error": 1, "note": 7}
         (problem,) = tab.problems.items
         found = problem.code, problem.severity, problem.message, problem.line, problem.column, problem.length
         assert found == ("run", "error", "division by zero", 2, 3, 9)

@@ -8,6 +8,8 @@ import {MonitorElement, spokenSeconds} from "./element.js";
 import {show} from "./failing-code.js";
 import {monitor} from "./monitor.js";
 
+const MOST = 20; // that a component sends
+
 class LiveErrors extends MonitorElement {
   render() {
     const errors = monitor.snapshot?.component.errors ?? [];
@@ -39,7 +41,8 @@ class LiveErrors extends MonitorElement {
                       </button>
                     </li>`,
                 )}
-              </ul>`
+              </ul>
+              ${errors.length < MOST ? nothing : html`<p class="empty">${t("Older ones are not listed.")}</p>`}`
           : nothing
       }
       ${

@@ -13,7 +13,7 @@ import {iconButton} from "../icons.js";
 import {keyOf} from "../keys.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
-import {t} from "../texts.js";
+import {n, t} from "../texts.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {drawLanes, wasActive} from "./lanes.js";
 import {monitor} from "./monitor.js";
@@ -223,6 +223,7 @@ class Timeline extends MonitorElement {
     const {changes} = monitor.past;
     const {time} = scrubbing;
     const shown = changes.slice(-LISTED).reverse();
+    const more = changes.length - shown.length;
     return html`<ol class="change-list" aria-label=${t("Changes, the latest first")} tabindex="0">
       ${shown.map((change) => {
         const {automaton, origin, destination, transition} = change;
@@ -239,6 +240,7 @@ class Timeline extends MonitorElement {
           </button>
         </li>`;
       })}
+      ${more ? html`<li class="faint">${n("{count} more is not listed.", "{count} more are not listed.", more)}</li>` : nothing}
     </ol>`;
   }
 

@@ -9,7 +9,7 @@
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
-import {countOf, FAILED, SEVERITIES} from "../problems.js";
+import {FAILED, SEVERITIES} from "../problems.js";
 import {n, t} from "../texts.js";
 import {fixesOf, learnFixes} from "./fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
@@ -17,7 +17,7 @@ import {showNoMarks} from "./marks.js";
 import {placeOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
-/** @type {[severity: string, counted: (count: number) => string][]} */
+/** @type {[severity: Problem["severity"], counted: (count: number) => string][]} */
 const COUNTED = [
   ["error", (count) => n("{count} Error", "{count} Errors", count)],
   ["warning", (count) => n("{count} Warning", "{count} Warnings", count)],
@@ -55,10 +55,10 @@ class Problems extends PageElement {
 
   /** Focus the first error, else the first problem, even if the checks are not complete yet. */
   focusFirst() {
-    const {problems = [], checked, revision} = page.document ?? {};
+    const {document} = page;
     const rows = /** @type {NodeListOf<HTMLElement>} */ (this.querySelectorAll("button.row"));
     const row = [...rows].find((each) => each.querySelector(".severity-sign.error")) ?? rows[0];
-    this.#isWaiting = checked !== revision && !countOf(problems, "error");
+    this.#isWaiting = !!document && document.checked !== document.revision && !document.counts.error;
     if (row) row.focus();
     else /** @type {HTMLElement | null} */ (this.querySelector(".list-panel"))?.focus();
   }
@@ -73,10 +73,12 @@ class Problems extends PageElement {
     if (!document) return html`<p class="empty">${t("No document is open.")}</p>`;
     const {problems} = document;
     const shown = problems.filter((each) => !this.left.has(each.severity));
+    const counts = COUNTED.map(([severity]) => (this.left.has(severity) ? 0 : (document.counts[severity] ?? 0)));
+    const more = counts.reduce((all, each) => all + each) - shown.length;
     return html`<div class="list-panel" tabindex="-1">
       <div class="list-tools" role="group" aria-label=${t("Shown problems")}>
         ${COUNTED.map(([severity, counted]) => {
-          const count = problems.filter((each) => each.severity === severity).length;
+          const count = document.counts[severity] ?? 0;
           return html`<button
             type="button"
             class="filter ${severity}"
@@ -95,8 +97,9 @@ class Problems extends PageElement {
       ${
         problems.length
           ? html`<ol class="rows" aria-label=${t("Problems")} @keydown=${moveAmongRows}>
-              ${shown.map((each) => this.#row(document, each))}
-            </ol>`
+                ${shown.map((each) => this.#row(document, each))}
+              </ol>
+              ${more ? html`<p class="empty">${n("{count} more is not listed.", "{count} more are not listed.", more)}</p>` : nothing}`
           : html`<p class="empty" role="status">${t("The checks found nothing wrong.")}</p>`
       }
     </div>`;

@@ -70,7 +70,7 @@ export class HfsmTrials extends LitElement {
         <p class="trials-legend">${sign("good", t("succeed"))} ${sign("bad", t("fail"))}</p>
         ${shareBar(share)}
       </section>
-      ${ways.length ? this.#section(t("How it fails"), this.#ways(ways)) : nothing}
+      ${ways.length ? this.#section(t("How it fails"), [this.#ways(ways), otherWays(share, ways)]) : nothing}
       ${maps.length ? this.#section(t("Where"), html`<div class="trials-plots">${maps.map((map) => this.#map(map))}</div>`) : nothing}
       ${dependences.length ? this.#section(t("What success depends on"), html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`) : nothing}
       ${histograms.length ? this.#section(t("Numbers"), html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`) : nothing}
@@ -210,6 +210,14 @@ const sign = (kind, meaning) =>
     ><svg viewBox="0 0 12 12" aria-hidden="true"><rect class=${kind} width="12" height="12" rx="2"></rect></svg>
     ${meaning}</span
   >`;
+
+/** How many trials fail in ways that are not listed. @param {Share} share @param {Way[]} ways */
+function otherWays(share, ways) {
+  const others = share.trials - share.successes - ways.reduce((all, {count}) => all + count, 0);
+  return others > 0
+    ? html`<p class="muted">${n("{count} fails otherwise.", "{count} fail otherwise.", others)}</p>`
+    : nothing;
+}
 
 /** A rate as a bar, with the interval as a whisker. @param {Share} share */
 function shareBar(share) {
