@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ._text_layout import Place, TextLayout
-from .messages import Message
+from .messages import NO_MESSAGE, Message
 
 _LONGEST_EXCERPT = 160
 _COLORS = {"error": "31;1", "warning": "33;1", "note": "36;1", "caret": "32;1", "bold": "1"}
@@ -71,13 +71,17 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """An error, a warning or a note, with its place and notes that help to fix it."""
+    """An error, a warning or a note, with its place and notes that help to fix it.
+
+    `assumes` says what it holds under, if it is not true in any case.
+    """
 
     severity: Severity
     code: str
     message: Message
     location: Location
     notes: tuple[Note, ...] = ()
+    assumes: Message = NO_MESSAGE
 
 
 class Diagnostics:
@@ -110,15 +114,23 @@ class Diagnostics:
 
     def error(self, code: str, message: Message, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report a problem that makes the sources unusable, with a code such as `E012`."""
-        self._report(Severity.ERROR, code, message, location, notes)
+        self._report(Diagnostic(Severity.ERROR, code, message, location, tuple(notes)))
 
-    def warning(self, code: str, message: Message, location: Location, notes: Iterable[Note] = ()) -> None:
+    def warning(
+        self,
+        code: str,
+        message: Message,
+        location: Location,
+        notes: Iterable[Note] = (),
+        *,
+        assumes: Message = NO_MESSAGE,
+    ) -> None:
         """Report a possible mistake, with a code such as `W003`; the files are written anyway."""
-        self._report(Severity.WARNING, code, message, location, notes)
+        self._report(Diagnostic(Severity.WARNING, code, message, location, tuple(notes), assumes))
 
     def note(self, code: str, message: Message, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report a fact that needs no change, with a code such as `N001`."""
-        self._report(Severity.NOTE, code, message, location, notes)
+        self._report(Diagnostic(Severity.NOTE, code, message, location, tuple(notes)))
 
     def add_all(self, others: Diagnostics, leave_out: Collection[Severity] = ()) -> None:
         """Add other diagnostics, except the severities in `leave_out`, and the sources that they quote."""
@@ -128,14 +140,12 @@ class Diagnostics:
             if diagnostic.severity not in leave_out:
                 self._add(diagnostic)
 
-    def _report(
-        self, severity: Severity, code: str, message: Message, location: Location, notes: Iterable[Note]
-    ) -> None:
-        located = tuple(
+    def _report(self, found: Diagnostic) -> None:
+        notes = tuple(
             note if note.location is None else replace(note, location=self._in_file(note.location))
-            for note in notes
+            for note in found.notes
         )
-        self._add(Diagnostic(severity, code, message, self._in_file(location), located))
+        self._add(replace(found, location=self._in_file(found.location), notes=notes))
 
     def _in_file(self, location: Location) -> Location:
         layout = self._layouts.get(location.path)
@@ -156,6 +166,11 @@ class Diagnostics:
         return any(found.severity is Severity.ERROR for found in self._found.values())
 
     @property
+    def assumptions(self) -> list[Message]:
+        """What diagnostics hold under, each once."""
+        return [*dict.fromkeys(found.assumes for found in self if found.assumes)]
+
+    @property
     def errors(self) -> list[Diagnostic]:
         """The errors, by file and line."""
         return [found for found in self if found.severity is Severity.ERROR]
@@ -169,11 +184,12 @@ class Diagnostics:
         return len(self._found)
 
     def render(self, *, color: bool = False, outcome: str | None = "nothing was written") -> str:
-        """Return all diagnostics as text, one block each, then the number of errors with their outcome.
+        """Return all diagnostics as text, one block each, then what they assume and the number of errors.
 
-        The number is omitted if `outcome` is None.
+        The number has its `outcome`, and is omitted if that is None.
         """
         blocks = ["\n".join(self._render(found, color)) for found in self]
+        blocks += self.assumptions
         errors = sum(found.severity is Severity.ERROR for found in self)
         if errors and outcome is not None:
             count = f"{errors} error{'s' if errors > 1 else ''}"
@@ -267,6 +283,7 @@ def _object(found: Diagnostic) -> dict[str, Any]:
             {"message": note.message, **(_place(note.location) if note.location else {})}
             for note in found.notes
         ],
+        **({"assumes": found.assumes} if found.assumes else {}),
     }
 
 
@@ -298,6 +315,8 @@ def _command(found: Diagnostic) -> str:
     notes = [
         f"note: {note.message}" + (f" ({note.location})" if note.location else "") for note in found.notes
     ]
+    if found.assumes:
+        notes.append(found.assumes)
     text = "\n".join([found.message, *notes])
     return f"::{_GITHUB_LEVELS[found.severity]} {listed}::{_escaped(text)}"
 

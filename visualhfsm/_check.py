@@ -25,13 +25,6 @@ visualhfsm check --error-format github --no-model behaviors
 
 Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usage."""
 
-ASSUMPTIONS: Final = (
-    "Proofs hold as long as cycles begin and end within their periods, automata side by side change on time, "
-    "code raises no errors, libraries use only what code passes to them, and nobody pauses, forces, sets or "
-    "reloads anything."
-)
-"""What the model checker assumes; the page has the same words."""
-
 
 def check(
     files: Annotated[
@@ -63,7 +56,7 @@ def check(
     violated.
     """
     from codegen.hfsm.loading import check_document
-    from codegen.hfsm.model_checker import DEFAULT_LIMIT
+    from codegen.hfsm.model_checker import ASSUMPTIONS, DEFAULT_LIMIT
 
     documents = list(_documents(files))
     directories = require_directories(include)
@@ -78,7 +71,7 @@ def check(
         for path, report in zip(documents, reports, strict=True):
             for line in _properties(report):
                 typer.echo(f"{shown_path(path)}: {line}")
-        if any(_has_proof(report) for report in reports):
+        if any(map(_has_proof, reports)) and not diagnostics.assumptions:  # which are said below them
             typer.echo(ASSUMPTIONS)
         typer.echo(_summary(len(documents), counts))
     if counts[Severity.ERROR] or (strict and counts[Severity.WARNING]):

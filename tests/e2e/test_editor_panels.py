@@ -427,7 +427,7 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
     entry = add(shown, "property", "stays")
     entry.get_by_label("Expression", exact=True).fill("wait or go")
     entry.get_by_text("Holds in every run.").wait_for()
-    shown.page.get_by_text("Proofs hold as long as cycles begin and end within their periods").wait_for()
+    shown.page.get_by_text("hold as long as cycles begin and end within their periods").wait_for()
     entry.get_by_label("Kind", exact=True).select_option("never")
     entry.get_by_text("Violated.").wait_for()
     entry.get_by_label("Expression", exact=True).fill("go")

@@ -64,6 +64,22 @@ def test_problems_lead_to_their_lines(shown: EditorPage, running: Editor) -> Non
     expect(field).to_be_focused()
 
 
+def test_problems_are_counted_beyond_the_list_and_say_what_they_assume(
+    shown: EditorPage, running: Editor
+) -> None:
+    nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(1010))
+    with running.window() as other:
+        command = {"command": "setTransitionCode", "automaton": 1, "transition": 1, "part": "trigger"}
+        other.ask("do", tab=1, command={**command, "text": "False"})
+        code = {"command": "setStateCode", "automaton": 2, "state": 1, "part": "code", "text": nobody}
+        other.ask("do", tab=1, command=code)
+    shown.press("Control+m")
+    expect(shown.page.get_by_role("button", name="1012 Warnings", exact=True)).to_be_visible()
+    expect(shown.page.get_by_role("list", name="Problems").locator("button.row")).to_have_count(1000)
+    expect(shown.page.get_by_text("13 more are not listed.")).to_be_visible()
+    expect(shown.page.get_by_text(re.compile("hold as long as cycles begin"))).to_have_count(1)
+
+
 def test_search_finds_names_and_all_code_and_replaces_in_one_step(shown: EditorPage) -> None:
     shown.press("Control+f")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()

@@ -77,7 +77,8 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     is that from the folder of the document. There, the place is that of the automaton in the document;
     `source` is that in the file, in words `where`, `copies` are further places, of an automaton that is
     imported several times, and `owners` the states that own the imported automata. A violated property has a
-    `counterexample`, a name that is probably another one is `misspelt`.
+    `counterexample`, a name that is probably another one is `misspelt`. `assumes` says what the problem holds
+    under, if it is not true in any case.
     """
 
     code: str
@@ -95,6 +96,7 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     owners: tuple[Place, ...] = ()
     counterexample: CounterexampleView | None = None
     misspelt: Misspelt | None = None
+    assumes: Message = NO_MESSAGE
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
@@ -207,6 +209,7 @@ def _problem(found: Diagnostic, file: Path, locator: Locator, imports: ImportedP
         notes=notes,
         length=location.length,
         misspelt=next(filter(None, map(_misspelt, found.notes)), None),
+        assumes=found.assumes,
     )
     if location.path != file:
         return _elsewhere(problem, location, imports)

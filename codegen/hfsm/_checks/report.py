@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...diagnostics import Diagnostics, Location, Note
-from ...messages import Message
+from ...messages import NO_MESSAGE, Message
 from ..document import Node, State, Text, Transition
 
 __all__ = ["Report", "state_label", "transition_label"]
@@ -32,10 +32,16 @@ class Report:
         self._diagnostics.error(code, message, self._located(where), notes)
 
     def warning(
-        self, code: str, message: Message, where: Node | Location, notes: Sequence[Note] = ()
+        self,
+        code: str,
+        message: Message,
+        where: Node | Location,
+        notes: Sequence[Note] = (),
+        *,
+        assumes: Message = NO_MESSAGE,
     ) -> None:
-        """Report a possible mistake."""
-        self._diagnostics.warning(code, message, self._located(where), notes)
+        """Report a possible mistake; `assumes` says what it holds under."""
+        self._diagnostics.warning(code, message, self._located(where), notes, assumes=assumes)
 
     def note(self, code: str, message: Message, where: Node | Location, notes: Sequence[Note] = ()) -> None:
         """Report something that is probably intended."""

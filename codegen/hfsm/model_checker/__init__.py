@@ -17,7 +17,7 @@ Users read `docs/explanation/model-checker.md`.
 
 from __future__ import annotations
 
-from ._checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model, report_model
+from ._checker import ASSUMPTIONS, DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model, report_model
 from ._conflicts import Command, Commands, Conflict, is_command, read_operations
 from ._counterexample import Counterexample, Step, StepKind
 from ._reachability import Reachability, WhyNever
@@ -25,6 +25,7 @@ from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
 
 __all__ = [
+    "ASSUMPTIONS",
     "DEFAULT_LIMIT",
     "QUICK_LIMIT",
     "Command",

@@ -30,7 +30,14 @@ from ._solitary import Obstacle, remedy
 from .model import AutomatonModel, Model, StateModel, TransitionModel, condition_of, read_model
 from .properties import PropertyResult, Verdict, check_property
 
-__all__ = ["DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model", "report_model"]
+__all__ = ["ASSUMPTIONS", "DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model", "report_model"]
+
+ASSUMPTIONS: Final = Message(
+    "Proofs, and what is called impossible, hold as long as cycles begin and end within their periods, "
+    "automata side by side change on time, code raises no errors, libraries use only what code passes to "
+    "them, and nobody pauses, forces, sets or reloads anything."
+)
+"""What the results are true under; the page has the same words beside properties."""
 
 DEFAULT_LIMIT: Final = 500_000
 """The work of a check, in automata times configurations: about a second."""
@@ -217,7 +224,7 @@ class _Reporter:
             initial=state_label(initial),
             state=state_label(state),
         )
-        self._report.warning(Code.NEVER_ENTERED, message, self._report.place(state))
+        self._report.warning(Code.NEVER_ENTERED, message, self._report.place(state), assumes=ASSUMPTIONS)
 
     def never_fires(self, result: TransitionResult) -> None:
         model = self._model.by_id[result.automaton]
@@ -250,7 +257,7 @@ class _Reporter:
             entered = Message("the state `{path}` is never entered", path=path)
             notes.append(Note(entered, self._report.place(target.source)))
         message = Message("{transition} can never fire: {why}", transition=transition_label(source), why=why)
-        self._report.warning(code, message, self._report.place(source, text), notes)
+        self._report.warning(code, message, self._report.place(source, text), notes, assumes=ASSUMPTIONS)
 
     def _endless(self, state: StateModel) -> tuple[Message, list[Note]]:
         """Return why the automata below a state never finish, and notes that name them."""

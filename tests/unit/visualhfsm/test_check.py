@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from codegen.command import app as codegen
+from codegen.hfsm.model_checker import ASSUMPTIONS
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
-from visualhfsm._check import ASSUMPTIONS
 from visualhfsm._command import app
 
 CLEAN = document(sub(1, 0, state(1, "wait", initial=True)))
@@ -24,6 +25,12 @@ TWO_STATES = sub(
     1, 0, state(1, "walk", initial=True), state(2, "rest"),
     transition(1, 1, 2, "tired"), transition(2, 2, 1, "1000", type="time"), variables="tired = False",
 )  # fmt: skip
+TOO_LATE = sub(
+    1, 0, state(1, "walk", "distance = 3", initial=True), state(2, "rest"), state(3, "lost"),
+    transition(1, 1, 2, "10", type="time"), transition(2, 1, 3, "100", type="time"),
+    transition(3, 2, 1, "100", type="time"), transition(4, 3, 1, "100", type="time"),
+)  # fmt: skip
+"""One of its transitions can never fire, unless a cycle is missed."""
 
 
 def run(*arguments: str | Path) -> Result:
@@ -137,6 +144,35 @@ def test_a_property_that_holds_is_reported(tmp_path: Path) -> None:
     result = run(path)
     assert result.exit_code == 0, result.stderr
     assert result.stdout == f"{path}: `it rests` holds\n{ASSUMPTIONS}\n1 document: nothing to report\n"
+
+
+@pytest.mark.parametrize("head", ["", stated("always", "walk or rest or lost")])
+def test_what_can_never_happen_is_said_with_its_assumptions_once(tmp_path: Path, head: str) -> None:
+    for name in ("one", "two"):
+        write(tmp_path, f"{name}.xml", document(TOO_LATE, head=head))
+    result = run(tmp_path)
+    assert result.stderr.count("can never fire") == 2
+    assert result.stderr.endswith(f"{ASSUMPTIONS}\n")
+    assert result.output.count(ASSUMPTIONS) == 1
+
+
+def test_the_generator_says_the_assumptions_too(tmp_path: Path) -> None:
+    path = write(tmp_path, "late.xml", document(TOO_LATE))
+    result = CliRunner().invoke(codegen, ["--check", str(path)])
+    assert "can never fire" in result.stderr
+    assert result.stderr.count(ASSUMPTIONS) == 1
+
+
+def test_programs_find_the_assumptions_with_each_thing_that_can_never_happen(tmp_path: Path) -> None:
+    path = write(tmp_path, "late.xml", document(TOO_LATE))
+    found = json.loads(run(path, "--error-format", "json").stderr)
+    assert {each["code"]: each.get("assumes") for each in found} == {"W517": ASSUMPTIONS, "W521": None}
+    lines = run(path, "--error-format", "github").stderr.splitlines()
+    assert [line.endswith(ASSUMPTIONS) for line in lines] == ["W517" in line for line in lines]
+
+
+def test_what_is_certain_in_any_case_assumes_nothing(tmp_path: Path) -> None:
+    assert ASSUMPTIONS not in run(write(tmp_path, "doubtful.xml", WARNING)).output
 
 
 def test_the_page_has_the_same_assumptions_of_a_proof() -> None:

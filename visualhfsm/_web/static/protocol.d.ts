@@ -654,6 +654,7 @@ export interface Problem {
   owners?: Place[];
   counterexample?: Counterexample | null;
   misspelt?: Misspelt | null;
+  assumes?: string;
 }
 
 /** The problems of a revision of a document; of very many not all `items`, but the `counts` of all. */

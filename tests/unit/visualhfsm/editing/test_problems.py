@@ -65,6 +65,14 @@ def test_problems_are_counted_whether_or_not_they_are_listed(tmp_path: Path) -> 
     assert found.counts == total
 
 
+def test_what_can_never_happen_has_its_assumptions() -> None:
+    never = Transition(id=3, name="late", origin=1, destination=2, type="time", trigger=Text("2000"))
+    (automaton,) = clean().automata
+    document = Document(automata=(replace(automaton, transitions=(*automaton.transitions, never)),))
+    found = only(find_problems(written(document), None), "W517")
+    assert found.assumes.startswith("Proofs, and what is called impossible, hold as long as cycles begin")
+
+
 def test_code_is_marked_however_much_is_wrong_before_it(tmp_path: Path) -> None:
     nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(1005))
     states = (State(id=1, name="a", initial=True, code=Text(nobody)), State(id=2, name="b", code=Text("x")))

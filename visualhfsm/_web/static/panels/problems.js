@@ -74,6 +74,8 @@ class Problems extends PageElement {
     const {problems} = document;
     const shown = problems.filter((each) => !this.left.has(each.severity));
     const counts = COUNTED.map(([severity]) => (this.left.has(severity) ? 0 : (document.counts[severity] ?? 0)));
+    /** Each once, below all that holds under it. */
+    const assumptions = new Set(shown.flatMap(({assumes}) => assumes || []));
     const more = counts.reduce((all, each) => all + each) - shown.length;
     return html`<div class="list-panel" tabindex="-1">
       <div class="list-tools" role="group" aria-label=${t("Shown problems")}>
@@ -99,7 +101,8 @@ class Problems extends PageElement {
           ? html`<ol class="rows" aria-label=${t("Problems")} @keydown=${moveAmongRows}>
                 ${shown.map((each) => this.#row(document, each))}
               </ol>
-              ${more ? html`<p class="empty">${n("{count} more is not listed.", "{count} more are not listed.", more)}</p>` : nothing}`
+              ${more ? html`<p class="empty">${n("{count} more is not listed.", "{count} more are not listed.", more)}</p>` : nothing}
+              ${[...assumptions].map((each) => html`<p class="explain">${each}</p>`)}`
           : html`<p class="empty" role="status">${t("The checks found nothing wrong.")}</p>`
       }
     </div>`;

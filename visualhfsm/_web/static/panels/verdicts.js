@@ -12,9 +12,9 @@ import {placeOf} from "./places.js";
 
 /** What the model checker assumes; `visualhfsm check` has the same words. */
 export const ASSUMPTIONS = t(
-  "Proofs hold as long as cycles begin and end within their periods, automata side by side change on time, " +
-    "code raises no errors, libraries use only what code passes to them, and nobody pauses, forces, sets or " +
-    "reloads anything.",
+  "Proofs, and what is called impossible, hold as long as cycles begin and end within their periods, automata " +
+    "side by side change on time, code raises no errors, libraries use only what code passes to them, and " +
+    "nobody pauses, forces, sets or reloads anything.",
 );
 
 /** @type {Record<string, Verdict>} */
