@@ -59,8 +59,8 @@ def resolve(
 ) -> Document:
     """Return a document with everything that it imports; after errors, with as much as possible.
 
-    `path` is that of the document. Imported files must be in or below its directory, or below one of the
-    directories in `include`.
+    Automata that are still `imported` then could not be. `path` is that of the document. Imported files must
+    be in or below its directory, or below one of the directories in `include`.
     """
     if not any(automaton.imported for automaton in document.automata):
         return document
@@ -98,13 +98,14 @@ class _Resolver:
         """Return a document with its imports; `stack` has the files that import it, and itself."""
         automata: list[Automaton] = []
         taken = {automaton.id for automaton in document.automata}
-        for stub in document.automata:
+        for index, stub in enumerate(document.automata):
             part = None if stub.imported is None else self._part(stub, stub.imported, path, stack)
             if part is None:
                 automata.append(stub)
             elif len(automata) + len(part.automata) > self._most_automata:
                 message = Message("more than {limit} automata in total", limit=self._most_automata)
                 self._error(Code.RECURSIVE_IMPORT, message, _place(stub, path))
+                automata += document.automata[index:]
                 break
             else:
                 automata += _graft(part.automata, stub, taken)
@@ -292,7 +293,6 @@ def _graft(automata: Sequence[Automaton], stub: Automaton, taken: set[int]) -> I
             id=numbers[automaton.id],
             father=stub.father if automaton is top else numbers.get(automaton.father, stub.id),
             states=tuple(_renumbered(state, numbers) for state in automaton.states),
-            imported=automaton.imported if automaton is not top else None,
             comments=stub.comments if automaton is top else automaton.comments,
         )
 

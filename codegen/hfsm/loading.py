@@ -143,8 +143,6 @@ def load_document(
     if document is None:
         return None
     document = resolve(document, path, diagnostics, include)
-    if len(diagnostics.errors) > errors:
-        return None
     interfaces = find_interfaces(path, include, generated)
     analysis = analyze(document, path, output)
     extension = analysis.extension

@@ -44,7 +44,7 @@ _STAR = "*"
 
 
 def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagnostics) -> None:
-    """Report errors and possible mistakes in a document whose imports have been resolved.
+    """Report errors and possible mistakes in a document whose imports have been resolved, as far as possible.
 
     Checks that need the whole code are left out if a part of it is not Python. The model checker reports what
     can never happen.
@@ -53,7 +53,7 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     document = analysis.document
     path = analysis.path
     extension = analysis.extension
-    report = Report(path, diagnostics)
+    report = Report(path, diagnostics, [each.imported for each in document.automata if each.imported])
     check_file_name(analysis, report)
     check_neighbors(path, report)
     check_hidden_interfaces(analysis, report)

@@ -80,7 +80,7 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
     below = [(child, item) for child in children for item in automata[child].inputs]
     given: dict[tuple[int, str], Argument] = {}
     for argument in state.arguments:
-        found = target_of(state, argument, below, report)
+        found = target_of(state, argument, below, automata, report)
         if found is None:
             continue
         child, declared = found
@@ -103,15 +103,25 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
 
 
 def target_of(
-    state: State, argument: Argument | Result, below: list[tuple[int, Parameter]], report: Report
+    state: State,
+    argument: Argument | Result,
+    below: list[tuple[int, Parameter]],
+    automata: Mapping[int, Automaton],
+    report: Report,
 ) -> tuple[int, Parameter] | None:
-    """Return the automaton and the input of an argument, or the output of a result; None after an error."""
+    """Return the automaton and the input of an argument, or the output of a result.
+
+    Returns None after an error, and where the automaton could not be imported.
+    """
     name, label = argument.name, named(state)
     is_input = isinstance(argument, Argument)
     code = Code.BAD_INPUT if is_input else Code.BAD_RESULT
     found = {child: item for child, item in below if item.name == name}
     if argument.child in found:
         return argument.child, found[argument.child]
+    meant = state.children if argument.child == NO_CHILD else [argument.child]
+    if not found and any(child in automata and automata[child].imported for child in meant):
+        return None
     if argument.child != NO_CHILD:
         if argument.child in state.children:
             message = (

@@ -51,7 +51,7 @@ def check_results(code: AutomatonCode, automata: Mapping[int, Automaton], report
         taken: dict[tuple[int, str], Result] = {}
         filled: dict[str, Result] = {}
         for result in state.results:
-            found = target_of(state, result, below, report)
+            found = target_of(state, result, below, automata, report)
             if found is None:
                 continue
             child, declared = found

@@ -4,20 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
 from ...messages import NO_MESSAGE, Message
-from ..document import Node, State, Text, Transition
+from ..codes import Code
+from ..document import Import, Node, State, Text, Transition
 
 __all__ = ["Report", "state_label", "transition_label"]
 
 
-class Report:
-    """The diagnostics of one document, parts of which may come from other files."""
+_MAY_BE_IMPORTED: Final = frozenset(
+    {
+        Code.UNDEFINED_NAME,
+        Code.UNKNOWN_ATTRIBUTE,
+        Code.UNSENT_EVENT,
+        Code.UNUSED_EVENT,
+        Code.UNUSED_ROS_INTERFACE,
+    }
+)
 
-    def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
+
+class Report:
+    """The diagnostics of one document, parts of which may come from other files.
+
+    `missing` are the imports that failed: what may lack only because of them is said to.
+    """
+
+    def __init__(self, path: Path, diagnostics: Diagnostics, missing: Sequence[Import] = ()) -> None:
         self._path = path
         self._diagnostics = diagnostics
+        self._missing = missing
 
     def place(self, node: Node, text: Text | None = None) -> Location:
         """Return the place of an element, or of one of its texts."""
@@ -41,6 +58,10 @@ class Report:
         assumes: Message = NO_MESSAGE,
     ) -> None:
         """Report a possible mistake; `assumes` says what it holds under."""
+        if self._missing and code in _MAY_BE_IMPORTED:
+            file = self._missing[0].file.text.strip()
+            note = Note(Message("`{file}`, which could not be imported, may change this", file=file))
+            notes = [*notes, note]
         self._diagnostics.warning(code, message, self._located(where), notes, assumes=assumes)
 
     def note(self, code: str, message: Message, where: Node | Location, notes: Sequence[Note] = ()) -> None:

@@ -117,10 +117,10 @@ def _check_ancestors(automaton: Automaton, automata: dict[int, Automaton], repor
 
 def check_automaton(automaton: Automaton, report: Report) -> None:
     """Check one automaton, but not the paths between its states."""
-    if not automaton.states:
+    if not automaton.states and automaton.imported is None:
         message = Message("automaton {id} has no state", id=automaton.id)
         report.error(Code.NO_STATE, message, automaton)
-    else:
+    elif automaton.states:
         _check_initial_state(automaton, report)
     _check_unique_ids(automaton.states, Message("state"), report)
     _check_unique_ids(automaton.transitions, Message("transition"), report)

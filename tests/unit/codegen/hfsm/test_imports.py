@@ -10,6 +10,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, parse_document, resolve
 from codegen.hfsm.document import Document
+from codegen.hfsm.loading import check_document
 from hfsm_runtime import VirtualRun, run
 from tests.support.documents import compile_to, document, load, state, sub, transition
 
@@ -230,6 +231,68 @@ def test_imports_that_are_refused(tmp_path: Path, file: str, code: str) -> None:
     (home / "two_roots.xml").write_text(document(root(0), sub(2, 0, state(1, "a", initial=True))))
     _, errors = resolved(home, document(root(2), imported(file)))
     assert [error.split()[-1] for error in errors] == [code]
+
+
+@pytest.mark.parametrize(
+    ("file", "code"),
+    [
+        ("absent.xml", "E550"),
+        ("", "E551"),
+        ("main.xml", "E552"),
+        ("broken.xml", "E502"),
+        ("two_roots.xml", "E554"),
+        ("nested.xml", "E550"),
+    ],
+)
+def test_an_import_that_fails_hides_no_other_check(tmp_path: Path, file: str, code: str) -> None:
+    (tmp_path / "broken.xml").write_text("<VisualHFSM>")
+    (tmp_path / "two_roots.xml").write_text(document(root(0), sub(2, 0, state(1, "a", initial=True))))
+    (tmp_path / "nested.xml").write_text(document(imported("absent.xml", id=1, father=0)))
+    go = transition(1, 1, 2, "go", type="event")
+    head = (
+        "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
+        "<interface>PoseHead</interface></iceinterface>"
+    )
+    lines = "distance = 3\nnobody()\nself.nothing()\nself.head.setPose()\nself.head.nod()\ntime.sleep(3)"
+
+    def check(code: str, *parts: str) -> list[tuple[str, bool]]:
+        top = sub(1, 0, state(1, "top", code, initial=True, child=2), state(2, "end"), *parts)
+        text = document(top, imported(file), libraries=("time",), config=head)
+        (tmp_path / "main.xml").write_text(text)
+        diagnostics = Diagnostics()
+        assert check_document(tmp_path / "main.xml", diagnostics) is None
+        return [
+            (found.code, any("could not be imported" in note.message for note in found.notes))
+            for found in diagnostics
+            if found.location.path.name == "main.xml"
+        ]
+
+    alone = [] if file in {"broken.xml", "nested.xml"} else [(code, False)]
+    assert check("self.head.getPose()", transition(1, 1, 2, "1000", type="time")) == alone
+    found = check(lines, go)
+    assert sorted(found) == sorted(
+        [
+            *alone,
+            *[("W520", True), ("W521", False), ("W523", False), ("W524", True), ("W526", True)],
+            *[("W528", False), ("W529", False)],
+        ]
+    )
+    assert sorted(check("x = = 1", transition(1, 1, 9, "True"))) == sorted(
+        [*alone, ("E514", False), ("E520", False)]
+    )
+
+
+def test_what_is_passed_to_an_import_that_fails_is_no_mistake(tmp_path: Path) -> None:
+    argument = "<argument name='color'>3</argument>"
+    result = "<result name='found'>seen</result>"
+    top = state(1, "top", "self.log.info(seen)", initial=True, child=2).replace(
+        "</state>", f"{argument}{result}</state>"
+    )
+    path = tmp_path / "main.xml"
+    path.write_text(document(sub(1, 0, top, variables="seen = 0"), imported("absent.xml")))
+    diagnostics = Diagnostics()
+    check_document(path, diagnostics)
+    assert [found.code for found in diagnostics] == ["E550"]
 
 
 def test_an_automaton_that_is_imported_has_nothing_of_its_own(tmp_path: Path) -> None:

@@ -107,12 +107,11 @@ def test_notes_about_other_files_say_the_place_in_words(parts: Path) -> None:
     entry = "<parameter><name>speed</name><type>float</type><default>{}</default></parameter>"
     (parts / "parts" / "look.xml").write_text(one.format(entry.format(1.0)))
     (parts / "parts" / "walk.xml").write_text(one.format(entry.format(2.0)))
-    found = check(parts, imported(2, "parts/look.xml"), imported(3, "parts/walk.xml"))
-    assert [each.notes for each in found] == [
-        ("the other one is here (parts/look.xml: parameters of the component)",)
-    ]
-    assert found[0].file == "parts/walk.xml"
-    assert found[0].owners == (owner(2),)
+    conflict, *others = check(parts, imported(2, "parts/look.xml"), imported(3, "parts/walk.xml"))
+    assert conflict.notes == ("the other one is here (parts/look.xml: parameters of the component)",)
+    assert conflict.file == "parts/walk.xml"
+    assert conflict.owners == (owner(2),)
+    assert {each.code for each in others} == {"W520"}
 
 
 def test_files_that_import_one_another_are_one_problem_where_the_circle_closes(parts: Path) -> None:
