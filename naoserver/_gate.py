@@ -220,8 +220,8 @@ class Gate:
             self._stopped_times = 1
             message = f"still stopped: {kept.stop}; reset the emergency stop before the robot may move"
             self._report(Severity.Error, message, "stop")
-        left = min(kept.lease.until - time.time(), LONGEST_LEASE) if kept.lease else 0.0
-        if kept.lease and left > 0.0:
+        if kept.lease:
+            left = min(kept.lease.until - time.time(), LONGEST_LEASE)  # below 0 when it has ended
             self._lease = _Lease(kept.lease.client, kept.lease.holder, self.events.wall_time() + left)
 
     def _keep(self) -> None:
@@ -231,8 +231,10 @@ class Gate:
         with self._keeping:  # one after the other, so that the newest is left
             with self._lock:
                 stop, lease = self._stop_reason or "", self._lease
-            until = time.time() + lease.end - self.events.wall_time() if lease else 0.0
-            kept = KeptLease(lease.client, lease.holder, until) if lease else None
+            kept = None
+            if lease:
+                until = time.time() + lease.end - self.events.wall_time()
+                kept = KeptLease(lease.client, lease.holder, until)
             try:
                 self._latch.keep(stop, kept)
             except OSError as error:

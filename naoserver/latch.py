@@ -39,7 +39,7 @@ class Latch:
     def __init__(self, path: Path, patience: float = _PATIENCE) -> None:
         self.path: Final = path
         self._patience: Final = patience
-        self._lock = -1
+        self._lock: int | None = None
         self.found: Kept = Kept()
         """What the former server left, as this one has to begin."""
         self._newest = Kept()
@@ -74,9 +74,9 @@ class Latch:
 
     def release(self) -> None:
         """Let another server have the file, as the system does at the end of a process."""
-        if self._lock >= 0:
+        if self._lock is not None:
             os.close(self._lock)
-            self._lock = -1
+            self._lock = None
 
     def keep(self, stop: str, lease: KeptLease | None) -> None:
         """Keep a stop and a lease in place of those before. Raises OSError."""
@@ -88,7 +88,7 @@ class Latch:
 
         It lies beside the file, as each change makes another one. Raises OSError, RobotError at the limit.
         """
-        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
         lock = os.open(self.path.with_suffix(".lock"), flags, 0o600)
         deadline = time.monotonic() + self._patience
         try:

@@ -10,11 +10,11 @@ from naoserver.errors import CommandRefused, InvalidCommand
 
 
 class Rig:
-    def __init__(self):
+    def __init__(self, **options):
         self.wall = 0.0
         self.robot_time = 0.0
         self.events = EventLog(lambda: self.robot_time, lambda: self.wall)
-        self.gate = Gate(self.events)
+        self.gate = Gate(self.events, **options)
 
     def lets_through(self, client=""):
         try:
@@ -64,8 +64,9 @@ def test_an_emergency_stop_latches_until_it_is_reset_and_says_why(rig):
 
 
 def test_a_caller_without_a_name_holds_no_lease(rig):
-    with pytest.raises(CommandRefused, match="this call names none"):
+    with pytest.raises(CommandRefused) as refusal:
         rig.gate.acquire("", "nobody", 60.0)
+    assert str(refusal.value) == "a lease is for a client that keeps a link: this call names none"
     assert rig.state().holder == ""
     assert rig.lets_through("a")
 
@@ -84,6 +85,19 @@ def test_a_robot_that_is_lost_takes_no_command_until_it_is_found(rig):
     assert not rig.lets_through("a")
     rig.gate.find()
     assert rig.lets_through("a")
+
+
+def test_the_state_says_why_and_for_how_long_the_robot_is_lost(rig):
+    rig.wall = 10.0
+    rig.gate.lose("no answer")
+    rig.wall = 12.0
+    rig.gate.lose("")
+    rig.wall = 15.0
+    assert rig.gate.is_robot_lost
+    assert rig.state() == SafetyState(lost="its server does not reach it", lostFor=5.0)
+    rig.gate.find()
+    assert not rig.gate.is_robot_lost
+    assert rig.state() == SafetyState()
 
 
 def test_a_robot_that_was_lost_while_it_was_stopped_is_stopped_again(rig):
@@ -130,6 +144,27 @@ def test_a_reset_is_an_event(rig):
     rig.gate.stop("smoke")
     rig.gate.reset()
     assert rig.newest_event() == HealthEvent(0.0, Severity.Info, "Safety", "the emergency stop was reset")
+
+
+@pytest.mark.parametrize("always", [False, True])
+@pytest.mark.parametrize("resume", [None, False, True])
+def test_behaviors_go_on_after_a_reset_when_a_person_or_the_robot_says_so(always, resume):
+    gate = Rig(resumes=always).gate
+    gate.stop("smoke")
+    assert not gate.state().resumes
+    if resume is None:
+        gate.reset()
+    else:
+        gate.reset(resume=resume)
+    assert gate.state().resumes == (always or resume is True)
+    gate.stop("smoke again")
+    assert not gate.state().resumes
+
+
+def test_the_state_counts_the_stops_even_without_a_reset_in_between(rig):
+    for count in (1, 2, 3):
+        rig.gate.stop("smoke")
+        assert rig.gate.state().stops == count
 
 
 def test_a_reset_without_a_stop_is_none(rig):

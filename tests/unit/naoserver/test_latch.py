@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import socket
+import stat
 import threading
 import time
 from collections.abc import Iterator
@@ -101,12 +102,18 @@ def test_a_server_that_was_killed_after_a_reset_is_stopped_for_its_end_alone(pat
 
 def test_a_record_that_cannot_be_read_counts_as_a_stop(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     path.parent.mkdir(parents=True)
-    for content in (b"", b"{", b'{"stop": 7}', b"x" * 100_000):
+    for content, problem in (
+        (b"", "Input data was truncated"),
+        (b"{", "Input data was truncated"),
+        (b'{"stop": 7}', "Expected `str`, got `int` - at `$.stop`"),
+        (b"x" * 100_000, "JSON is malformed: invalid character (byte 0)"),
+    ):
         path.write_bytes(content)
+        caplog.clear()
         with Latch(path) as latch:
             gate = gate_of(latch)
             assert "cannot be read" in gate.state().reason
-            assert caplog.messages[0].startswith(f"{path}: ")
+            assert caplog.messages[0] == f"{path}: {problem}"
             gate.reset()
         with server(path) as gate:
             assert not gate.state().stopped
@@ -133,7 +140,7 @@ def test_a_lease_outlasts_a_killed_server_too(path: Path, reason: str) -> None:
     if reason:
         gate.stop(reason)
     gate = killed(path)
-    assert (gate.state().stopped, gate.state().holder) == (True, "Ann")
+    assert (gate.state().stopped, gate.state().stops, gate.state().holder) == (True, 1, "Ann")
 
 
 def test_the_last_moment_of_a_lease_counts_too(path: Path) -> None:
@@ -200,6 +207,35 @@ def test_a_record_lies_in_the_directory_of_states(tmp_path: Path, monkeypatch: p
     assert re.fullmatch(r"red-[0-9a-f]{12}\.json", latch.path.name)
 
 
+def test_a_user_without_a_directory_of_states_keeps_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def homeless() -> Path:
+        raise RuntimeError("no home")
+
+    monkeypatch.delenv("XDG_STATE_HOME")
+    monkeypatch.setattr(Path, "home", homeless)
+    expected = (
+        "the emergency stop cannot be kept: no home: set XDG_STATE_HOME to a folder that can be written"
+    )
+    with pytest.raises(RobotError, match=f"^{expected}$"):
+        latch_of(Settings(listen=("tcp/127.0.0.1:7447",), connect=()))
+
+
+@pytest.mark.parametrize(
+    ("identity", "name"), [(None, "red-e8b3881b7f66.json"), ("1f0c", "red-6c0ed677831a.json")]
+)
+def test_a_newer_server_finds_the_record_of_an_older_one(
+    tmp_path: Path, identity: str | None, name: str
+) -> None:
+    """It has the same name in all versions: else a stop would be lost with an update."""
+    machine = tmp_path / "machine-id"
+    if identity is not None:
+        machine.write_text(f"{identity}\n")
+    settings = Settings(realm="red", listen=("tcp/[::]:7448", "tcp/127.0.0.1:7447"), connect=())
+    latch = latch_of(settings, machine)
+    assert isinstance(latch, Latch)
+    assert latch.path.name == name
+
+
 def test_machines_that_share_a_directory_have_separate_records(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -212,6 +248,17 @@ def test_machines_that_share_a_directory_have_separate_records(
         assert isinstance(latch, Latch)
         paths.add(latch.path)
     assert len(paths) == 3
+
+
+def test_what_is_no_identity_counts_as_none(tmp_path: Path) -> None:
+    paths = set()
+    for content in (b"", "Übung".encode()):
+        (tmp_path / "machine-id").write_bytes(content)
+        settings = Settings(listen=("tcp/127.0.0.1:7447",), connect=())
+        latch = latch_of(settings, machine=tmp_path / "machine-id")
+        assert isinstance(latch, Latch)
+        paths.add(latch.path)
+    assert len(paths) == 1
 
 
 def test_a_machine_with_another_name_finds_its_record(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -227,11 +274,32 @@ def test_a_machine_with_another_name_finds_its_record(monkeypatch: pytest.Monkey
 def test_no_second_server_takes_the_record_of_one_that_runs(path: Path) -> None:
     with server(path) as gate:
         for _ in range(2):
-            with pytest.raises(RobotError, match="another server of the same robot runs"), Latch(path, 0.0):
+            with pytest.raises(RobotError) as refusal, Latch(path, 0.0):
                 pass
+            assert str(refusal.value) == (
+                f"another server of the same robot runs, and has {path}: end that one, or give this one another "
+                "--realm"
+            )
         gate.stop("smoke")
     with server(path) as gate:
         assert gate.state().reason == "smoke"
+
+
+def test_nobody_else_can_lock_a_server_out(path: Path) -> None:
+    mask = os.umask(0)
+    try:
+        with server(path):
+            assert stat.S_IMODE(path.with_suffix(".lock").stat().st_mode) == 0o600
+    finally:
+        os.umask(mask)
+
+
+def test_a_link_leads_no_server_to_another_lock(path: Path) -> None:
+    path.parent.mkdir(parents=True)
+    path.with_suffix(".lock").symlink_to("elsewhere")
+    with pytest.raises(RobotError, match="cannot be kept"), Latch(path):
+        pass
+    assert not (path.parent / "elsewhere").exists()
 
 
 def test_a_server_waits_for_the_end_of_the_one_before(path: Path) -> None:
