@@ -138,9 +138,8 @@ class WalkGuard:
             walking = self._walker.walking
             given_up = bool(self._drives) and not walking
             if given_up:
-                self._command(
-                    {}
-                )  # one that the robot has not taken yet would begin a walk that nobody watches
+                # One that the robot has not taken yet would begin a walk that nobody watches.
+                self._command({})
             if not walking:
                 self._body.free(WALK)  # its joints are to stay where they are now
         if given_up:

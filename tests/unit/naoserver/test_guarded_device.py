@@ -73,6 +73,7 @@ def test_an_action_moves_its_joints_faster_than_others_may(rig):
     rig.guarded.claims.release("the walk")
     rig.guarded.move({"LShoulderPitch": 0.1}, {"LShoulderPitch": fastest})
     assert rig.guarded.goal("LShoulderPitch").speed == fastest / 2, "the legs are straight"
+    assert rig.guarded.speed_cap("LShoulderPitch") == fastest / 2
 
 
 def test_stiffness_reaches_the_device_until_it_is_closed(rig, clock):
@@ -134,6 +135,7 @@ def test_watch_stops_what_was_not_renewed_and_counts_the_command_once(rig, clock
     events, _, timeouts = rig.events.snapshot()
     assert timeouts == 1
     assert [event.source for event in events] == ["HeadYaw", "HeadPitch"]
+    assert {event.message for event in events} == {"stopped: its velocity was not renewed within 0.5 s"}
     assert rig.guarded.watch() is None
 
 
@@ -187,6 +189,13 @@ def test_a_command_of_a_client_that_is_gone_already_is_refused(rig):
     rig.guarded.stiffen({"HeadYaw": 0.5}, 0.0, client="lost", owner="what it began")
     rig.guarded.move({"HeadYaw": 0.6}, {}, client="lost", owner="what it began")
     assert rig.events.snapshot()[0][0].message == "refused a command: its client is gone"
+
+
+def test_who_names_no_client_cannot_be_gone(rig):
+    rig.gate.is_lost = lambda _client: True
+    rig.guarded.move({"HeadYaw": 0.5}, {})
+    assert rig.guarded.goal("HeadYaw").target == 0.5
+    assert rig.guarded.stiffen({"HeadYaw": 0.5}, 0.0) == {"HeadYaw": 0.5}
 
 
 def test_close_stops_everything_and_later_commands_do_nothing(rig, clock):

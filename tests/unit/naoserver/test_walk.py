@@ -25,8 +25,8 @@ from zenoh_ice import VirtualClock
 class SlowWalker(FakeWalker):
     """Needs a while to end, and can be made unable to walk."""
 
-    def __init__(self, clock):
-        super().__init__(clock, H25.groups.legs)
+    def __init__(self, clock, limits=LIMITS):
+        super().__init__(clock, H25.groups.legs, limits)
         self.ended = ""
         self.ending = False
         self.hindrance = ""
@@ -91,6 +91,29 @@ def test_what_is_too_fast_is_limited_and_reported(rig, kind, sign):
     assert getattr(rig.walker.commanded(), kind) == sign * highest
     assert kind in rig.reported()[0]
     assert rig.events.snapshot()[1] == 1
+
+
+class NoSidewaysRig(Rig):
+    """Of a robot that goes forwards and turns, like one on wheels."""
+
+    def make_walker(self):
+        return SlowWalker(self.clock, WalkVelocity(forward=0.3, turn=0.9))
+
+
+@pytest.mark.parametrize(
+    ("limits", "kind", "velocity", "expected"),
+    [
+        (None, "forward", 0.5, "forward velocity 0.5 is too high, limited to 0.3"),
+        (WalkVelocity(forward=0.1), "forward", -0.5, "forward velocity -0.5 is too high, limited to -0.1"),
+        (WalkVelocity(turn=1.0), "forward", 0.5, "forward velocity 0.5 is too high, limited to 0"),
+        (None, "left", 0.1, "left velocity 0.1 is of no use: the robot cannot go sideways, limited to 0"),
+        (None, "left", -0.1, "left velocity -0.1 is of no use: the robot cannot go sideways, limited to 0"),
+    ],
+)
+def test_what_the_robot_cannot_is_told_from_what_is_too_high(limits, kind, velocity, expected):
+    rig = NoSidewaysRig()
+    assert rig.walk.drive({kind: velocity, "turn": 0.5}, "anna", limits)
+    assert rig.reported() == [expected]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
@@ -236,7 +259,9 @@ def test_a_fall_ends_the_walk_and_is_reported(rig):
     rig.walker.fall()
     assert rig.walk.watch() is None
     assert rig.walk.commanded() == STILL
-    assert any("ended the walk" in message for message in rig.reported())
+    assert rig.reported() == [
+        "the robot ended the walk: it fell, its motors became limp, or it was moved",
+    ]
     rig.body.move({"RKneePitch": 0.5}, {})
     with pytest.raises(InvalidCommand, match="it lies"):
         rig.walk.drive({"forward": 0.1}, "anna")
@@ -262,6 +287,38 @@ def test_the_end_of_a_walk_is_reported_with_the_reason_that_the_robot_gives(rig)
     rig.walker.ended = "its knee is too hot"
     assert rig.walk.watch() is None
     assert rig.reported()[-1] == "the robot ended the walk: its knee is too hot"
+
+
+def stop(rig):
+    rig.walk.stop()
+
+
+def end(rig):
+    rig.walker.fall()
+    rig.walker.ended = "its knee is too hot"
+
+
+def command(rig):
+    rig.walker.ended = "its knee is too hot"  # before
+    rig.walk.drive({"turn": 0.4}, "ben")
+
+
+@pytest.mark.parametrize(
+    ("before", "expected"),
+    [
+        (stop, "the walk was stopped, or walks by another command now"),
+        (end, "the robot ended the walk: its knee is too hot"),
+        (command, "the walk was stopped, or walks by another command now"),
+    ],
+)
+def test_a_velocity_that_is_to_follow_another_one_comes_too_late_for_a_reason(rig, before, expected):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    before(rig)
+    commanded = rig.walk.commanded()
+    with pytest.raises(InvalidCommand) as refusal:
+        rig.walk.drive({"forward": 0.2}, "anna", after=WalkVelocity(forward=0.1))
+    assert (refusal.value.field, str(refusal.value)) == ("walk", expected)
+    assert rig.walk.commanded() == commanded
 
 
 def test_once_closed_it_walks_no_more(rig):
