@@ -251,7 +251,7 @@ def write_body(body: Body) -> str:
 
     Ranges without an end are left out.
     """
-    return json.dumps(_without_infinite(body.as_data()), allow_nan=False)
+    return json.dumps(_without_infinite(body.as_data()))
 
 
 def _without_infinite(value: Any) -> Any:  # noqa: ANN401

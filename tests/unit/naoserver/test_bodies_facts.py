@@ -134,13 +134,21 @@ def test_a_fault_is_refused_with_file_and_entry(path, value, reported):
     with pytest.raises(RobotError) as refused:
         read_body(changed(path, value), "arm.json")
     assert str(refused.value).startswith("arm.json: ")
+    assert str(refused.value).count("arm.json") == 1
     assert reported in str(refused.value)
 
 
 def test_a_doubled_key_is_refused():
-    text = json.dumps(FACTS).replace('"rest":', '"name": "leg", "rest":')
-    with pytest.raises(RobotError, match=r"arm\.json: 'name' is there twice"):
+    text = json.dumps(FACTS).replace('"rest":', '"rest": "Sit", "rest":')
+    with pytest.raises(RobotError, match=r"^arm\.json: 'rest' is there twice$"):
         read_body(text, "arm.json")
+
+
+def test_a_key_that_is_not_printable_is_refused():
+    text = json.dumps(FACTS).replace('"rest":', rf'"{"x" * 59}\n{"y" * 9}": 1, "rest":')
+    with pytest.raises(RobotError) as refused:
+        read_body(text, "arm.json")
+    assert str(refused.value) == rf"arm.json: the key '{'x' * 59}\n' is not printable"
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", "3", "[" * 100_000, b"\xff\xfe"])

@@ -5,10 +5,13 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
+from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.bodies.nao import H25
+from naoserver.body import read_body, write_body
 from naoserver.errors import RobotError
-from naoserver.parts import RangeTable
+from naoserver.parts import Axis, RangeTable
 from tests.support.published import TOTAL_MASS
 
 VERTICAL_VIEW = 43.7
@@ -25,6 +28,36 @@ def test_the_body_is_whole():
 def test_every_joint_belongs_to_one_hinge():
     named = [axis.joint for axes in H25.hinges.values() for axis in axes.values()]
     assert sorted(named) == sorted(H25.joint_names)
+
+
+def test_a_hinge_is_found_by_its_name():
+    wrist = H25.hinge("LeftWrist")
+    assert wrist is not None
+    assert (wrist.name, wrist.joints) == ("LeftWrist", ("LWristYaw",))
+    assert H25.hinge("Tail") is None
+    assert H25.neck is not None
+    assert set(H25.neck.axes) == {Axis.PAN, Axis.TILT}
+
+
+def test_a_motor_takes_the_power_that_it_gives():
+    torques = [(-1.0) ** index * index for index in range(len(H25.joints))]
+    currents = H25.motor_currents(torques)
+    assert H25.battery is not None
+    for joint, torque, current in zip(H25.joints, torques, currents, strict=True):
+        assert joint.motor is not None
+        power = abs(torque) * joint.motor.no_load_speed
+        assert current * H25.battery.voltage == pytest.approx(power), joint.name
+    with pytest.raises(ValueError, match="argument 2"):
+        H25.motor_currents(torques[:-1])
+
+
+@pytest.mark.parametrize("name", BODY_NAMES)
+def test_a_body_is_written_as_it_is_read(name):
+    body = find_body(name)
+    text = write_body(body)
+    assert read_body(text, "body.json").as_data() == body.as_data()
+    assert "Infinity" not in text
+    assert "looks" not in body.as_data()
 
 
 def test_postures_are_within_the_ranges():
@@ -44,7 +77,7 @@ def test_a_camera_has_a_rate_for_each_size():
 
 def test_a_body_without_some_joints_has_them_fixed_and_all_else_as_it_was():
     less = H25.without("less", "Less", ("LHand", "RWristYaw"), ("LHandBack",))
-    assert less.name == "less"
+    assert (less.name, less.title) == ("less", "Less")
     assert [joint.name for joint in less.fixed_joints] == ["LHand", "RWristYaw"]
     assert less.joints == tuple(joint for joint in H25.joints if joint not in less.fixed_joints)
     assert less.links == H25.links
@@ -54,6 +87,16 @@ def test_a_body_without_some_joints_has_them_fixed_and_all_else_as_it_was():
         }
     assert less.touch_sensors == tuple(each for each in H25.touch_sensors if each != "LHandBack")
     assert H25.fixed_joints == ()
+
+
+def test_a_body_without_an_arm_has_nothing_that_it_would_move():
+    arm = H25.groups.left_arm
+    less = H25.without("less", "Less", arm, ())
+    assert less.groups == replace(H25.groups, left_arm=())
+    (rule,), (whole,) = less.speed_rules, H25.speed_rules
+    assert rule == replace(whole, slower=tuple(joint for joint in whole.slower if joint not in arm))
+    assert rule.slower[0] == "RShoulderPitch"
+    assert H25.hinges.keys() - less.hinges.keys() == {"LeftShoulder", "LeftElbow", "LeftWrist", "LeftHand"}
 
 
 @pytest.mark.parametrize(("angles", "wrong"), [((0.0, 0.0, 1.0), 0.0), ((0.0, 2.0, 1.0), 1.0)])
