@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+import pytest
+
 from hfsm_runtime import Automaton, State, Transition
 from hfsm_runtime._cycle import run_cycle
 from hfsm_runtime.observer import Observer
@@ -99,8 +101,8 @@ def test_a_cycle_notes_how_long_it_took() -> None:
     assert 0.01 <= rig.run.last_cycle <= time.perf_counter() - before
 
 
-def entering(taken: int) -> Rig:
-    """Return an automaton that enters a state with a timer of one period at 0 and slow entry code."""
+def entering(taken: int, at: int = 0) -> Rig:
+    """Return an automaton that entered a state with a timer of one period, and slow entry code, at a time."""
     rig: Rig
     states = [
         State(id=1, name="a"),
@@ -108,12 +110,13 @@ def entering(taken: int) -> Rig:
         State(id=3, name="c"),
     ]
     rig = Rig(automaton(1, "root", states, [when(lambda: True, 1, 2), after(0.1, 2, 3)]))
-    rig.cycle()
+    rig.cycle(at)
     return rig
 
 
-def test_an_entry_shorter_than_a_period_takes_no_time() -> None:
-    assert entering(PERIOD - 1).cycle(PERIOD) == "c"
+@pytest.mark.parametrize("at", [0, 7 * PERIOD])
+def test_an_entry_shorter_than_a_period_takes_no_time(at: int) -> None:
+    assert entering(PERIOD - 1, at).cycle(at + PERIOD) == "c"
 
 
 def test_after_an_entry_as_long_as_a_period_the_timers_count_from_its_end() -> None:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Mapping
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -216,6 +217,33 @@ def test_a_value_of_another_type_is_an_error_of_the_automaton_that_assigned_it(
     wanted = f"the output 'n' of automaton 2 ('child 2') is {type.__name__}, not {value.__class__.__name__}: "
     assert wanted in error.message
     assert repr(value) in error.message
+
+
+def test_a_wrong_value_is_reported_where_the_code_that_ran_last_assigns_it() -> None:
+    value: object = 0
+
+    def other() -> None:
+        nonlocal value
+        value = "another"
+
+    def fired() -> None:
+        nonlocal value
+        value = "one"
+
+    states = [State(id=1, name="x"), State(id=2, name="y")]
+    transitions = [when(lambda: False, 1, 2, other), when(lambda: True, 1, 2, fired)]
+    below = automaton(
+        2,
+        "child",
+        states,
+        transitions,
+        outputs=(Output(name="value", type=int, default=0),),
+        set_outputs=lambda _: None,
+        get_outputs=lambda: {"value": value},
+    )
+    virtual = ran(automaton(1, "root", [Above().state(below)]), 0.2)
+    (error,) = virtual.errors
+    assert error.location == f"{Path(__file__).name}:{fired.__code__.co_firstlineno + 2}"
 
 
 def test_the_value_before_stays_when_errors_are_ignored() -> None:

@@ -231,6 +231,34 @@ def test_an_automaton_that_moves_below_one_that_resumes_goes_on_as_it_was() -> N
     assert (run.active, run.activations) == (True, before)
 
 
+# -- cycles ----------------------------------------------------------------------------------------------
+
+PERIOD = 100_000_000
+"""Of the automata here, in ns."""
+
+
+@pytest.mark.parametrize(
+    ("until", "slot"), [(0, 1), (PERIOD - 1, 1), (PERIOD, 2), (PERIOD + 1, 2), (5 * PERIOD // 2, 3)]
+)
+def test_the_next_cycle_is_the_first_one_after_a_time(until: int, slot: int) -> None:
+    tree = started()
+    tree.decide(tree.root, until)
+    assert tree.root.next_slot == slot * PERIOD
+
+
+@pytest.mark.parametrize(("old", "new", "slot"), [(1.0, 0.1, 3), (0.1, 1.0, 10), (0.1, 0.1, 5)])
+def test_a_new_period_counts_at_once(old: float, new: float, slot: int) -> None:
+    def version(period: float) -> Tree:
+        return Tree(automaton(1, "root", [State(id=1, name="a")], period=period))
+
+    tree = version(old)
+    tree.start(0)
+    tree.root.next_slot = 5 * PERIOD
+    with tree.lock:
+        tree.replace(version(new).runs, 5 * PERIOD // 2)
+    assert tree.root.next_slot == slot * PERIOD
+
+
 # -- the end ---------------------------------------------------------------------------------------------
 
 
