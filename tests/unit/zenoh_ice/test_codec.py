@@ -281,6 +281,16 @@ class TestAttachment:
         assert (about.fingerprint, about.sequence, about.call_id) == ("f00d", 7, "abc/7")
         assert about.client == "abc"
         assert about.timeout == 2.0
+        assert about.given_up == ()
+
+    def test_a_call_names_those_that_are_given_up_if_there_are_any(self) -> None:
+        about = decode_attachment(encode_call_attachment("f00d", 7, "abc", 2.0, (3, 5)))
+        assert about.given_up == (3, 5)
+        lengths = [
+            len(msgpack.unpackb(encode_call_attachment("f00d", 7, "abc", 2.0, given_up)))
+            for given_up in ((), (3,))
+        ]
+        assert lengths == [6, 7], "most calls are as short as they can be"
 
     def test_sample(self) -> None:
         about = decode_attachment(encode_sample_attachment("f00d", 7, 12.5))
