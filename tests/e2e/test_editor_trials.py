@@ -221,6 +221,8 @@ def test_lines_that_tests_passed_are_marked_beside_the_code(
         expect(code).not_to_have_attribute("aria-description", re.compile("lines"))
         shown.press("Control+z")
         expect(marks).to_have_count(5)
+        shown.press("x", "Backspace")  # before the server has heard of it
+        expect(marks).to_have_count(5)
         panel.get_by_label("On canvas and code").uncheck()
         expect(marks).to_have_count(0)
 

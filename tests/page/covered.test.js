@@ -5,7 +5,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {covered, gapsIn, highlightOf, linesInWords, summary} = await import(`${STATIC}trials/covered.js`);
+const {covered, gapsIn, highlightOf, linesInWords, summary, versionOf} = await import(`${STATIC}trials/covered.js`);
 
 const PASSED = [
   {automaton: 1, kind: "state", id: 1, count: 3, failed: false},
@@ -89,6 +89,12 @@ test("the lines of a piece of code are said in a sentence", () => {
   assert.equal(linesInWords({passed: [], missed: [], failed: [1]}), "Tests passed 0 of 1 line, and failed in line 1");
   const many = Array.from({length: 14}, (_, index) => index + 1);
   assert.match(linesInWords({passed: [], missed: many, failed: []}), /0 of 14 lines, not lines 1, .*, 12 and 2 more$/);
+});
+
+test("a piece of code is known again by the number that the server computes", () => {
+  assert.equal(versionOf(""), 0);
+  assert.equal(versionOf("123456789"), 0xcbf43926);
+  assert.equal(versionOf("naïve = '→ 😀'\n"), 0x8f362096);
 });
 
 test("how tests went is said in a line", () => {

@@ -208,8 +208,7 @@ export class CodeField extends LitElement {
   /** What tests passed of the code at a place. @param {Place} place */
   #tested(place) {
     const {tab, code = []} = page.tested ?? {};
-    const found = tab === this.tab ? code.find((each) => samePlace(each.place, place)) : undefined;
-    return {code: found, current: !this.#draft.busy};
+    return tab === this.tab ? code.find((each) => samePlace(each.place, place)) : undefined;
   }
 
   #closeHelp = () => this.#editor?.closeHelp();

@@ -197,8 +197,8 @@ const shared = [
  *   string, wraps: boolean, readonly: boolean}} Content `cursor` is its initial position in the text
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
  *   problems: () => import("./assistance.js").Known,
- *   tested: (place: import("../protocol.js").Place) => Tested}} Actions callbacks of the editor
- * @typedef {{code: import("../protocol.js").PassedCode | undefined, current: boolean}} Tested
+ *   tested: (place: import("../protocol.js").Place) => import("../protocol.js").PassedCode | undefined}} Actions
+ *   callbacks of the editor
  */
 
 /** One editor in an element; it shows one piece of code after the other. */

@@ -7,7 +7,7 @@
 
 import {EditorView, GutterMarker, RangeSet, StateEffect, StateField, gutter} from "codemirror";
 import {t} from "../texts.js";
-import {linesInWords} from "../trials/covered.js";
+import {linesInWords, versionOf} from "../trials/covered.js";
 
 /** Look again what tests passed. */
 export const retest = StateEffect.define();
@@ -73,17 +73,14 @@ const theme = EditorView.theme({
 /**
  * The extension that shows it, and a function that returns the sentence.
  *
- * @param {() => {code: PassedCode | undefined, current: boolean}} tested what tests passed, and whether it is about the
- *   text that is shown
+ * @param {() => PassedCode | undefined} tested what tests passed
  */
 export function testedLines(tested) {
   /** @type {StateField<{code?: PassedCode, marks: RangeSet<Mark>}>} */
   const field = StateField.define({
-    create: ({doc}) => marked(doc, tested().code),
-    update(value, {docChanged, effects, state}) {
-      if (docChanged) return {marks: RangeSet.empty};
-      return effects.some((each) => each.is(retest)) && tested().current ? marked(state.doc, tested().code) : value;
-    },
+    create: ({doc}) => marked(doc, tested()),
+    update: (value, {docChanged, effects, state}) =>
+      docChanged || effects.some((each) => each.is(retest)) ? marked(state.doc, tested()) : value,
   });
   return {
     extension: [field, gutter({class: "cm-testedGutter", markers: (view) => view.state.field(field).marks}), theme],
@@ -95,9 +92,9 @@ export function testedLines(tested) {
   };
 }
 
-/** @param {Text} doc @param {PassedCode | undefined} code */
+/** The marks, while the text is the one that was tested. @param {Text} doc @param {PassedCode | undefined} code */
 function marked(doc, code) {
-  if (!code) return {marks: RangeSet.empty};
+  if (!code || versionOf(doc.toString()) !== code.version) return {marks: RangeSet.empty};
   const {failed} = code;
   const kinds = new Map([
     ...code.passed.map((line) => /** @type {const} */ ([line, "passed"])),

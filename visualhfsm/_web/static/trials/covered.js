@@ -168,6 +168,18 @@ export function linesInWords(code) {
   return n("Tests passed {lines} of {count} line", "Tests passed {lines} of {count} lines", allLines, values);
 }
 
+const POLYNOMIAL = 0xedb88320; // of CRC-32, as in zlib
+
+/** The number by which a piece of code is known again, as in `visualhfsm/_test_results.py`. @param {string} text */
+export function versionOf(text) {
+  let rest = ~0;
+  for (const byte of new TextEncoder().encode(text)) {
+    rest ^= byte;
+    for (let bit = 0; bit < 8; bit += 1) rest = (rest >>> 1) ^ (rest & 1 && POLYNOMIAL);
+  }
+  return ~rest >>> 0;
+}
+
 const MOST_NUMBERS = 12;
 
 /** The numbers of lines, in words; nothing for none. @param {readonly number[]} lines */
