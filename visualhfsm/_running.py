@@ -36,6 +36,7 @@ from visualhfsm._origins import Origin, Origins, read_origins
 from visualhfsm._services import (
     USUAL_LIMITS,
     Failed,
+    OfTabs,
     Output,
     OutputLine,
     Publish,
@@ -83,16 +84,13 @@ class RunningComponents:
         self._folder = folder or Path.cwd()
         self._environment = settings.environment() if settings else {}
         self._sockets = sockets
-        self._runs: dict[int, _Run] = {}
-        self._forgotten: set[int] = set()
-        """Closed tabs: a request that was on its way starts nothing for them any more."""
-        self._closed = False
+        self._runs = OfTabs(self._run_of)
 
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
-        if source.path is None and source.tab not in self._runs:
+        if source.path is None and self._runs.get(source.tab) is None:
             raise VisualHfsmError(Message("save the document first: its component is written beside it"))
-        generated = await complete(self._run_of(source.tab).generate(source))
+        generated = await complete(self._runs.of(source.tab).generate(source))
         return {"path": str(generated.component)}
 
     async def run(
@@ -105,8 +103,8 @@ class RunningComponents:
         Nobody could distinguish two components of the same name: the second one is refused.
         """
         name = source.component
-        for tab, run in self._runs.items():
-            if tab != source.tab and run.component == name:
+        for run in self._runs:
+            if run is not self._runs.get(source.tab) and run.component == name:
                 raise VisualHfsmError(
                     Message(
                         "another document runs as {name}: stop it first, or save this one under another name",
@@ -115,7 +113,7 @@ class RunningComponents:
                 )
         if dry_run is not None:
             dry_run = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, dry_run))
-        await complete(self._run_of(source.tab).start(source, arguments, dry_run=dry_run))
+        await complete(self._runs.of(source.tab).start(source, arguments, dry_run=dry_run))
         return {"component": name}
 
     async def stop(self, tab: int, by: Stopper | None = None) -> object:
@@ -128,17 +126,16 @@ class RunningComponents:
 
     def announce_stop(self, by: Stopper | None = None) -> None:
         """Report that all processes are being stopped, before they are; `by` says who wants that."""
-        for run in self._runs.values():
+        for run in self._runs:
             run.announce_stop(by)
 
     async def stop_all(self) -> None:
         """Stop all processes, also those that are being started."""
-        await asyncio.gather(*(complete(run.stop()) for run in self._runs.values()))
+        await asyncio.gather(*(complete(run.stop()) for run in self._runs))
 
     async def forget(self, tab: int) -> None:
         """Stop the process of a tab that is closed for good, and delete its temporary files."""
-        self._forgotten.add(tab)
-        run = self._runs.pop(tab, None)
+        run = self._runs.forget(tab)
         if run is not None:
             await complete(run.close())
 
@@ -158,22 +155,15 @@ class RunningComponents:
 
     async def close(self) -> None:
         """Stop everything that runs."""
-        self._closed = True
-        runs, self._runs = list(self._runs.values()), {}
-        await asyncio.gather(*(run.close(_CLOSE_LIMITS) for run in runs))
+        await asyncio.gather(*(run.close(_CLOSE_LIMITS) for run in self._runs.close()))
 
     def _run_of(self, tab: int) -> _Run:
-        if self._closed or tab in self._forgotten:
-            raise VisualHfsmError(Message("the document was closed: nothing is started for it"))
-        return self._runs.setdefault(
+        return _Run(
             tab,
-            _Run(
-                tab,
-                self._publish,
-                {**self._environment, **own_listener(self._sockets)},
-                _Directory(self._include, self._folder),
-                (self._limits.interruption, self._limits.termination),
-            ),
+            self._publish,
+            {**self._environment, **own_listener(self._sockets)},
+            _Directory(self._include, self._folder),
+            (self._limits.interruption, self._limits.termination),
         )
 
 

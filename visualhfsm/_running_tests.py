@@ -28,7 +28,7 @@ from visualhfsm._editing.places import Place
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._languages import decode_message
-from visualhfsm._services import Source, complete
+from visualhfsm._services import OfTabs, Source, complete
 from visualhfsm._test_reasons import reason_of
 from visualhfsm._test_results import Passed, PassedCode, TestResult, TestsPush, TestView
 from zenoh_ice import typed
@@ -62,14 +62,12 @@ class RunningTests:
     """At most one run of tests for each tab, used on the event loop. All methods raise VisualHfsmError."""
 
     def __init__(self, publish: Publish, root: Path, include: Sequence[Path] = ()) -> None:
-        self._publish = publish
         self._root = root
-        self._include = tuple(include)
-        self._tabs: dict[int, _TabTests] = {}
+        self._tabs = OfTabs(lambda tab: _TabTests(tab, publish, root, tuple(include)))
 
     async def look(self, source: Source) -> None:
         """Find the tests of a document, unless they run."""
-        await complete(self._of(source.tab).look(source))
+        await complete(self._tabs.of(source.tab).look(source))
 
     async def refresh(self, source: Source) -> None:
         """Find the tests of a document again if they were looked for and their files have changed since."""
@@ -78,7 +76,7 @@ class RunningTests:
 
     async def run(self, source: Source, names: Sequence[str] = ()) -> None:
         """Begin to run all tests of a document, or those of some names."""
-        await complete(self._of(source.tab).run(source, names))
+        await complete(self._tabs.of(source.tab).run(source, names))
 
     async def add(self, source: Source, text: Callable[[str], str]) -> str:
         """Write a new file of tests for a document, and return the name of its first test.
@@ -89,24 +87,18 @@ class RunningTests:
         return await asyncio.to_thread(_add, path, _top(path, self._root), text)
 
     async def stop(self, tab: int) -> None:
-        """End the tests of a tab."""
-        if tab in self._tabs:
-            await complete(self._tabs[tab].stop())
+        """End the tests of a tab, also those that are being started."""
+        if (tests := self._tabs.get(tab)) is not None:
+            await complete(tests.stop())
 
     async def forget(self, tab: int) -> None:
         """End the tests of a tab that is closed."""
-        if (tests := self._tabs.pop(tab, None)) is not None:
+        if (tests := self._tabs.forget(tab)) is not None:
             await complete(tests.stop())
 
     async def close(self) -> None:
         """End all tests."""
-        tabs, self._tabs = [*self._tabs.values()], {}
-        await asyncio.gather(*(tests.stop() for tests in tabs))
-
-    def _of(self, tab: int) -> _TabTests:
-        if tab not in self._tabs:
-            self._tabs[tab] = _TabTests(tab, self._publish, self._root, self._include)
-        return self._tabs[tab]
+        await asyncio.gather(*(tests.stop() for tests in self._tabs.close()))
 
 
 class _TabTests:
@@ -189,11 +181,12 @@ class _TabTests:
 
     async def stop(self) -> None:
         """End them."""
-        if self._child is not None and self._following is not None:
-            self._stopped = True
-            self._report(status="stopping")
-            await self._child.stop(_STOP_LIMITS)
-            await self._following
+        async with self._busy:
+            if self._child is not None and self._following is not None:
+                self._stopped = True
+                self._report(status="stopping")
+                await self._child.stop(_STOP_LIMITS)
+                await self._following
 
     async def _follow(
         self, child: ChildProcess, path: Path, found: Sequence[str], folder: TemporaryDirectory[str]
@@ -364,9 +357,12 @@ def _top(path: Path, root: Path) -> Path:
 
 def _new_lines(file: Path, begin: int) -> bytes:
     """Return the whole lines from a place of a file."""
-    with file.open("rb") as opened:
-        opened.seek(begin)
-        data = opened.read(_MOST_RESULTS + 1)
+    try:
+        with file.open("rb") as opened:
+            opened.seek(begin)
+            data = opened.read(_MOST_RESULTS + 1)
+    except FileNotFoundError:  # a test has deleted it, of which pytest tells
+        return b""
     return data[: data.rfind(b"\n") + 1]
 
 

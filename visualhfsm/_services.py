@@ -13,10 +13,10 @@ import contextlib
 import secrets
 import socket
 from collections import deque
-from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, Final, Generic, Literal, TypeVar
 
 import msgspec
 
@@ -24,6 +24,7 @@ from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._editing.places import Place
+from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.follower import LiveStructure
 from visualhfsm._monitoring.run_log import LiveSnapshot
 from visualhfsm._origins import Origin
@@ -268,6 +269,45 @@ def own_listener(sockets: Path | None) -> dict[str, str]:
 def socket_endpoint(sockets: Path) -> str:
     """Return an endpoint at a new socket in a folder."""
     return f"unixsock-stream/{sockets / secrets.token_hex(4)}"
+
+
+class OfTabs(Generic[R]):
+    """What a service keeps for each tab, until the tab is closed for good."""
+
+    def __init__(self, make: Callable[[int], R]) -> None:
+        self._make = make
+        self._kept: dict[int, R] = {}
+        self._forgotten: set[int] = set()
+        self._closed = False
+
+    def get(self, tab: int) -> R | None:
+        """Return what is kept for a tab."""
+        return self._kept.get(tab)
+
+    def of(self, tab: int) -> R:
+        """Return what is kept for a tab, made now if need be.
+
+        Raises VisualHfsmError for a closed tab: a request that was on its way starts nothing for it any more.
+        """
+        if self._closed or tab in self._forgotten:
+            raise VisualHfsmError(Message("the document was closed: nothing is started for it"))
+        if tab not in self._kept:
+            self._kept[tab] = self._make(tab)
+        return self._kept[tab]
+
+    def __iter__(self) -> Iterator[R]:
+        return iter([*self._kept.values()])
+
+    def forget(self, tab: int) -> R | None:
+        """Return what was kept for a tab that is closed for good."""
+        self._forgotten.add(tab)
+        return self._kept.pop(tab, None)
+
+    def close(self) -> list[R]:
+        """Return all that was kept, and keep nothing any more."""
+        self._closed = True
+        kept, self._kept = [*self._kept.values()], {}
+        return kept
 
 
 async def complete(work: Coroutine[object, object, R]) -> R:

@@ -6,11 +6,13 @@ import asyncio
 import io
 import json
 import math
+import random
 import re
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -35,11 +37,14 @@ from tests.conftest import Pair
 from tests.support.calculator_servant import CalculatorI
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
+from tests.support.interleaving import interleave
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
+from tests.support.soak import repeated
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._live.recordings import open_recording
 from visualhfsm._live.service import Monitoring
 from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, Silence
@@ -838,3 +843,60 @@ def test_without_a_robot_what_a_nao_serves_can_be_declared() -> None:
     found = asyncio.run(go())
     assert found["Head"] == ["::nao::PoseHead"]
     assert found["Camera"] == ["::jderobot::Camera"]
+
+
+def test_who_follows_while_another_window_lets_go_follows(
+    robot: ServedRobot, running: Walker, tmp_path: Path
+) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        await opened.snapshot()
+        await opened.service.record("walker", tmp_path / "run.mcap", "", 0)
+        await asyncio.gather(opened.service.detach("walker"), opened.service.attach("walker"))
+        await opened.do("timeline")
+        await opened.snapshot()
+
+    on_page(robot, go)
+
+
+def test_who_followed_last_follows_and_every_recording_ends_whatever_is_asked_meanwhile(
+    robot: ServedRobot, running: Walker, tmp_path: Path
+) -> None:
+    async def ask(opened: Page, chance: random.Random, folder: Path) -> None:
+        follows = True
+        folder.mkdir()
+        await opened.attach()
+        await opened.snapshot()
+
+        async def attach() -> None:
+            nonlocal follows
+            follows = True
+            await opened.service.attach("walker")
+
+        async def detach() -> None:
+            nonlocal follows
+            follows = False
+            await opened.service.detach("walker")
+
+        def record(number: int) -> Callable[[], Awaitable[object]]:
+            return partial(opened.service.record, "walker", folder / f"{number}.mcap", "", 0)
+
+        end, show = partial(opened.service.end_record, "walker"), partial(opened.do, "timeline")
+        await interleave(
+            chance, [attach, detach, record(1), show, end, attach, record(2), detach, show, attach, record(3)]
+        )
+        if follows:
+            await opened.snapshot()
+            await opened.do("timeline")
+        else:
+            with pytest.raises(VisualHfsmError, match="not followed"):
+                await opened.do("timeline")
+
+    async def go(seeds: range, opened: Page) -> None:
+        for seed in seeds:
+            await ask(opened, random.Random(seed), tmp_path / f"{seed}")
+
+    for first in range(0, repeated(10, soak=1000), 10):
+        on_page(robot, partial(go, range(first, first + 10)))
+    for file in tmp_path.glob("*/*.mcap"):
+        assert open_recording(file).complete

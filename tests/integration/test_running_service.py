@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import random
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from functools import partial
@@ -18,7 +17,8 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.code.names import component_name
 from tests.support.documents import document, state, sub, transition
-from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.interleaving import interleave
+from tests.support.limits import CALL_LIMIT
 from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.soak import repeated
@@ -159,27 +159,21 @@ def test_nothing_runs_for_a_tab_that_is_closed_whatever_is_asked_meanwhile(tmp_p
     async def go(seed: int) -> None:
         chance = random.Random(seed)
         async with running(ReceivedPushes()) as service:
-
-            async def later(request: Callable[[], Awaitable[object]]) -> None:
-                for _ in range(chance.randrange(12)):
-                    await asyncio.sleep(chance.choice((0.0, 0.0, 0.02)))
-                with contextlib.suppress(VisualHfsmError):
-                    await request()
-
-            requests: list[Callable[[], Awaitable[object]]] = [
-                partial(service.run, walk, []),
-                partial(service.stop, 1),
-                partial(service.generate, walk),
-                partial(service.run, walk, []),
-                partial(service.forget, 1),
-                partial(service.run, walk, []),
-            ]
-            chance.shuffle(requests)
-            async with asyncio.timeout(RUN_LIMIT):
-                await asyncio.gather(*map(later, requests))
-                assert not children(str(tmp_path / "walk.py"))
-                with pytest.raises(VisualHfsmError, match="the document was closed"):
-                    await service.run(walk, [])
+            runs = partial(service.run, walk, [])
+            await interleave(
+                chance,
+                [
+                    runs,
+                    partial(service.stop, 1),
+                    partial(service.generate, walk),
+                    runs,
+                    partial(service.forget, 1),
+                    runs,
+                ],
+            )
+            assert not children(str(tmp_path / "walk.py"))
+            with pytest.raises(VisualHfsmError, match="the document was closed"):
+                await service.run(walk, [])
         assert not children(str(tmp_path / "walk.py"))
 
     for seed in range(repeated(12, soak=1000)):

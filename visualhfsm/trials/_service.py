@@ -25,7 +25,7 @@ from visualhfsm._editing.serialization import written
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._languages import decode_message
-from visualhfsm._services import Source, complete
+from visualhfsm._services import OfTabs, Source, complete
 from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 
@@ -55,51 +55,41 @@ class RunningTrials:
     def __init__(
         self, publish: Publish, include: Sequence[Path] = (), limits: TrialsLimits = TrialsLimits()
     ) -> None:
-        self._publish = publish
-        self._include = tuple(include)
-        self._limits = limits
-        self._tabs: dict[int, _TabTrials] = {}
+        self._tabs = OfTabs(lambda tab: _TabTrials(tab, publish, tuple(include), limits))
 
     async def look(self, source: Source) -> bool:
         """Read the plan of a document, and what the outcomes beside it say, unless that is known.
 
         Returns False while the trials run: what is reported is of the version that runs.
         """
-        return await complete(self._of(source.tab).look(source))
+        return await complete(self._tabs.of(source.tab).look(source))
 
     async def run(self, source: Source, choices: Choices, *, again: bool = False) -> None:
         """Begin to run the trials that are missing; `again` replaces outcomes of an older version."""
-        await complete(self._of(source.tab).run(source, choices, again=again))
+        await complete(self._tabs.of(source.tab).run(source, choices, again=again))
 
     async def stop(self, tab: int) -> None:
         """End the trials of a tab; what is done is kept."""
-        if tab in self._tabs:
-            await complete(self._tabs[tab].stop())
+        if (trials := self._tabs.get(tab)) is not None:
+            await complete(trials.stop())
 
     async def record(self, tab: int, number: int, folder: Path, name: Callable[[Path], str]) -> None:
         """Begin to run one of the trials again, recorded into a file in a folder.
 
         A push says when it is done, with the file as `name` calls it.
         """
-        if tab not in self._tabs:
+        if (trials := self._tabs.get(tab)) is None:
             raise VisualHfsmError(Message("run the trials first"))
-        await complete(self._tabs[tab].record(number, folder, name))
+        await complete(trials.record(number, folder, name))
 
     async def forget(self, tab: int) -> None:
         """End the trials of a tab that is closed."""
-        trials = self._tabs.pop(tab, None)
-        if trials is not None:
+        if (trials := self._tabs.forget(tab)) is not None:
             await complete(trials.close())
 
     async def close(self) -> None:
         """End all trials."""
-        tabs, self._tabs = [*self._tabs.values()], {}
-        await asyncio.gather(*(trials.close() for trials in tabs))
-
-    def _of(self, tab: int) -> _TabTrials:
-        if tab not in self._tabs:
-            self._tabs[tab] = _TabTrials(tab, self._publish, self._include, self._limits)
-        return self._tabs[tab]
+        await asyncio.gather(*(trials.close() for trials in self._tabs.close()))
 
 
 class _TabTrials:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
+import random
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from tests.support.documents import document, state, sub, transition
+from tests.support.interleaving import interleave
 from tests.support.processes import assert_gone, children
 from tests.support.running_tests import Tests, go, outcomes
+from tests.support.soak import repeated
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._test_results import TestsPush, TestView
 
@@ -158,6 +163,22 @@ def test_what_a_test_writes_among_the_results_is_no_result(path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_test_that_deletes_the_folder_of_temporary_files_is_an_error_and_others_run(path: Path) -> None:
+    bad = path.with_name("test_bad.py")
+    bad.write_text(
+        "# waits.xml\nimport shutil, tempfile\ndef test_it():\n    shutil.rmtree(tempfile.gettempdir())\n"
+    )
+
+    async def work(tests: Tests) -> None:
+        ended = await tests.run()
+        assert "No such file or directory" in ended.error
+        bad.unlink()
+        assert set(outcomes(await tests.run()).values()) == {"passed"}
+
+    go(path, work)
+
+
+@pytest.mark.slow
 def test_tests_are_stopped_and_what_is_done_is_kept(path: Path) -> None:
     path.with_name("test_last.py").write_text("# waits.xml\ndef test_it():\n    while True: pass\n")
 
@@ -196,3 +217,41 @@ def test_without_pytest_it_says_what_to_install(path: Path, monkeypatch: pytest.
             await tests.service.run(tests.source)
 
     go(path, work)
+
+
+@pytest.mark.slow
+def test_no_tests_run_after_they_were_stopped_or_their_tab_closed_whatever_is_asked_meanwhile(
+    path: Path,
+) -> None:
+    path.with_name("test_long.py").write_text("# waits.xml\ndef test_it():\n    while True: pass\n")
+
+    async def go_on(seed: int) -> None:
+        tests = Tests(path)
+        asked, closing = 0, False
+
+        async def run() -> None:
+            nonlocal asked
+            asked += 1
+            await tests.service.run(tests.source)
+
+        async def stop() -> None:
+            before = asked
+            await tests.service.stop(1)
+            assert asked != before or closing or not children("pytest")
+
+        async def close() -> None:
+            nonlocal closing
+            closing = True  # this ends them now, not who stops them then
+            await tests.service.forget(1)
+
+        look = partial(tests.service.look, tests.source)
+        try:
+            await interleave(random.Random(seed), [run, stop, look, run, stop, close, run])
+            assert not children("pytest")
+            with pytest.raises(VisualHfsmError, match="the document was closed"):
+                await tests.service.run(tests.source)
+        finally:
+            await tests.service.close()
+
+    for seed in range(repeated(6, soak=1000)):
+        asyncio.run(go_on(seed))

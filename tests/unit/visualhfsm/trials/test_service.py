@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Coroutine
+import random
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from contextlib import asynccontextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import psutil
 import pytest
 
 from codegen.messages import Message
+from tests.support.interleaving import interleave
 from tests.support.processes import assert_gone, children
 from tests.support.pushes import Pushes
-from tests.support.soak import cases
+from tests.support.soak import cases, repeated
 from tests.support.waiting_trials import PLAN, WAITS
 from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
@@ -220,3 +223,38 @@ def test_a_report_that_is_too_long_ends_the_process(path: Path) -> None:
         assert children(SERIES) == []
 
     go(work, TrialsLimits(longest_report=200))
+
+
+@pytest.mark.slow
+def test_no_trials_run_after_they_were_stopped_or_their_tab_closed_whatever_is_asked_meanwhile(
+    path: Path, tmp_path: Path
+) -> None:
+    async def go_on(seed: int) -> None:
+        async with running(TrialsLimits(stop=(0.2, 0.2))) as trials:
+            asked, closing = 0, False
+
+            async def begin(request: Callable[[], Awaitable[object]]) -> None:
+                nonlocal asked
+                asked += 1
+                await request()
+
+            async def stop() -> None:
+                before = asked
+                await trials.service.stop(1)
+                assert asked != before or closing or not children(SERIES)
+
+            async def close() -> None:
+                nonlocal closing
+                closing = True  # this ends them now, not who stops them then
+                await trials.service.forget(1)
+
+            run = partial(begin, partial(trials.service.run, source(path), Choices()))
+            look = partial(begin, partial(trials.service.look, source(path)))
+            record = partial(begin, partial(trials.service.record, 1, 1, tmp_path, lambda file: file.name))
+            await interleave(random.Random(seed), [run, stop, look, run, record, stop, close, run, look])
+            assert not children(SERIES)
+            with pytest.raises(VisualHfsmError, match="the document was closed"):
+                await trials.service.run(source(path), Choices())
+
+    for seed in range(repeated(6, soak=1000)):
+        asyncio.run(go_on(seed))
