@@ -217,6 +217,15 @@ def test_copies_carry_their_sub_tree_into_another_automaton_and_editor_and_broke
     shown.press("Control+v")
     shown.expect_states("right", "left", "followBall")
     expect(shown.state("followBall")).to_be_focused()  # selected, which it is a little later than drawn
+    shown.state("right").click()
+    shown.press("Control+d")
+    expect(shown.page.locator(".last-step")).to_have_text("Duplicate")
+    assert "followBall" in shown.page.evaluate(
+        "navigator.clipboard.readText()"
+    )  # it is still what was copied
+    shown.press("Control+z")
+    shown.expect_states("right", "left", "followBall")
+    shown.state("followBall").click()
     shown.press("Control+Enter")
     shown.expect_states("red", "green")
     shown.state("green").click()

@@ -19,6 +19,7 @@ ATTACKS: Final[list[dict[str, Any]]] = [
     {"op": "undo", "tab": 1},
     {"op": "copy", "tab": 1, "automaton": 1, "states": [1]},
     {"op": "paste", "tab": 1, "automaton": 1},
+    {"op": "duplicate", "tab": 1, "automaton": 1, "states": [1]},
     {"op": "save", "tab": 1},
     {"op": "saveAs", "tab": 1, "path": "stolen.xml", "overwrite": True},
     {"op": "open", "path": "robot.xml"},

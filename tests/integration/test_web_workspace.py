@@ -153,6 +153,24 @@ def test_windows_share_tabs_and_clipboard(running: Editor, window: Window) -> No
         assert [open_tab["tab"] for open_tab in window.workspace["tabs"]] == [1]
 
 
+def test_each_window_pastes_what_it_has_copied_and_duplicates_beside_that(
+    running: Editor, window: Window
+) -> None:
+    def last(of: Window) -> str:
+        return names(of, 1)[-1]
+
+    with running.window() as other:
+        window.ask("copy", tab=1, automaton=1, states=[1])
+        other.ask("copy", tab=1, automaton=1, states=[2])
+        window.ask("paste", tab=1, automaton=1)
+        assert last(window).startswith("wait")
+        done = window.ask("duplicate", tab=1, automaton=1, states=[2])
+        assert done["added"][0]["states"] == [4]
+        assert last(window).startswith("go")
+        window.ask("paste", tab=1, automaton=1)
+        assert last(window).startswith("wait")
+
+
 def test_only_automata_that_changed_are_sent(window: Window) -> None:
     window.ask("do", tab=1, command={"command": "addAutomaton", "automaton": 1, "state": 2})
     assert [automaton["father"] for automaton in window.documents[1]["automata"]] == [0, 1]
@@ -893,6 +911,7 @@ def test_a_recording_opens_the_document_that_it_contains_to_be_read(served: Edit
         rest = {"automaton": 1, "states": [2]}
         changes: dict[str, dict[str, Any]] = {
             "do": {"command": ADD_STATE}, "undo": {}, "goTo": {"revision": 1}, "cut": rest, "paste": {"automaton": 1},
+            "duplicate": rest,
             "extract": {"automaton": 1, "path": "part.xml"}, "inline": {"automaton": 1},
         }  # fmt: skip
         for op, fields in changes.items():

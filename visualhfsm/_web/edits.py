@@ -10,6 +10,7 @@ from typing import Any
 
 from codegen.messages import Message
 from visualhfsm._editing.commands import in_language
+from visualhfsm._editing.commands.base import DUPLICATED
 from visualhfsm._editing.commands.paste import PasteStates
 from visualhfsm._errors import MissingError
 from visualhfsm._sessions.session import Change
@@ -42,29 +43,37 @@ async def go_to(workspace: Workspace, _: Window, request: p.GoTo) -> dict[str, A
     return _step(await workspace.tabs.editable(request.tab).edit(OpenDocument.go_to, request.revision))
 
 
-async def copy(workspace: Workspace, _: Window, request: p.Copy) -> dict[str, str]:
+async def copy(workspace: Workspace, window: Window, request: p.Copy) -> dict[str, str]:
     """Put states into the clipboard."""
     tab = workspace.tabs.get(request.tab)
     text = await tab.edit(OpenDocument.copy, request.automaton, request.states, request.annotations)
-    workspace.clipboard = text
+    workspace.clipboard = window.clipboard = text
     return {"text": text}
 
 
-async def cut(workspace: Workspace, _: Window, request: p.Cut) -> dict[str, Any]:
+async def cut(workspace: Workspace, window: Window, request: p.Cut) -> dict[str, Any]:
     """Put states into the clipboard, and delete them."""
     tab = workspace.tabs.editable(request.tab)
     text, change = await tab.edit(OpenDocument.cut, request.automaton, request.states, request.annotations)
-    workspace.clipboard = text
+    workspace.clipboard = window.clipboard = text
     return {**_outcome(change), "text": text}
 
 
-async def paste(workspace: Workspace, _: Window, request: p.Paste) -> dict[str, Any]:
-    """Paste the clipboard."""
+async def paste(workspace: Workspace, window: Window, request: p.Paste) -> dict[str, Any]:
+    """Paste what the window has copied, or any window if it has copied nothing."""
     tab = workspace.tabs.editable(request.tab)
-    if not workspace.clipboard:
+    content = window.clipboard or workspace.clipboard
+    if not content:
         raise MissingError(Message("no states were copied here: Ctrl+V pastes those of another editor"))
-    content = workspace.clipboard
     command = PasteStates(automaton=request.automaton, content=content, x=request.x, y=request.y)
+    return _outcome(await tab.edit(OpenDocument.apply, command))
+
+
+async def duplicate(workspace: Workspace, _: Window, request: p.Duplicate) -> dict[str, Any]:
+    """Paste states beside themselves."""
+    tab = workspace.tabs.editable(request.tab)
+    content = await tab.edit(OpenDocument.copy, request.automaton, request.states, request.annotations)
+    command = PasteStates(automaton=request.automaton, content=content, name=str(DUPLICATED))
     return _outcome(await tab.edit(OpenDocument.apply, command))
 
 

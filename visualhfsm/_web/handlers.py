@@ -79,6 +79,7 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
         _row(p.OpenText, documents.open_text),
         _row(p.OutputShown, _output_shown, Lane.AT_ONCE),
         _row(p.Paste, edits.paste),
+        _row(p.Duplicate, edits.duplicate),
         _row(p.PutOnShelf, edits.put_on_shelf),
         _row(p.Record, steering.record),
         _row(p.RecordTrial, trials.record, Lane.BESIDE),

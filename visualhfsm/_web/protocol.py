@@ -143,7 +143,7 @@ class GoTo(TabEdit):
 
 
 class Copy(TabEdit):
-    """Put states, their sub-trees, the transitions among them and annotations into the clipboard."""
+    """Put states, their sub-trees, the transitions among them and annotations into the window's clipboard."""
 
     automaton: ElementId
     states: Ids
@@ -159,11 +159,22 @@ class Cut(TabEdit):
 
 
 class Paste(TabEdit):
-    """Paste the clipboard into an automaton, with its upper left corner at `x`, `y` if given."""
+    """Paste into an automaton, with the upper left corner at `x`, `y` if given.
+
+    That is what this window has copied or, as long as it has copied nothing, what any window has copied last.
+    """
 
     automaton: ElementId
     x: Coordinate | None = None
     y: Coordinate | None = None
+
+
+class Duplicate(TabEdit):
+    """Copy and paste in one step, beside the clipboard."""
+
+    automaton: ElementId
+    states: Ids
+    annotations: Ids = []
 
 
 class AddReady(TabEdit):

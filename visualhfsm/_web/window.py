@@ -68,6 +68,8 @@ class Window:
         """The key by which its page is let in again after a restart of the editor."""
         self.language = ENGLISH
         """The language of its page, one of LANGUAGES."""
+        self.clipboard = ""
+        """The states that were copied in it."""
         self._sent: dict[int, Sent] = {}  # the documents as the window has them, by tab
         self._answers: list[bytes] = []
         self._pushes: dict[tuple[Hashable, object], Push | Tab] = {}

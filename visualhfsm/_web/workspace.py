@@ -65,6 +65,7 @@ class Workspace:
         self.run_id = secrets.token_hex(8)
         """Distinguishes this run of the server from others, whose tabs had the same numbers."""
         self.clipboard = ""
+        """The states that any window has copied last."""
         self._make_services = make_services
         self._make_project = make_project
         self._demo = demo

@@ -29,7 +29,8 @@ def _tag(name: str) -> str:
 AUTOMATIC_LAYOUT: Final = Message("Automatic layout")
 AS_FILE: Final = Message("Take the file as it is now")
 MERGED: Final = Message("Merge with the file as it is now")
-_OURS: Final = {str(each): each for each in (AUTOMATIC_LAYOUT, AS_FILE, MERGED)}
+DUPLICATED: Final = Message("Duplicate")
+_OURS: Final = {str(each): each for each in (AUTOMATIC_LAYOUT, AS_FILE, MERGED, DUPLICATED)}
 
 
 def step_name(name: str) -> Message:

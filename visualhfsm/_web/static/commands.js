@@ -222,6 +222,17 @@ export async function paste(point, text = "") {
     DOCUMENT.test(text) && !systemIsBehind
       ? await applyHere("pasteStates", {content: text.trim(), ...point})
       : await askTab("paste", {automaton: page.shownAutomaton.id, ...point});
+  showAdded(done);
+}
+
+/** Paste what is selected beside itself; the clipboards keep what they have. */
+export async function duplicate() {
+  const {states, annotations} = selectedWithContent();
+  showAdded(await askTab("duplicate", {automaton: page.shownAutomaton.id, states, annotations}));
+}
+
+/** Select what was pasted. @param {import("./messages.js").Done | null} [done] */
+function showAdded(done) {
   const added = done?.added?.find((each) => each.automaton === page.automaton?.id);
   if (!added) return;
   page.select({states: added.states, annotations: added.annotations});

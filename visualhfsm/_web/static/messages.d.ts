@@ -149,6 +149,7 @@ export interface Answers {
   copy: {text: string};
   cut: Done & {text: string};
   paste: Done;
+  duplicate: Done;
   addReady: Done;
   extract: Done;
   putOnShelf: {path: string};

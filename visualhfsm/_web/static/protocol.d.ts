@@ -762,7 +762,7 @@ export interface Requests {
   connectRobot: {address: string; start?: "leave" | "stand" | "stiffen"};
   /** Steer a running component: pause, step, force a transition and the like. */
   control: {component: string; action: string; arguments?: Record<string, unknown>};
-  /** Put states, their sub-trees, the transitions among them and annotations into the clipboard. */
+  /** Put states, their sub-trees, the transitions among them and annotations into the window's clipboard. */
   copy: {tab: number; automaton: number; states: number[]; annotations?: number[]};
   /** Copy, and delete. */
   cut: {tab: number; automaton: number; states: number[]; annotations?: number[]};
@@ -774,6 +774,8 @@ export interface Requests {
   discard: {journal: string};
   /** Apply a command of `visualhfsm._editing.commands` to the document. */
   do: {tab: number; command: Command; base?: string | null};
+  /** Copy and paste in one step, beside the clipboard. */
+  duplicate: {tab: number; automaton: number; states: number[]; annotations?: number[]};
   /** End the simulation, or the connection to the real robot, that was started here. */
   endRobot: {};
   /** Ask for the document as its file would hold it, or as one `page` of HTML, to download it. */
@@ -812,7 +814,7 @@ export interface Requests {
   openText: {name: string; text: string};
   /** Say that the last push `output` was shown, so that the next one may come. */
   outputShown: {};
-  /** Paste the clipboard into an automaton, with its upper left corner at `x`, `y` if given. */
+  /** Paste into an automaton, with the upper left corner at `x`, `y` if given. */
   paste: {tab: number; automaton: number; x?: number | null; y?: number | null};
   /** Write states with all below them as a ready state of the project. */
   putOnShelf: {

@@ -283,7 +283,7 @@ export const canvasActions = [
     icon: "duplicate",
     keys: ["Ctrl+D"],
     enabled: () => drawable() && anyCopied(),
-    run: async () => (await commands.copy()) !== undefined && commands.paste(),
+    run: commands.duplicate,
   },
   {
     id: "delete",
