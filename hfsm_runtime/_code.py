@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from contextvars import Context
 from typing import Any, Final
+from weakref import ref
 
 from greenlet import getcurrent, greenlet
 
@@ -27,7 +28,7 @@ class Code:
         self.want: Any = None
         """What the code waits for; None while it runs, and after its end."""
         self._greenlet: Final[Any] = greenlet(lambda _none: function())
-        self._greenlet.code = self
+        self._greenlet.code = ref(self)  # the garbage collector does not look into what waits
         self._greenlet.gr_context = variables
 
     @property
@@ -57,5 +58,10 @@ class Code:
 
 def current_code() -> Code | None:
     """Return the code that runs here; None outside of any."""
-    found: Code | None = getattr(getcurrent(), "code", None)
-    return found
+    reference: Callable[[], Code | None] = getattr(getcurrent(), "code", lambda: None)
+    return reference()
+
+
+def rest() -> None:
+    """Wait, called by code that holds nothing meanwhile, so that it may be collected as garbage."""
+    getcurrent().parent.switch()

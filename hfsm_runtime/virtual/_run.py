@@ -15,11 +15,12 @@ from collections import deque
 from collections.abc import Callable, Iterable, MutableSequence
 from functools import partial
 from typing import Any, Final, NamedTuple, Protocol, cast
+from weakref import ref
 
 from zenoh_ice.clock import Clock
 
 from .._automaton import Automaton
-from .._code import Code, current_code
+from .._code import Code, current_code, rest
 from .._component_run import ComponentRun
 from .._cycle import run_cycle
 from .._limits import LIMITS, RuntimeLimits
@@ -74,7 +75,7 @@ class _Cycles(Code):
     """
 
     def __init__(self, virtual: VirtualRun, run: Run) -> None:
-        super().__init__(run.automaton.name, self._run_cycles, contextvars.copy_context())
+        super().__init__(run.automaton.name, partial(_run_cycles, ref(self)), contextvars.copy_context())
         self._virtual: Final = virtual
         self._at = 0
         self._rests = True
@@ -106,11 +107,17 @@ class _Cycles(Code):
         super().close(error)
         self._virtual.cycles.pop(self.run, None)
 
-    def _run_cycles(self) -> None:
-        while True:
-            self._virtual.run_cycle(self.run, self._at)
-            self._rests = True
-            self.wait()
+    def run_one(self) -> None:
+        """Run the cycle that has begun."""
+        self._virtual.run_cycle(self.run, self._at)
+        self._rests = True
+
+
+def _run_cycles(reference: Callable[[], _Cycles | None]) -> None:
+    while (cycles := reference()) is not None:
+        cycles.run_one()
+        del cycles  # who has dropped the component need not close it
+        rest()
 
 
 class _VirtualTree(Tree):

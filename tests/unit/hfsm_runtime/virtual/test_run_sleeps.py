@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from typing import Any
+from weakref import ref
 
 import pytest
 
-from hfsm_runtime import Automaton, Component, Proxy, State
+from hfsm_runtime import Automaton, Component, Proxy, State, VirtualRun
 from hfsm_runtime.virtual import Execution, PacedClock, PacedExecution, VirtualWorld
 from tests.support.automata import after, automaton, component, when
 from tests.support.gripper import GripperPrx
@@ -272,3 +274,22 @@ def test_every_run_is_the_same() -> None:
             return list(under.run.trace), under.done
 
     assert seen() == seen()
+
+
+@pytest.mark.parametrize("code", [sleeps(0.1), sleeps(5.0), blocks(5.0)], ids=["rests", "sleeps", "waits"])
+def test_what_is_closed_is_no_longer_in_memory(code: Code) -> None:
+    with Under(code) as under:
+        under.run.advance(1.0)
+        component = ref(under.run.component)
+    del under
+    gc.collect()
+    assert component() is None
+
+
+def test_what_was_never_closed_is_no_longer_in_memory_either() -> None:
+    run = VirtualRun(component(automaton(1, "a", [State(id=1, name="s")], [])))
+    run.advance(1.0)
+    left = ref(run)
+    del run
+    gc.collect()
+    assert left() is None
