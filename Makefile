@@ -74,7 +74,7 @@ cover-page: tests/page/node_modules/.stamp
 docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
 	@NO_MKDOCS_2_WARNING=1 $(LATER) $(BIN)/mkdocs build --clean && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
 
-release: $(VENV)/release.stamp ## Build sdist, wheel and SBOM in dist/, and check them; nothing is uploaded
+release: $(VENV)/release.stamp bubblewrap ## Build sdist, wheel and SBOM in dist/, and check them; nothing is uploaded
 	@$(BIN)/python tools/setup/release.py
 
 lint: lint-page lint-python ## Check format, style, types, import rules, generated files and the page

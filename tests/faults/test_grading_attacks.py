@@ -662,6 +662,25 @@ def _runs(process: int) -> bool:
         return False
 
 
+def test_what_is_hidden_may_be_within_what_is_hidden(tmp_path: Path) -> None:
+    path = tmp_path / "ana.xml"
+    code = (
+        "import os\nplace = '/packages/include0'\n"
+        "self.found = sorted(os.listdir(place)) + os.listdir(place + '/outer')"
+    )
+    found = transition(1, 1, 2, "self.found == ['outer', 'shown']")
+    root = sub(
+        1, 0, state(1, "looks", code, initial=True), state(2, "good"), found, variables="self.found = []"
+    )
+    path.write_text(document(root), "utf-8")
+    include = tmp_path / "include"
+    hidden = [include.joinpath("outer", *"abcdefg"[:depth]) for depth in range(8)]
+    hidden[-1].mkdir(parents=True)
+    (include / "shown").mkdir()
+    with Containment(include=[include], hidden=hidden) as containment:
+        assert graded(path, containment).success
+
+
 def test_without_bubblewrap_nothing_is_graded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(SandboxUnavailable, match="apt-get install bubblewrap"):

@@ -84,7 +84,7 @@ def check_contents(sdist: Path, wheel: Path) -> None:
 
 
 def check_commands(programs: Path, folder: Path) -> None:
-    """Run the commands of the installed wheel: help, `codegen`, `check`, a new project, and the editor."""
+    """Run the commands of the installed wheel: help, `codegen`, `check`, `new`, the editor, and `grade`."""
     for name in PROJECT["project"]["scripts"]:
         run(programs / name, "--help", cwd=folder)
     shutil.copytree(ROOT / "behaviors", folder / "behaviors", ignore=shutil.ignore_patterns("*.py", "__*"))
@@ -95,6 +95,9 @@ def check_commands(programs: Path, folder: Path) -> None:
     run(programs / "visualhfsm", "new", "my-robot", cwd=folder)
     run(programs / "python", "behaviors/blinker.py", "--help", cwd=folder / "my-robot")
     check_editor(programs, folder / "empty")
+    for exercise in sorted((ROOT / "exercises").iterdir()):
+        if exercise.is_dir():
+            run(programs / "visualhfsm", "grade", exercise.name, "--check", cwd=folder)
 
 
 def check_editor(programs: Path, folder: Path) -> None:

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -100,7 +100,7 @@ def _bubblewrap(include: Sequence[Path], hidden: Sequence[Path]) -> list[str]:
             command += ["--symlink", str(source.readlink()), str(place)]
         else:
             command += ["--ro-bind", str(source), str(place)]
-    for folder in _covered(seen, hidden):
+    for folder in _outermost(_covered(seen, hidden)):
         command += ["--tmpfs", str(folder), "--remount-ro", str(folder)]
     command += ["--dev", "/dev", "--size", str(_DISK), "--tmpfs", "/tmp"]  # noqa: S108 - its own
     command += ["--remount-ro", "/dev", "--remount-ro", "/", "--chdir", "/tmp"]  # noqa: S108
@@ -158,6 +158,15 @@ def _covered(seen: Mapping[Path, Path], hidden: Sequence[Path]) -> Iterator[Path
                 continue  # it leads nowhere inside
             if folder.is_dir() and folder != source and folder.is_relative_to(source):
                 yield place / folder.relative_to(source)
+
+
+def _outermost(places: Iterable[Path]) -> list[Path]:
+    """Return places without those below others, where nothing can be made any more."""
+    outer: list[Path] = []
+    for place in sorted(places):
+        if not outer or not place.is_relative_to(outer[-1]):
+            outer.append(place)
+    return outer
 
 
 def _distributed() -> set[str]:
