@@ -3,12 +3,35 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import resource
+import sys
+from typing import Final
 
 from ._code import FarComponent
 from ._link import Link
-from .protocol import Begin, Limits, Pipe, PipeError
+from .protocol import Begin, Limits, Pipe, PipeError, PrintedTooMuch
+
+
+class Output(io.TextIOWrapper):
+    """Where code prints: nobody reads it, and there is an end to it."""
+
+    def __init__(self) -> None:
+        super().__init__(open(os.devnull, "wb"))  # noqa: PTH123, SIM115 - until the process ends
+        self.most = 0
+        """The number of characters that may be printed; 0 is no limit."""
+        self._printed = 0
+
+    def write(self, text: str) -> int:
+        """Drop a text. Raises PrintedTooMuch."""
+        self._printed += len(text)
+        if 0 < self.most < self._printed:
+            raise PrintedTooMuch(f"printed more than {self.most >> 20} MB")
+        return len(text)
+
+
+OUTPUT: Final = Output()
 
 
 def main() -> None:
@@ -17,6 +40,7 @@ def main() -> None:
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
     os.dup2(2, 1)
+    sys.stdout = sys.stderr = OUTPUT
     link = Link(pipe)
     component = FarComponent(link)
 
@@ -33,11 +57,13 @@ def main() -> None:
 
 def _limit(limits: Limits) -> None:
     """Give up what code of others must not have; there is no way back."""
+    OUTPUT.most = limits.output
     for kind, most in (
         (resource.RLIMIT_AS, limits.memory),
         (resource.RLIMIT_FSIZE, limits.file),
         (resource.RLIMIT_NOFILE, limits.files),
         (resource.RLIMIT_CPU, limits.cpu),
+        (resource.RLIMIT_NPROC, limits.threads),
     ):
         if most:
             resource.setrlimit(kind, (most, most))

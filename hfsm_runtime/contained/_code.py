@@ -34,7 +34,7 @@ from ..virtual._time_module import TimeModule
 from . import protocol
 from ._link import Link
 from ._transport import FarTransport
-from .protocol import LARGEST_TEXT, Answered, Begin, Done, Raised, RunCode, Variables
+from .protocol import LARGEST_TEXT, LARGEST_VALUES, Answered, Begin, Done, Raised, RunCode, Variables
 
 _MODULE: Final = "contained_component"
 _LONGEST_NAME: Final = 200
@@ -68,7 +68,9 @@ class FarComponent:
         try:
             match message:
                 case RunCode():
-                    return Done(self._run(message), self._changed(message.automaton))
+                    value = self._run(message)
+                    changed = self._changed(message.automaton)
+                    return Done(value, _encoded(changed)) if changed else Done(value)
                 case Begin():
                     self._begin(message)
                 case protocol.AskHolds():
@@ -76,7 +78,7 @@ class FarComponent:
                 case protocol.Deliver():
                     self._transport.inlets[message.stream].push(message.sample)
                 case protocol.ListVariables():
-                    return Variables(self._variables(message.automaton))
+                    return Variables(_encoded(self._variables(message.automaton)))
         except protocol.PipeError:
             raise
         except BaseException as error:  # noqa: BLE001 - code of others may raise anything, also SystemExit
@@ -231,6 +233,14 @@ def _take(state: State, outputs: Mapping[int, Mapping[str, object]], event: Even
         for child in state.children
     }
     state.results(taken if len(taken) > 1 else taken[state.children[0].id])
+
+
+def _encoded(values: dict[str, object]) -> msgspec.Raw:
+    """Return variables as they are sent: as short texts if they are large."""
+    encoded = msgspec.msgpack.encode(values)
+    if len(encoded) > LARGEST_VALUES:
+        encoded = msgspec.msgpack.encode({name: short_repr(value) for name, value in values.items()})
+    return msgspec.Raw(encoded)
 
 
 def _sendable(text: str) -> str:

@@ -37,6 +37,11 @@ Text = Annotated[str, msgspec.Meta(max_length=LARGEST_TEXT)]
 Name = Annotated[str, msgspec.Meta(max_length=200)]
 Plain = bool | int | float | str
 """A value of a parameter."""
+Values = Annotated[dict[Name, object], msgspec.Meta(max_length=1000)]
+"""Variables, which are decoded only where somebody wants them."""
+LARGEST_VALUES: Final = 1 << 18
+"""Bytes of the variables in a message."""
+NO_VALUES: Final = msgspec.Raw(msgspec.msgpack.encode({}))
 
 
 class Message(msgspec.Struct, array_like=True, tag=True, forbid_unknown_fields=True):
@@ -62,6 +67,10 @@ class Limits(Message):
     """Open files."""
     cpu: int = 0
     """Seconds of processor time."""
+    threads: int = 0
+    """Threads within the walls; the kernel does not count those of root."""
+    output: int = 0
+    """Characters that it prints."""
 
 
 class Begin(Message):
@@ -170,8 +179,8 @@ class Done(Message):
     """A piece of code has ended."""
 
     value: bool = False
-    variables: Annotated[dict[Name, object], msgspec.Meta(max_length=1000)] = {}
-    """The variables of its automaton that have changed, if they are to be shown."""
+    variables: msgspec.Raw = NO_VALUES
+    """The variables of its automaton that have changed, if they are to be shown: encoded Values."""
 
 
 class Raised(Message):
@@ -186,9 +195,9 @@ class Raised(Message):
 
 
 class Variables(Message):
-    """The values of variables that are plain, and texts of all others."""
+    """The values of variables that are plain, and texts of all others: encoded Values."""
 
-    values: Annotated[dict[Name, object], msgspec.Meta(max_length=1000)]
+    values: msgspec.Raw
 
 
 class Call(Message):
@@ -292,6 +301,10 @@ ToNear = (
     | SetMark
     | Log
 )
+
+
+class PrintedTooMuch(Exception):
+    """Code prints without end; the text says how much it may."""
 
 
 class PipeError(Exception):

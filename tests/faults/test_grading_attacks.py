@@ -210,9 +210,28 @@ ATTACKS: Final = {
         "its code raised PermissionError: ",
     ),
     "makes threads without end": Attack(
-        "import threading\nend = threading.Event()\nwhile True:\n"
+        "import threading\nend = threading.Event()\nthreading.stack_size(1 << 15)\nwhile True:\n"
         "    threading.Thread(target=end.wait, daemon=True).start()",
-        "its code raised RuntimeError: can't start new thread",
+        # The kernel refuses them to all but root.
+        "started more than 64 threads in state attack" if os.geteuid() == 0 else "its code raised RuntimeError: can't start",
+        control=False, alone=True,
+    ),
+    "takes the disk by its output": Attack(
+        "import ctypes\nlibc = ctypes.CDLL(None, use_errno=True)\nfor file in (1, 2):\n"
+        "    if not libc.fallocate(file, 1, ctypes.c_long(0), ctypes.c_long(3 << 30)):\n        break\n"
+        "else:\n    raise OSError(ctypes.get_errno(), 'fallocate')",
+        "its code raised PermissionError: ",
+        control=False,
+    ),
+    "watches the packages": Attack(
+        "import ctypes\nlibc = ctypes.CDLL(None, use_errno=True)\nif libc.inotify_init() < 0:\n"
+        "    raise OSError(ctypes.get_errno(), 'inotify_init')",
+        "its code raised PermissionError: ",
+        control=False,
+    ),
+    "locks the packages": Attack(
+        "import fcntl, hfsm_runtime\nfcntl.flock(open(hfsm_runtime.__file__), fcntl.LOCK_EX)",
+        "its code raised PermissionError: ",
         control=False,
     ),
     "writes a large file": Attack(
@@ -257,7 +276,7 @@ ATTACKS: Final = {
     "never ends": Attack("while True:\n    pass", f"took more than {BLOCK:g} s in state attack", control=False, alone=True),
     "asks forever": Attack(
         "while True:\n    self.mark('Camera', 1.0, 1.0)",
-        f"took more than {BLOCK:g} s in state attack",
+        "made more than 200000 requests in a trial, the last in state attack",
         control=False, alone=True,
     ),
     "follows another process": Attack(
@@ -286,8 +305,8 @@ ATTACKS: Final = {
     "interrupts": Attack("raise KeyboardInterrupt", "its code raised KeyboardInterrupt", control=False, alone=True),
     "prints without end": Attack(
         "for _ in range(100):\n    print('x' * (1 << 20))",
-        "its code raised OSError: [Errno 27] File too large",
-        control=False,
+        "printed more than 8 MB in state attack, line ",
+        control=False, alone=True,
     ),
     "raises what looks like the judge's": Attack(
         "class BehaviorFailed(Exception):\n    def __str__(self):\n        raise ValueError\nraise BehaviorFailed",
@@ -304,8 +323,6 @@ NUMBERS: Final = {name: number for number, name in enumerate(ATTACKS)}
 LAST: Final = (
     "writes a large file",
     "writes many files",
-    "prints without end",
-    "makes threads without end",
     "kills the judge",
 )
 """Attacks after which others would meet limits that they are not after."""
@@ -660,6 +677,32 @@ def _runs(process: int) -> bool:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except OSError:
         return False
+
+
+MEASURE: Final = """
+import contextlib, resource, sys
+from hfsm_runtime.virtual import BehaviorFailed
+from visualhfsm.grading import Containment
+with Containment() as containment, contextlib.suppress(BehaviorFailed):
+    containment.simulate(sys.argv[1], robot=None).advance(1.0)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+"""
+
+
+def test_values_that_nobody_asked_for_take_no_memory_of_the_judge(tmp_path: Path) -> None:
+    forged = (
+        "import os, struct\nbody = b'\\x93\\xa4Done\\xc3\\x81\\xa1a\\xdd' + struct.pack('>I', 3 << 20) + bytes([128]) * (3 << 20)\n"
+        "for file in range(3, 64):\n    try:\n        os.write(file, struct.pack('>I', len(body)) + body)\n"
+        "    except OSError:\n        pass"
+    )  # fmt: skip
+    taken = []
+    for name, code in ("ana", "pass"), ("bob", forged):
+        path = tmp_path / f"{name}.xml"
+        path.write_text(document(sub(1, 0, state(1, "attack", code, initial=True))), "utf-8")
+        command = [sys.executable, "-c", MEASURE, str(path)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=RUN_LIMIT, check=True)
+        taken.append(int(done.stdout))
+    assert taken[1] < taken[0] + 64  # MB; decoded, the values of each cycle take 200
 
 
 def test_what_is_hidden_may_be_within_what_is_hidden(tmp_path: Path) -> None:

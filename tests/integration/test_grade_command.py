@@ -110,6 +110,8 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Class:
     hand_in(folder, "ben/look.xml", NO_WAY_BACK)
     hand_in(folder, "kim/look.xml", IMPORTS.format("rest.xml").encode())
     hand_in(folder, "kim/rest.xml")
+    hand_in(folder, "uma.xml", b"")
+    hand_in(folder, "uma/look.xml")
     for name, (content, _) in BROKEN.items():
         hand_in(folder, name, content)
     for name, (code, _) in {**REACHES, **repeated(test={}, soak=ALSO_REACHES)}.items():
@@ -145,6 +147,29 @@ def test_a_class_gets_marks_reasons_and_pages(marked: Class) -> None:
 
 def test_a_folder_may_have_documents_that_one_imports(marked: Class) -> None:
     assert marked.points("kim") == ["10"]
+
+
+def test_a_document_and_a_folder_of_one_name_have_pages_of_their_own(marked: Class) -> None:
+    assert marked.points("uma.xml", "uma") == ["0", "10"]
+    index = (marked.marks / "index.html").read_text("utf-8")
+    links = [re.search(rf'href="([^"]+)">{re.escape(name)}</a>', index) for name in ("uma.xml", "uma")]
+    pages = [(marked.marks / link[1]).read_text("utf-8") for link in links if link is not None]
+    assert [f"<h1>{name}</h1>" in page for name, page in zip(("uma.xml", "uma"), pages, strict=True)] == [
+        True,
+        True,
+    ]
+
+
+def test_a_page_that_cannot_be_written_costs_that_page(tmp_path: Path) -> None:
+    brief(tmp_path)
+    for name in ("ana", "ben"):
+        hand_in(tmp_path, f"{name}.xml", b"")
+    in_its_place = tmp_path / "marks" / "ana.html"
+    in_its_place.mkdir(parents=True)
+    said = visualhfsm(tmp_path, "grade", "exercises/look", "handed-in", "--unsafe", code=1)
+    assert f"error: {in_its_place.relative_to(tmp_path)}: the page cannot be written" in said
+    assert "the marks are in marks/marks.csv" in said
+    assert {path.name for path in in_its_place.parent.iterdir()} >= {"ben.html", "index.html", "marks.csv"}
 
 
 def test_marks_are_the_same_byte_for_byte_with_any_number_of_workers(tmp_path: Path) -> None:

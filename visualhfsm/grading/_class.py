@@ -8,14 +8,16 @@ import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Self, TypeVar
 
 import msgspec
 
 from codegen.messages import Message
+from codegen.reasons import reason
+from visualhfsm._errors import VisualHfsmError
 from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
 from zenoh_ice import typed
 
@@ -28,6 +30,8 @@ from ._worker import Answer, Task
 
 if TYPE_CHECKING:
     from zenoh_ice.application.cli import Stop
+
+R = TypeVar("R")
 
 _MARGIN: Final = 60.0
 """Wall s beyond the limits of its trials after which a submission is given up."""
@@ -43,43 +47,71 @@ _ENVIRONMENT: Final[Mapping[str, str]] = {
 }
 
 
-def grade_class(
-    exercise: Exercise,
-    submissions: Sequence[Submission],
-    *,
-    language: str,
-    unsafe: bool,
-    stop: Stop,
-    pages: Path | None = None,
-    workers: int | None = None,
-    graded: Callable[[Marks], object] = lambda _: None,
-) -> list[Marks]:
-    """Return the marks of all submissions in their order, fewer after a signal to stop.
+class Graders:
+    """Processes that grade the submissions of a class side by side; use it in a `with` block.
 
-    With `pages` the page of each is written into that folder. `graded` is called with the marks as they come.
-    Raises GradingError.
+    After a signal to `stop` less is done. Methods raise GradingError.
     """
-    number = min(workers or len(os.sched_getaffinity(0)), len(submissions))
-    with (
-        ThreadPoolExecutor(number, thread_name_prefix="grader") as pool,
-        closing(_Processes()) as processes,
-    ):
 
-        def grade(submission: Submission) -> Marks:
-            path = submission.path.absolute()
-            task = Task(exercise.folder.resolve(), path, submission.name, language, unsafe)
-            marks = processes.grade(exercise, task)
-            if pages is not None:
-                processes.write_page(exercise, task, marks, pages / f"{submission.page}.html")
-            return marks
+    def __init__(
+        self, exercise: Exercise, language: str, stop: Stop, workers: int | None = None, *, unsafe: bool
+    ) -> None:
+        self._exercise = exercise
+        self._language = language
+        self._unsafe = unsafe
+        self._stop = stop
+        number = workers or len(os.sched_getaffinity(0))
+        self._pool = ThreadPoolExecutor(number, thread_name_prefix="grader")
+        self._processes = _Processes()
 
-        futures = [pool.submit(grade, each) for each in submissions]
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._processes.close()
+        self._pool.shutdown()
+
+    def grade(self, submissions: Sequence[Submission], graded: Callable[[], object]) -> list[Marks]:
+        """Return the marks of submissions in their order; `graded` is called after each."""
+        return self._each(
+            [partial(self._processes.grade, self._exercise, self._task(each)) for each in submissions], graded
+        )
+
+    def write_pages(
+        self,
+        rows: Sequence[tuple[Submission, Marks]],
+        folder: Path,
+        written: Callable[[], object],
+    ) -> list[Message]:
+        """Write the page of each submission into a folder; return why some cannot be written."""
+
+        def write(submission: Submission, marks: Marks) -> Message | None:
+            page = folder / f"{submission.page}.html"
+            try:
+                self._processes.write_page(self._exercise, self._task(submission), marks, page)
+            except GradingError:
+                raise
+            except VisualHfsmError as error:  # it costs this page alone
+                return reason(error)
+            return None
+
+        found = self._each([partial(write, *row) for row in rows], written)
+        return [each for each in found if each is not None]
+
+    def _task(self, submission: Submission) -> Task:
+        path = submission.path.absolute()
+        return Task(self._exercise.folder.resolve(), path, submission.name, self._language, self._unsafe)
+
+    def _each(self, work: Sequence[Callable[[], R]], done: Callable[[], object]) -> list[R]:
+        """Return the results of some work in its order, fewer after a signal to stop."""
+        futures = [self._pool.submit(each) for each in work]
         waiting = set(futures)
         try:
-            while waiting and not stop.is_set():
+            while waiting and not self._stop.is_set():
                 ended, waiting = wait(waiting, _POLL_PERIOD, FIRST_COMPLETED)
                 for future in ended:
-                    graded(future.result())
+                    future.result()
+                    done()
         finally:
             for future in waiting:
                 future.cancel()
@@ -98,17 +130,16 @@ class _Processes:
     def grade(self, exercise: Exercise, task: Task) -> Marks:
         """Return the marks of a submission, whatever its document does. Raises GradingError."""
         patience = sum(plan.runs * plan.patience for plan in exercise.plans.values()) + _MARGIN
-        reason = ""
+        why = ""
         for _ in range(_ATTEMPTS):
             try:
                 answer = self._ask(task, patience)
-            except TooSlowError:
-                reason = f"grading it took more than {patience:g} s"
-                break
+            except TooSlowError:  # what its code may take is limited elsewhere
+                why = f"grade it again: the computer was too busy to grade it in {patience:g} s"
             except KilledError:
-                reason = "grading it was ended by the system, perhaps for want of memory"
+                why = "grading it was ended by the system, perhaps for want of memory"
             except NoAnswerError:
-                reason = "reading it ended the program that grades"
+                why = "reading it ended the program that grades"
                 break
             else:
                 if answer.marks is None:
@@ -116,7 +147,7 @@ class _Processes:
                 return answer.marks
             if self._closed:
                 raise GradingError(_ENDED)
-        return Marks.broken(exercise, task.name, exercise.language(task.language), reason)
+        return Marks.broken(exercise, task.name, exercise.language(task.language), why)
 
     def write_page(self, exercise: Exercise, task: Task, marks: Marks, page: Path) -> None:
         """Write the page of a submission, with its worst trial if that can be recorded.

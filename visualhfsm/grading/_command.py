@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -9,13 +11,13 @@ import typer
 
 from codegen.messages import Message
 from codegen.reasons import reason
+from visualhfsm._errors import VisualHfsmError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from ._class import Graders
     from ._exercise import Exercise
-    from ._marks import Marks
-    from ._submissions import Submission
 
 EPILOG: Final = """Examples:
 
@@ -90,10 +92,23 @@ def grade(
 
     handed_in = find_submissions(submissions)
     _make(out)
-    marks = _grade(console, found, handed_in, spoken, workers, pages=out, unsafe=unsafe)
-    write_table(out / "marks.csv", found, spoken, marks)
-    write_index(out / "index.html", found, spoken, list(zip(handed_in, marks, strict=True)))
+    problems: list[Message] = []
+    with _graders(console, found, spoken, workers, 2 * len(handed_in), unsafe=unsafe) as (graders, done):
+        marks = graders.grade(handed_in, done)
+        rows = list(zip(handed_in, marks, strict=False))
+        if len(rows) == len(handed_in):  # no signal has come
+            write_table(out / "marks.csv", found, spoken, marks)  # first: a disk may be too full for pages
+            problems = graders.write_pages(rows, out, done)
     show(console, found, spoken, marks)
+    try:
+        write_index(out / "index.html", found, spoken, rows)
+    except VisualHfsmError as error:
+        problems.append(reason(error))
+    for problem in problems:
+        console.print(f"error: {problem}", style="red", markup=False, soft_wrap=True)
+    if problems:
+        console.print(f"\nthe marks are in {out / 'marks.csv'}", soft_wrap=True)
+        raise typer.Exit(1)
     console.print(
         f"\n{out / 'index.html'} has a page for each, {out / 'marks.csv'} is the table", soft_wrap=True
     )
@@ -117,41 +132,31 @@ def _check(console: Console, exercise: Exercise, language: str, workers: int | N
     expected = {"solution": exercise.points, **exercise.mistakes}
     paths = {"solution": exercise.solution, **{name: exercise.mistake(name) for name in exercise.mistakes}}
     own = [Submission(name, path, "") for name, path in paths.items()]
-    marks = _grade(console, exercise, own, language, workers, pages=None, unsafe=unsafe)
+    with _graders(console, exercise, language, workers, len(own), unsafe=unsafe) as (graders, done):
+        marks = graders.grade(own, done)
     if not show_check(console, exercise, marks, expected):
         raise typer.Exit(1)
 
 
-def _grade(
-    console: Console,
-    exercise: Exercise,
-    submissions: list[Submission],
-    language: str,
-    workers: int | None,
-    *,
-    pages: Path | None,
-    unsafe: bool,
-) -> list[Marks]:
-    """Return the marks of submissions, with a bar meanwhile. Raises SystemExit after Ctrl-C."""
+@contextmanager
+def _graders(
+    console: Console, exercise: Exercise, language: str, workers: int | None, total: int, *, unsafe: bool
+) -> Iterator[tuple[Graders, Callable[[], object]]]:
+    """Yield what grades, and what moves the bar that is shown meanwhile. Raises SystemExit after Ctrl-C."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from zenoh_ice.application.cli import stop_on_signals
 
-    from ._class import grade_class
+    from ._class import Graders
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with stop_on_signals() as stop, Progress(*columns, console=console, transient=True) as progress:
-        bar = progress.add_task(exercise.name, total=len(submissions))
-        return grade_class(
-            exercise,
-            submissions,
-            language=language,
-            unsafe=unsafe,
-            stop=stop,
-            pages=pages,
-            workers=workers,
-            graded=lambda _: progress.advance(bar),
-        )
+    with (
+        stop_on_signals() as stop,
+        Progress(*columns, console=console, transient=True) as progress,
+        Graders(exercise, language, stop, workers, unsafe=unsafe) as graders,
+    ):
+        bar = progress.add_task(exercise.name, total=total)
+        yield graders, lambda: progress.advance(bar)
 
 
 def _make(folder: Path) -> None:

@@ -17,12 +17,14 @@ from typing import Any, Final, Self
 import msgspec
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from hfsm_runtime import Component, Event
 from hfsm_runtime.component import parameter_values
 from hfsm_runtime.contained.protocol import (
     Begin,
     Done,
     ListVariables,
+    PrintedTooMuch,
     RunCode,
     Variables,
     state_of_random,
@@ -34,6 +36,7 @@ from visualhfsm.simulation import Behavior, DocumentInvalid
 from zenoh_ice import ZenohIceError
 
 from ._contained_component import LARGEST_DOCUMENT, Shown, make_component, read_submission
+from ._errors import ComputerTooBusy
 from ._requests import Requests
 from ._session import Allowance, ContainedError, Session
 from ._walls import Walls
@@ -181,6 +184,11 @@ class _Code:
         """Why the process cannot go on; empty while it can."""
         return "" if self._session is None else self._session.broken
 
+    def require_time(self) -> None:
+        """Raise ComputerTooBusy if the process cannot go on because the computer had no time for it."""
+        if self._session is not None and self._session.too_busy:
+            raise ComputerTooBusy(Message.verbatim(self._session.broken))
+
     @property
     def runs(self) -> bool:
         """Whether there is a process."""
@@ -216,8 +224,9 @@ class _Code:
             data = b"" if event.data is None else msgspec.json.encode(event.data)
             message = RunCode(requests.now, automaton, part, id, event.name, data)
         done = session.ask(message, Done, where)
-        for name, value in done.variables.items():
-            self.shown[automaton][name] = CellType(value)
+        if self._shows:
+            for name, value in session.values(done.variables, where).items():
+                self.shown[automaton][name] = CellType(value)
         return done.value
 
     def variables(self, automaton: int) -> dict[str, Any]:
@@ -225,7 +234,9 @@ class _Code:
         session, requests = self._session, self._requests
         assert session is not None
         assert requests is not None
-        return session.ask(ListVariables(requests.now, automaton), Variables, "its variables").values
+        where = "its variables"
+        answer = session.ask(ListVariables(requests.now, automaton), Variables, where)
+        return session.values(answer.values, where)
 
     def close(self) -> None:
         """End the process."""
@@ -249,7 +260,10 @@ class ContainedBehavior(Behavior):
         try:
             super().__init__(component(), **options)
         except (ContainedError, ComponentError, ZenohIceError) as error:
-            code.close()
+            try:
+                code.require_time()
+            finally:
+                code.close()
             if not isinstance(error, ComponentError) or code.broken or _where(error):
                 raise BehaviorFailed(_in_words(error, code.broken)) from error
             raise
@@ -267,12 +281,15 @@ class ContainedBehavior(Behavior):
         try:
             super().advance(seconds)
         except BehaviorFailed as failure:
+            self._code.require_time()
             cause = failure.__cause__
             if self._code.broken or _where(cause):
                 raise BehaviorFailed(f"{_in_words(cause, self._code.broken)}\n{self.timeline}") from failure
             raise
         except ContainedError as error:  # in a function that a stream calls
+            self._code.require_time()
             raise BehaviorFailed(f"{_in_words(error, self._code.broken)}\n{self.timeline}") from error
+        self._code.require_time()
         if self._code.broken:
             raise BehaviorFailed(f"{self._code.broken}\n{self.timeline}")
 
@@ -281,6 +298,7 @@ class ContainedBehavior(Behavior):
         try:
             return self._code.variables(self.automaton(automaton).automaton.id)
         except ContainedError as error:
+            self._code.require_time()
             raise BehaviorFailed(_in_words(error, self._code.broken)) from error
 
     def end_code(self) -> None:
@@ -319,9 +337,11 @@ def _in_words(error: BaseException | None, broken: str) -> str:
     place = getattr(error, PLACE, "")
     line = _LINE.search(place)
     where = _where(error)
-    said = f"its code raised {type(error).__name__}" + (f": {error}" if str(error) else "")
-    if where:
-        said += f", in {where}"
+    if type(error).__name__ == PrintedTooMuch.__name__:
+        said = str(error)
+    else:
+        said = f"its code raised {type(error).__name__}" + (f": {error}," if str(error) else ",")
+    said = f"{said} in {where}" if where else said.rstrip(",")
     if line is not None:
         said += f", line {line[1]}"
     return said + (f"\n  at {place}" if place else "")

@@ -17,3 +17,7 @@ class GradingError(VisualHfsmError):
 def wrong_exercise(text: str) -> GradingError:
     """Return the error of an exercise's file, with its line and key."""
     return GradingError(Message.verbatim(text))
+
+
+class ComputerTooBusy(GradingError):
+    """The computer had no time for a submission, whose fault that is not."""

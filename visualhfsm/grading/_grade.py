@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -17,6 +18,7 @@ from zenoh_ice.text import encodable, printable
 
 from ._containment import Containment
 from ._criteria import Verdict, judge
+from ._errors import ComputerTooBusy
 from ._marks import Earned, Marks
 from ._run import Run
 from ._words import say
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 
 _LONGEST_REASON: Final = 600
 _DIGITS: Final = 3
+_ATTEMPTS: Final = 3
+"""How often a trial is run for which the computer has no time."""
 _AROUND: Final = re.compile(r" cannot be (run|read):$|^\d+ errors?\b")
 """Lines of the compiler before and after the errors."""
 _COMPILED: Final = re.compile(r"\S+\.py:\d+ \(([^()\n]*)\)")
@@ -66,7 +70,10 @@ class Grader:
         self._worst: _Judged | None = None
 
     def grade(self, name: str) -> Marks:
-        """Return the marks of the document, which is the submission of that name."""
+        """Return the marks of the document, which is the submission of that name.
+
+        Raises ComputerTooBusy if it cannot be graded now.
+        """
         exercise = self._exercise
         try:
             with self._containment() as containment, quiet():
@@ -106,6 +113,12 @@ class Grader:
         return msgspec.structs.replace(self._exercise.plans[name], document=str(self._document))
 
     def _run(self, containment: Containment, name: str, number: int) -> _Judged:
+        for _ in range(_ATTEMPTS - 1):
+            with suppress(ComputerTooBusy):
+                return self._try(containment, name, number)
+        return self._try(containment, name, number)
+
+    def _try(self, containment: Containment, name: str, number: int) -> _Judged:
         witness = _Judge(self._exercise, name, self._language)
         try:
             outcome = run_trial(self._plan(name), number, simulate=containment.simulate, witness=witness)

@@ -42,7 +42,7 @@ class _Machine(NamedTuple):
 _NEW_ON_ALL: Final = (
     *(425, 426, 427),  # io_uring
     *(428, 429, 430, 431, 432, 433, 442),  # mounts
-    *(434, 438),  # pidfd_open, pidfd_getfd
+    *(434, 438, 447),  # pidfd_open, pidfd_getfd, memfd_secret
 )
 _MACHINES: Final = {
     "x86_64": _Machine(
@@ -58,6 +58,8 @@ _MACHINES: Final = {
             *(248, 249, 250),  # keys
             *(135, 298, 303, 304, 321, 323),  # personality, perf, handles of files, bpf, userfaultfd
             *(175, 246, 313),  # modules, kexec_load
+            *(285, 73, 154),  # fallocate, flock, modify_ldt
+            *(253, 254, 294, 300),  # inotify, fanotify
             *_NEW_ON_ALL,
         ),
     ),
@@ -73,6 +75,8 @@ _MACHINES: Final = {
             *(217, 218, 219),
             *(92, 241, 264, 265, 280, 282),
             *(104, 105, 273),
+            *(47, 32),
+            *(26, 27, 262),
             *_NEW_ON_ALL,
         ),
     ),

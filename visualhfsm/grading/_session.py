@@ -6,18 +6,18 @@ import itertools
 import math
 import signal
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, BinaryIO, Final, NoReturn, TypeVar
+from typing import Any, Final, NoReturn, TypeVar
 
 import msgspec
 
 from hfsm_runtime.contained.protocol import (
     ENDS,
     LARGEST_REQUEST,
+    LARGEST_VALUES,
     NUMBER,
     Begin,
     Failed,
@@ -30,6 +30,7 @@ from hfsm_runtime.contained.protocol import (
     Raised,
     Sleep,
     ToNear,
+    Values,
     Wait,
 )
 from hfsm_runtime.source_map import PLACE
@@ -38,11 +39,16 @@ from zenoh_ice import exceptions, typed
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.text import printable
 
+from ._process import CodeProcess
 from ._walls import Walls
 
 _MEBIBYTE: Final = 1 << 20
 _END_LIMIT: Final = 5.0
 """Wall seconds for a killed process to be gone."""
+_LOOK_PERIOD: Final = 0.05
+"""Wall seconds between two looks at code that runs."""
+_ACTIVE: Final = 0.1
+"""Code that computes, or waits for a processor, for less than this part of its time waits for something."""
 _DEEPEST_NESTING: Final = 10
 """Levels of code that waits for other code."""
 _MOST_REQUESTS: Final = 200_000
@@ -58,17 +64,23 @@ class Allowance:
     """What the code of one trial may use."""
 
     block: float = 5.0
-    """Wall seconds of one piece of code."""
+    """Seconds of processor time of one piece of code, or of waiting for what never comes."""
     trial: float = 120.0
-    """Wall seconds of all pieces together."""
+    """The same of all pieces together."""
     begin: float = 30.0
-    """Wall seconds in which its modules load and its variables get their values."""
+    """The same in which its modules load and its variables get their values."""
+    delay: float = 12.0
+    """How many times as long each may take by the wall, on a busy computer."""
     sleep: float = 120.0
     """Seconds of the trial that one piece of code may wait."""
     memory: int = 2048
     """MB of address space, libraries included."""
     file: int = 8
     """MB of the largest file."""
+    threads: int = 64
+    """Threads, the first one included."""
+    output: int = 8
+    """Million characters that it prints."""
     data: int = 1024
     """MB of all values that the robot sends it."""
 
@@ -82,13 +94,20 @@ class SubmissionBroken(ContainedError):
 
 
 class _Piece:
-    """A piece of code that runs: its number, the wall seconds that it has left, and how long it has slept."""
+    """A piece of code that runs, and for how many s it may."""
 
-    def __init__(self, number: int, where: str, left: float) -> None:
+    def __init__(self, number: int, where: str, limit: float) -> None:
         self.number: Final = number
         self.where: Final = where
-        self.left = left
+        self.limit: Final = limit
+        self.left = limit
+        """Of processor time."""
+        self.idle = 0.0
+        """By the wall, in which it has neither computed nor waited for a processor."""
+        self.waited = 0.0
+        """By the wall, in which others waited for it."""
         self.slept = 0.0
+        """Of the trial."""
 
 
 class Session:
@@ -99,11 +118,13 @@ class Session:
 
     def __init__(self, walls: Walls, allowance: Allowance) -> None:
         self.broken = ""
+        self.too_busy = False
+        """Whether it cannot go on because the computer had no time for it."""
         self.serve: Callable[[Any], Message] = _nobody
         self._allowance: Final = allowance
         self._encoder: Final = msgspec.msgpack.Encoder()
         self._decode: Final = typed.msgpack_decoder(ToNear)
-        self._output: Final[BinaryIO] = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
+        self._decode_values: Final = typed.msgpack_decoder(Values)
         self._depth = 0
         self._requests = 0
         self._sent = self._received = 0
@@ -114,12 +135,13 @@ class Session:
                 command,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                stderr=self._output,
+                stderr=subprocess.DEVNULL,  # no place of ours that it could fill
                 env=environment,
                 pass_fds=files,
                 start_new_session=True,
                 bufsize=0,
             )
+        self._code: Final = CodeProcess(self._process.pid)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._pipe: Final = Pipe(
@@ -133,6 +155,8 @@ class Session:
                 file=allowance.file * _MEBIBYTE,
                 files=64,
                 cpu=math.ceil(allowance.trial + allowance.begin),
+                threads=allowance.threads,
+                output=allowance.output * _MEBIBYTE,
             )
         )
 
@@ -151,7 +175,7 @@ class Session:
         piece = _Piece(next(self._numbers), where, limit)
         self._depth += 1
         try:
-            return self._ask(request, answer, piece)
+            found = self._ask(request, answer, piece)
         except PipeTimeout:
             if self._left_of_trial <= 0:
                 self._break(f"its code took more than {allowance.trial:g} s in this trial")
@@ -164,6 +188,18 @@ class Session:
             self._break(f"its process sent what is no message, in {where}: {error}")
         finally:
             self._depth -= 1
+        if isinstance(request, Begin):
+            self._code.find()
+        return found
+
+    def values(self, encoded: msgspec.Raw, where: str) -> dict[str, Any]:
+        """Return variables that its code has sent. Raises SubmissionBroken."""
+        if len(encoded) > LARGEST_VALUES:
+            self._break(f"sent variables of {len(encoded)} bytes, in {where}")
+        try:
+            return self._decode_values(bytes(encoded))
+        except (msgspec.MsgspecError, RecursionError) as error:
+            self._break(f"its process sent what is no message, in {where}: {error}")
 
     def close(self) -> None:
         """End the process and everything that it has started."""
@@ -174,7 +210,7 @@ class Session:
             self._process.wait(_END_LIMIT)
         except subprocess.TimeoutExpired:
             self.broken = broken or "its process cannot be ended"
-        for file in (self._process.stdin, self._process.stdout, self._output):
+        for file in (self._process.stdin, self._process.stdout):
             if file is not None:
                 file.close()
 
@@ -208,9 +244,9 @@ class Session:
                 return self.serve(message)
             finally:
                 self._depth += 1
-        began = time.monotonic()
+        began = time.thread_time()
         reply = self.serve(message)
-        self._spend(time.monotonic() - began, piece)
+        self._spend(time.thread_time() - began, piece)
         return reply
 
     def _check_sleep(self, seconds: float, piece: _Piece) -> None:
@@ -225,25 +261,42 @@ class Session:
         self._sent += len(data)
         if self._sent > self._allowance.data * _MEBIBYTE:
             self._break(f"asked for more than {self._allowance.data} MB of the robot's data")
-        began = self._start_waiting(piece)
+        self._pipe.until = time.monotonic() + self._allowance.delay * piece.limit
         self._pipe.send(data)
-        self._spend(time.monotonic() - began, piece)
 
     def _receive(self, piece: _Piece) -> Any:  # noqa: ANN401 - a message
-        began = self._start_waiting(piece)
-        try:
-            data = self._pipe.receive()
-        finally:
-            self._spend(time.monotonic() - began, piece)
+        queued = self._code.queued
+        delayed = None
+        while True:
+            began = time.monotonic()
+            self._pipe.until = began + _LOOK_PERIOD
+            try:
+                data = self._pipe.receive()
+            except PipeTimeout:
+                took, used = time.monotonic() - began, self._code.used()
+                before, delayed = delayed, queued()
+                active = used + (delayed - before if before is not None else took)
+                self._spend(used, piece)
+                self._look(piece, took, active)
+            else:
+                break
+        self._spend(self._code.used(), piece)
         self._received += len(data)
         if self._received > _MOST_RECEIVED:
             self._break(f"sent more than {_MOST_RECEIVED >> 20} MB to the robot")
         return self._decode(data)
 
-    def _start_waiting(self, piece: _Piece) -> float:
-        now = time.monotonic()
-        self._pipe.until = now + min(piece.left, self._left_of_trial)
-        return now
+    def _look(self, piece: _Piece, took: float, active: float) -> None:
+        """Look at code for which others have waited for some time, and let it go on. Raises PipeTimeout."""
+        piece.waited += took
+        piece.idle = 0.0 if active > _ACTIVE * took else piece.idle + took
+        if min(piece.left, self._left_of_trial) <= 0 or piece.idle > piece.limit:
+            raise PipeTimeout
+        if 0 < self.limits.threads < self._code.threads():
+            self._break(f"started more than {self.limits.threads} threads in {piece.where}")
+        if piece.waited > self._allowance.delay * piece.limit:
+            self.too_busy = True
+            self._break(f"the computer was too busy: {piece.where} took {piece.waited:.0f} s")
 
     def _spend(self, seconds: float, piece: _Piece) -> None:
         piece.left -= seconds

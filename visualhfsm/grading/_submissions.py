@@ -63,10 +63,14 @@ def find_submissions(folder: Path) -> list[Submission]:
         )
     found.sort(key=lambda path: os.fsencode(path.name))
     stems = Counter(_stem(path) for path in found)
-    names = [path.name if stems[_stem(path)] > 1 else _stem(path) for path in found]
+    alike = Counter(_stem(path).casefold() for path in found)
     return [
-        Submission(printable(encodable(name), _LONGEST_NAME), path, _page(path.name, names))
-        for path, name in zip(found, names, strict=True)
+        Submission(
+            printable(encodable(path.name if stems[_stem(path)] > 1 else _stem(path)), _LONGEST_NAME),
+            path,
+            _page(path, alone=alike[_stem(path).casefold()] == 1),
+        )
+        for path in found
     ]
 
 
@@ -122,11 +126,10 @@ def _stem(path: Path) -> str:
     return path.stem if path.suffix.lower() == _SUFFIX else path.name
 
 
-def _page(name: str, names: list[str]) -> str:
-    """Return the name of a page: letters, digits and dashes; what that changes also gets a number."""
-    stem = name[: -len(_SUFFIX)] if name.lower().endswith(_SUFFIX) else name
+def _page(path: Path, *, alone: bool) -> str:
+    """Return the name of a page: letters, digits and dashes, and a number if that changes or repeats it."""
+    stem = _stem(path)
     plain = re.sub(r"[^A-Za-z0-9_-]+", "-", stem).strip("-")[:60]
-    alike = sum(each.casefold() == stem.casefold() for each in names)
-    if plain == stem and alike <= 1 and plain != "index":
+    if alone and plain == stem and plain != "index":
         return plain
-    return f"{plain or 'submission'}-{hashlib.sha256(os.fsencode(name)).hexdigest()[:8]}"
+    return f"{plain or 'submission'}-{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:8]}"

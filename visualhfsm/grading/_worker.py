@@ -19,7 +19,7 @@ from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._line_process import answer_lines
 from visualhfsm.trials import TrialsError
 
-from ._errors import GradingError, SandboxUnavailable
+from ._errors import ComputerTooBusy, GradingError, SandboxUnavailable
 from ._exercise import Exercise, read_exercise
 from ._grade import Grader
 from ._marks import Marks
@@ -84,7 +84,11 @@ class _Worker:
             return Answer(Marks.broken(exercise, task.name, language, str(error)))
         grader = Grader(exercise, document, task.language, unsafe=task.unsafe)
         if task.page is None or task.marks is None:
-            return Answer(grader.grade(task.name))
+            try:
+                return Answer(grader.grade(task.name))
+            except ComputerTooBusy as error:
+                language = exercise.language(task.language)
+                return Answer(Marks.broken(exercise, task.name, language, f"grade it again: {error}"))
         recording = folder / "worst.mcap"
         try:
             grader.record(task.marks, recording)

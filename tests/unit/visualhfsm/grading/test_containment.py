@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
 
 from tests.support.documents import document, state, sub, transition
-from visualhfsm.grading import Containment
+from visualhfsm.grading import Allowance, Containment
+from visualhfsm.grading._errors import ComputerTooBusy
 from visualhfsm.trials import Plan, Success
 from visualhfsm.trials._trial import run_trial
 
@@ -73,3 +79,49 @@ def test_outputs_stay_at_the_far_end_and_are_handed_up_there(tmp_path: Path) -> 
         failed = run_trial(plan, 1, simulate=containment.simulate)
     assert "the output 'found' of automaton 2 ('search') is int, not str: 'x'" in failed.reason
     assert "in the outputs of automaton 2, line 14" in failed.reason
+
+
+@contextmanager
+def busy_processor(others: int) -> Iterator[None]:
+    """Leave the processes that are started here one processor, which others want, too."""
+    processors = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(processors)})
+    with ExitStack() as ends:
+        ends.callback(os.sched_setaffinity, 0, processors)
+        spins = [sys.executable, "-c", "print(flush=True)\nwhile True: pass"]
+        for _ in range(others):
+            # As a session, since systems may share time among those.
+            other = subprocess.Popen(spins, stdout=subprocess.PIPE, start_new_session=True)
+            ends.enter_context(other)
+            ends.callback(other.kill)
+            assert other.stdout is not None
+            other.stdout.readline()
+        yield
+
+
+COMPUTES = "import time\nend = time.process_time() + 0.3\nwhile time.process_time() < end:\n    pass\n"
+
+
+@pytest.mark.slow
+def test_code_has_its_time_on_a_busy_computer(tmp_path: Path) -> None:
+    path = tmp_path / "computes.xml"
+    path.write_text(document(sub(1, 0, state(1, "computing", COMPUTES, initial=True))), encoding="utf-8")
+    plan = Plan(document=str(path), robot="none", limit=0.1, success=Success(state="computing"))
+    with (
+        Containment(unsafe=True, allowance=Allowance(block=0.6, delay=1000.0)) as containment,
+        busy_processor(6),
+    ):
+        assert run_trial(plan, 1, simulate=containment.simulate).success
+
+
+@pytest.mark.slow
+def test_a_computer_without_time_is_not_the_fault_of_the_code(tmp_path: Path) -> None:
+    path = tmp_path / "computes.xml"
+    path.write_text(document(sub(1, 0, state(1, "computing", COMPUTES, initial=True))), encoding="utf-8")
+    plan = Plan(document=str(path), robot="none", limit=0.1)
+    with (
+        Containment(unsafe=True, allowance=Allowance(block=0.6, begin=600.0, delay=1.0)) as containment,
+        busy_processor(6),
+        pytest.raises(ComputerTooBusy, match="the computer was too busy: state computing took 1 s"),
+    ):
+        run_trial(plan, 1, simulate=containment.simulate)
