@@ -373,7 +373,7 @@ class Communicator:
         return encode_status(
             since,
             local_sockets=bool(self.transport.door),
-            servants={str(target): served.status() for target, served in list(self.served.items())},
+            servants={str(target): served.status() for target, served in self.served.copy().items()},
         )
 
     def _ask(self, target: Target, limit: float) -> ServantStatus | None:

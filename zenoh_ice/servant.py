@@ -540,7 +540,7 @@ class ServedObject:
                 refused=self._refused,
                 running=self._running,
                 waiting=sum(call.served is self for call in self._turn.waiting),
-                listened=tuple(name for name, outlet in list(self._outlets.items()) if outlet.listening),
+                listened=tuple(name for name, outlet in self._outlets.copy().items() if outlet.listening),
             )
 
 

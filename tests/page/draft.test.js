@@ -76,6 +76,17 @@ test("what is typed is sent with the text over which it was typed", async () => 
   ]);
 });
 
+test("what was sent before is awaited, too, before another command such as undo", async () => {
+  draft.type("xa");
+  draft.flush(); // after a pause
+  let sent = false;
+  const flushed = flushEdits().then(() => (sent = true));
+  await settled();
+  assert.equal(sent, false);
+  answer();
+  await flushed;
+});
+
 test("what others typed is shown once the server has merged it, and not while one types", async () => {
   draft.type("xa");
   has("xB");

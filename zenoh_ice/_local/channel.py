@@ -131,7 +131,7 @@ class Channel(MessageSource):
     def look(self, now: float) -> None:
         if self._answers:  # who waits for the outcome of one of them may take long
             self._pool.submit(self._finish_all)
-        for number, pending in list(self._pending.items()):
+        for number, pending in self._pending.copy().items():
             if pending.deadline <= now and self._pending.pop(number, None) is not None:
                 self._pool.submit(partial(pending.done, NoAnswer(timed_out=True)))
 
@@ -193,7 +193,7 @@ class Channel(MessageSource):
             # One by one: some are called again, which takes long.
             if (pending := self._pending.pop(number, None)) is not None:
                 self._pool.submit(partial(pending.done, NoAnswer(timed_out=False, broken=True)))
-        for number, subscriber in list(self._subscribers.items()):
+        for number, subscriber in self._subscribers.copy().items():
             subscriber.confirm(self, number, ok=False)
 
     def _arrive(self, sample: Sample) -> None:

@@ -66,7 +66,7 @@ class Route:
         """The neighbor that the next call goes to; None if it goes over the network."""
         if self.over_network:
             now = time.monotonic()
-            for call, end in list(self.over_network.items()):
+            for call, end in self.over_network.copy().items():
                 if end <= now:
                     self._give_up(call)
                     self.over_network.pop(call, None)

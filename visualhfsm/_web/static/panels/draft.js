@@ -65,6 +65,8 @@ class Piece {
   /** Whether it is merged with what others typed; numbers and names are not merged letter by letter. */
   merges = true;
   #unanswered = 0;
+  /** Resolves when the server has what was sent last. */
+  #sent = Promise.resolve();
   #dropped = false;
   /** Texts that were sent when the connection was lost: the document may contain them. @type {Set<string>} */
   #lost = new Set();
@@ -105,9 +107,14 @@ class Piece {
     if (!this.busy) this.#settle();
   }
 
-  async flush() {
+  /** Send what was typed; resolves when the server has that, and what was sent before. */
+  flush() {
     clearTimeout(this.#timer);
-    if (!this.typed || !store.online) return;
+    if (this.typed && store.online) this.#sent = this.#sendTyped();
+    return this.#sent;
+  }
+
+  async #sendTyped() {
     this.typed = false;
     if (this.#lost.has(this.known)) this.#base = this.known;
     const [base, text] = [this.#base, this.text];

@@ -13,7 +13,7 @@ const MARGIN = 0.3; // m around the places of a map
 const MOST_COLORS = 8; // of states in a timeline
 
 /** @param {number} part */
-const percent = (part) => `${decimal(100 * part, part === 0 || part === 1 ? 0 : 1)} %`;
+const percent = (part) => `${(100 * part).toLocaleString(language, {maximumFractionDigits: 1})} %`;
 
 const PLAIN = {useGrouping: false, maximumFractionDigits: 20};
 
