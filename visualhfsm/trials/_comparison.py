@@ -11,7 +11,7 @@ import numpy as np
 from codegen.messages import Message
 
 from ._errors import TrialsError
-from ._statistics import Rate, mcnemar, mean_difference
+from ._statistics import Mean, Rate, mcnemar, mean_of, rate_difference
 from ._summary import Row, Summary
 
 _SIGNIFICANT: Final = 0.05
@@ -19,13 +19,11 @@ _SIGNIFICANT: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """The means of a number in two series, and the mean difference with its interval."""
+    """The means of a number in two series, over the same trials, and the mean difference."""
 
     first: float
     second: float
-    mean: float
-    low: float
-    high: float
+    difference: Mean
 
 
 class Comparison:
@@ -47,10 +45,15 @@ class Comparison:
         """The trials in which only the second succeeds."""
         self.chance: Final = mcnemar(len(self.only_first), len(self.only_second))
         """Probability of rates that differ as much by chance."""
-        self.numbers: Final[Mapping[str, Change]] = _changes(
-            [pair for pair in self._pairs if pair[0].success and pair[1].success]
+        self.difference: Final = rate_difference(
+            len(self._pairs), len(self.only_first), len(self.only_second)
         )
-        """The numbers of trials in which both succeed."""
+        """By how much the rate of the second is higher."""
+        both = [pair for pair in self._pairs if pair[0].success and pair[1].success]
+        self.both: Final = len(both)
+        """The number of trials in which both succeed."""
+        self.numbers: Final[Mapping[str, Change]] = _changes(both)
+        """The numbers of trials in which both succeed: one that fails has other ones."""
 
     @property
     def verdict(self) -> str:
@@ -72,5 +75,6 @@ def _changes(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Change]:
     for name in names:
         first = [a.numbers[name] for a, _ in pairs]
         second = [b.numbers[name] for _, b in pairs]
-        found[name] = Change(float(np.mean(first)), float(np.mean(second)), *mean_difference(first, second))
+        difference = mean_of(np.subtract(second, first).tolist())
+        found[name] = Change(float(np.mean(first)), float(np.mean(second)), difference)
     return found

@@ -1,10 +1,14 @@
-"""The statistics of trials: what takes more than a formula is done by SciPy."""
+"""The statistics of trials, and their figures in words; SciPy does what it has.
+
+Figures are rounded half up, from their exact value, as JavaScript does it: terminal and page say the same.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Context, Decimal
 from statistics import NormalDist
 from typing import Any, Final
 
@@ -15,7 +19,12 @@ from codegen.messages import Message
 from ._errors import TrialsError
 
 CONFIDENCE: Final = 0.95
-_RESAMPLES: Final = 9999
+FEWEST: Final = 5
+"""Numbers of which a mean gets an interval: of fewer, none holds the true mean often enough."""
+_RESAMPLES: Final = 4999
+_EQUAL: Final = 1e-9
+"""Part of the largest number within which all others are the same as it, but for rounding."""
+_DIGITS: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,17 +48,14 @@ class Rate:
     def __str__(self) -> str:
         if not self.trials:
             return "no trials"
-        percent = f"{100 * self.rate:.1f} %".replace(".0 %", " %")
-        return f"{percent}  ({100 * self.lowest:.1f} to {100 * self.highest:.1f} %)"
+        return f"{percent(self.rate)} %  ({percent(self.lowest)} to {percent(self.highest)} %)"
 
 
-def success_rate(successes: int, trials: int, confidence: float = CONFIDENCE) -> Rate:
-    """Return how many succeeded, with the interval of a confidence."""
+def success_rate(successes: int, trials: int) -> Rate:
+    """Return how many succeeded, with the interval."""
     if not trials:
         return Rate(0, 0, 0.0, 1.0)
-    z = NormalDist().inv_cdf(
-        (1.0 + confidence) / 2.0
-    )  # SciPy has this interval, too, but takes a second to load
+    z = _normal()  # SciPy has this interval, too, but takes a second to load
     share, scale = successes / trials, 1.0 + z * z / trials
     center = (share + z * z / (2 * trials)) / scale
     reach = z / scale * math.sqrt(share * (1.0 - share) / trials + (z / (2 * trials)) ** 2)
@@ -86,25 +92,84 @@ def mcnemar(only_first: int, only_second: int) -> float:
     return float(_scipy().binomtest(only_first, changed).pvalue) if changed else 1.0
 
 
-def mean_difference(first: Sequence[float], second: Sequence[float]) -> tuple[float, float, float]:
-    """Return the mean of `second - first`, pair by pair, with its interval by bootstrap.
+@dataclass(frozen=True, slots=True)
+class Mean:
+    """A mean of numbers, with the interval in which the true mean lies, or why there is none."""
 
-    The same numbers give the same interval: the random numbers begin the same way.
+    mean: float
+    count: int
+    interval: tuple[float, float] | None = None
+    why: str = ""
+
+
+def mean_of(numbers: Sequence[float]) -> Mean:
+    """Return the mean of at least one number, with its interval by bootstrap.
+
+    The interval is the studentized one (bootstrap-t), which holds the mean of skewed numbers as often as it
+    says, as BCa does not; of two values it is Wilson's. The same numbers give the same interval: the random
+    numbers begin the same way. Source: B. Efron and R. Tibshirani, An Introduction to the Bootstrap (1993),
+    chapter 12.
     """
-    differences = np.subtract(second, first)
-    mean = float(differences.mean())
-    if len(differences) < 2 or np.ptp(differences) == 0.0:
-        return mean, mean, mean
-    found = _scipy().bootstrap(
-        (differences,),
-        np.mean,
-        n_resamples=_RESAMPLES,
-        confidence_level=CONFIDENCE,
-        rng=np.random.default_rng(0),
-        batch=100,
+    values = np.asarray(numbers, float)
+    mean, count = float(values.mean()), len(values)
+    if count < FEWEST:
+        return Mean(mean, count, why=f"fewer than {FEWEST} trials")
+    if np.ptp(values) <= _EQUAL * np.max(np.abs(values)):
+        return Mean(mean, count, why="the same in each trial")
+    distinct = np.unique(values)
+    if len(distinct) == 2:
+        low, high = distinct.tolist()
+        rate = success_rate(int(np.count_nonzero(values == high)), count)
+        return Mean(mean, count, (low + (high - low) * rate.lowest, low + (high - low) * rate.highest))
+    drawn = np.random.default_rng(0).choice(values, (_RESAMPLES, count))
+    error, errors = float(values.std(ddof=1)), drawn.std(axis=1, ddof=1)
+    with np.errstate(divide="ignore"):  # of some samples all numbers are equal
+        scores = np.sort((drawn.mean(axis=1) - mean) / errors)
+    tail = (1.0 - CONFIDENCE) / 2.0
+    low, high = (
+        mean - error * float(np.quantile(scores, part, method="nearest")) for part in (1 - tail, tail)
     )
-    low, high = found.confidence_interval
-    return mean, float(low), float(high)
+    if not math.isfinite(low) or not math.isfinite(high):
+        return Mean(mean, count, why="too few different values")
+    return Mean(mean, count, (float(low), float(high)))
+
+
+def rate_difference(trials: int, only_first: int, only_second: int) -> Mean:
+    """Return by how much the second of two rates is higher, of the same trials, with its interval.
+
+    Source: D. Bonett and R. Price, "Adjusted Wald confidence interval for a difference of binomial
+    proportions based on paired data", Journal of Educational and Behavioral Statistics 37 (2012).
+    """
+    lost, gained = ((each + 1) / (trials + 2) for each in (only_first, only_second))
+    center = gained - lost
+    reach = _normal() * math.sqrt((gained + lost - center**2) / (trials + 2))
+    interval = max(-1.0, center - reach), min(1.0, center + reach)
+    return Mean((only_second - only_first) / trials, trials, interval)
+
+
+def figure(number: float, *, sign: bool = False) -> str:
+    """Return a number with four digits, without an exponent; perhaps with its sign."""
+    if not math.isfinite(number):
+        return str(number)
+    exact = Decimal(number)
+    places = Decimal(1).scaleb(exact.adjusted() - _DIGITS + 1)
+    return _plain(exact.quantize(places, ROUND_HALF_UP, Context(prec=400)), sign=sign)
+
+
+def percent(part: float, *, sign: bool = False) -> str:
+    """Return a part in percent, without the sign of that; perhaps with that of the number."""
+    return _plain(Decimal(100 * part).quantize(Decimal("0.1"), ROUND_HALF_UP), sign=sign)
+
+
+def _plain(number: Decimal, *, sign: bool) -> str:
+    shown = number or Decimal(0)  # never -0
+    text = f"{shown:+f}" if sign else f"{shown:f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def _normal() -> float:
+    """Return the number of standard deviations within which the confidence lies."""
+    return NormalDist().inv_cdf((1.0 + CONFIDENCE) / 2.0)
 
 
 def _scipy() -> Any:  # noqa: ANN401 - the module

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from rich.console import Console, Group, RenderableType
@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ._comparison import Comparison
-from ._statistics import Rate
+from ._statistics import Mean, Rate, figure, percent
 from ._summary import Summary
 
 _BAR: Final = 20
@@ -39,15 +39,27 @@ def show(console: Console, summary: Summary, title: str) -> None:
 def show_comparison(console: Console, comparison: Comparison, names: tuple[str, str]) -> None:
     """Print what differs between two series."""
     table = _table("", names[0], names[1], "difference")
-    table.add_row("success", str(comparison.rates[0]), str(comparison.rates[1]), comparison.verdict)
+    first, second = comparison.rates
+    table.add_row("success", str(first), str(second), _of_difference(comparison.difference, percent, " %"))
     for name, change in comparison.numbers.items():
-        shown = f"{change.mean:+.3g}  ({change.low:+.3g} to {change.high:+.3g})"
-        table.add_row(f"{name}, mean", f"{change.first:.4g}", f"{change.second:.4g}", shown)
+        shown = _of_difference(change.difference, figure)
+        table.add_row(f"{name}, mean", figure(change.first), figure(change.second), shown)
     console.print()
     console.print(table)
+    console.print(f"success: {comparison.verdict}", highlight=False)
+    if comparison.numbers:
+        console.print(f"The means are of the {comparison.both} trials in which both succeed.", style="dim")
     for label, numbers in ((names[0], comparison.only_first), (names[1], comparison.only_second)):
         if numbers:
             console.print(f"only {label} succeeds in {len(numbers)}: {_named(numbers)}")
+
+
+def _of_difference(difference: Mean, shown: Callable[..., str], unit: str = "") -> str:
+    mean = shown(difference.mean, sign=True) + unit
+    if difference.interval is None:
+        return f"{mean}  (no interval: {difference.why})"
+    low, high = (shown(each, sign=True) for each in difference.interval)
+    return f"{mean}  ({low} to {high}{unit})"
 
 
 def bar(rate: Rate, length: int = _BAR) -> Text:
@@ -72,7 +84,7 @@ def _numbers(summary: Summary) -> RenderableType | None:
     table = _table("", "least", "25 %", "median", "75 %", "most", "mean", title=f"Numbers {of}")
     for name, each in summary.numbers.items():
         figures = (each.least, each.lower, each.median, each.upper, each.greatest, each.mean)
-        table.add_row(name, *(f"{figure:.4g}" for figure in figures))
+        table.add_row(name, *map(figure, figures))
     return table
 
 
@@ -86,7 +98,7 @@ def _dependences(summary: Summary, width: int) -> RenderableType | None:
     table = _table("", "", "", "success", *shown, title=title)
     for name, parts in summary.dependences.items():
         for index, part in enumerate(parts):
-            means = (f"{part.means[each]:.3g}" if each in part.means else "" for each in shown)
+            means = (figure(part.means[each]) if each in part.means else "" for each in shown)
             succeed = f"{part.rate.successes} of {part.rate.trials}"
             length = _SHORT_BAR if shown else _BAR
             table.add_row("" if index else name, part.label, bar(part.rate, length), succeed, *means)

@@ -26,7 +26,7 @@ from ._messages import (
 from ._outcomes import Change, Outcome, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
-from ._statistics import Rate
+from ._statistics import Rate, figure
 from ._summary import Map, Row, Summary
 
 _REASONS: Final = (
@@ -52,7 +52,6 @@ _MOST_PLACES: Final = 2000
 _LONGEST_TEXT: Final = 300
 _LONGEST_STATES: Final = 100
 """Characters of the states in a timeline, which has many."""
-_DIGITS: Final = 4
 _SAME: Final = 1e-6
 """Part of a number below which its differences are not worth a drawing."""
 
@@ -95,11 +94,11 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
 
 
 def _share(rate: Rate) -> Share:
-    return Share(rate.successes, rate.trials, round(rate.lowest, _DIGITS), round(rate.highest, _DIGITS))
+    return Share(rate.successes, rate.trials, rate.lowest, rate.highest)
 
 
 def _means(means: Mapping[str, float]) -> list[tuple[str, float]]:
-    return [(_cut(name), _rounded(mean)) for name, mean in islice(means.items(), _MOST_MEANS)]
+    return [(_cut(name), mean) for name, mean in islice(means.items(), _MOST_MEANS)]
 
 
 def _timelines(outcomes: Iterable[Outcome], wanted: set[int]) -> dict[int, TrialTimeline]:
@@ -126,10 +125,10 @@ def _histograms(summary: Summary) -> list[Histogram]:
         found.append(
             Histogram(
                 _cut(name),
-                _rounded(figures.median),
-                _rounded(figures.lower),
-                _rounded(figures.upper),
-                [_rounded(edge) for edge in edges.tolist()],
+                figures.median,
+                figures.lower,
+                figures.upper,
+                edges.tolist(),
                 np.histogram(numbers[good], edges)[0].tolist(),
                 np.histogram(numbers[~good], edges)[0].tolist(),
             )
@@ -188,8 +187,4 @@ def _cut(text: str, most: int = _LONGEST_TEXT) -> str:
 
 
 def _shown(value: Value) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _rounded(number: float) -> float:
-    return float(f"{number:.6g}")
+    return figure(value) if isinstance(value, float) else str(value)

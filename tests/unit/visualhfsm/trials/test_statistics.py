@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+
+import numpy as np
 import pytest
 
-from visualhfsm.trials._statistics import mcnemar, mean_difference, quartiles, success_rate
+from tests.support.limits import RUN_LIMIT
+from tests.support.soak import repeated
+from visualhfsm.trials._statistics import (
+    figure,
+    mcnemar,
+    mean_of,
+    percent,
+    quartiles,
+    rate_difference,
+    success_rate,
+)
 
 
 def test_the_interval_of_wilson_is_that_of_newcombe() -> None:
@@ -34,18 +48,73 @@ def test_a_difference_in_trials_that_changed_is_as_likely_as_coins() -> None:
     assert mcnemar(1, 9) == pytest.approx(2 * (1 + 10) / 2**10)
 
 
-def test_the_interval_of_a_mean_difference_holds_the_true_one() -> None:
-    first = [float(n % 7) for n in range(200)]
-    second = [value + 0.5 + 0.1 * ((n * 31) % 5 - 2) for n, value in enumerate(first)]
-    mean, low, high = mean_difference(first, second)
-    assert low < 0.5 < high
-    assert high - low < 0.05
-    assert (mean, low, high) == mean_difference(first, second)
+def test_the_interval_of_a_mean_holds_it_and_is_always_the_same() -> None:
+    numbers = [0.5 + 0.1 * ((n * 31) % 5 - 2) for n in range(200)]
+    found = mean_of(numbers)
+    assert found.interval is not None
+    low, high = found.interval
+    assert low < 0.5 < high < low + 0.05
+    assert found == mean_of(numbers)
 
 
-def test_equal_numbers_differ_by_nothing() -> None:
-    assert mean_difference([1.0, 2.0], [1.0, 2.0]) == (0.0, 0.0, 0.0)
-    assert mean_difference([1.0], [3.0]) == (2.0, 2.0, 2.0)
+@pytest.mark.parametrize(
+    ("numbers", "why"),
+    [
+        ([1.0, 4.0, 2.0, 8.0], "fewer than 5 trials"),
+        ([0.1 + 0.2, 0.3, 0.3, 0.3, 0.3], "the same in each trial"),
+        ([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0], "too few different values"),
+    ],
+)
+def test_a_mean_without_an_interval_says_why(numbers: list[float], why: str) -> None:
+    found = mean_of(numbers)
+    assert (found.interval, found.why) == (None, why)
+    assert found.mean == pytest.approx(sum(numbers) / len(numbers))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("draw", "true", "least"),
+    [("exponential", 1.0, 0.92), ("uniform", 0.5, 0.94), ("binomial", 0.5, 0.94)],
+)
+def test_intervals_of_twenty_skewed_or_even_numbers_hold_the_mean_as_often_as_they_say(
+    draw: str, true: float, least: float
+) -> None:
+    random = np.random.default_rng(3)
+    draws = {
+        "exponential": lambda: random.exponential(1.0, 20),
+        "uniform": lambda: random.uniform(0.0, 1.0, 20),
+        "binomial": lambda: random.integers(0, 2, 20),
+    }
+    times = repeated(1000, soak=2000)
+    found = [mean_of(draws[draw]().tolist()).interval for _ in range(times)]
+    held = sum(each is not None and each[0] <= true <= each[1] for each in found)
+    assert held >= least * times
+
+
+def test_the_difference_of_two_rates_of_the_same_trials_has_an_interval() -> None:
+    found = rate_difference(20, only_first=5, only_second=0)
+    assert found.mean == -0.25
+    assert found.interval == pytest.approx((-0.443, -0.0116), abs=5e-4)
+    assert rate_difference(20, 0, 0).mean == 0.0
+
+
+@pytest.mark.slow
+def test_terminal_and_page_round_alike() -> None:
+    random = np.random.default_rng(5)
+    numbers = [0.0, 1234.5, -1234.5, 0.0625, 123_400.0, 1e-7, 36 / 40, 0.76948, 1e12, 2.675]
+    numbers += (random.normal(size=500) * 10.0 ** random.integers(-6, 7, 500)).tolist()
+    parts = [n / d for d in range(1, 41) for n in range(d + 1)] + random.random(500).tolist()
+    rounding = """
+      const [numbers, parts] = JSON.parse(process.argv[1]);
+      const plain = {useGrouping: false, maximumFractionDigits: 20};
+      console.log(JSON.stringify([
+        numbers.map((each) => Number(each.toPrecision(4)).toLocaleString("en", plain)),
+        parts.map((each) => (100 * each).toLocaleString("en", {maximumFractionDigits: 1})),
+      ]));
+    """
+    command = ["node", "-e", rounding, json.dumps([numbers, parts])]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=RUN_LIMIT, check=True)
+    assert json.loads(done.stdout) == [[*map(figure, numbers)], [*map(percent, parts)]]
 
 
 def test_quartiles_are_those_of_the_numbers() -> None:

@@ -179,8 +179,12 @@ def test_two_series_are_compared_trial_by_trial(summary: Summary) -> None:
     assert found.chance < 1e-20
     assert found.verdict.startswith("74 gained, 0 lost: real (p = ")
     time = found.numbers["time"]
-    assert time.low < time.mean < time.high < 0
+    assert time.difference.interval is not None
+    low, high = time.difference.interval
+    assert low < time.difference.mean < high < 0
     assert time.second == pytest.approx(2.5)
+    assert found.difference.mean == 74 / 98
+    assert (found.both, time.difference.count) == (24, 24)
 
 
 def test_the_same_series_twice_differs_in_nothing(summary: Summary) -> None:
