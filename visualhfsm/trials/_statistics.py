@@ -94,7 +94,10 @@ def mcnemar(only_first: int, only_second: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Mean:
-    """A mean of numbers, with the interval in which the true mean lies, or why there is none."""
+    """A mean of numbers, with the interval in which the true mean lies.
+
+    Without an interval `why` says so: "in each" if all numbers are the same, otherwise what is missing.
+    """
 
     mean: float
     count: int
@@ -113,9 +116,9 @@ def mean_of(numbers: Sequence[float]) -> Mean:
     values = np.asarray(numbers, float)
     mean, count = float(values.mean()), len(values)
     if count < FEWEST:
-        return Mean(mean, count, why=f"fewer than {FEWEST} trials")
+        return Mean(mean, count, why=f"(fewer than {FEWEST} trials)")
     if np.ptp(values) <= _EQUAL * np.max(np.abs(values)):
-        return Mean(mean, count, why="the same in each trial")
+        return Mean(mean, count, why="in each")
     distinct = np.unique(values)
     if len(distinct) == 2:
         low, high = distinct.tolist()
@@ -130,7 +133,7 @@ def mean_of(numbers: Sequence[float]) -> Mean:
         mean - error * float(np.quantile(scores, part, method="nearest")) for part in (1 - tail, tail)
     )
     if not math.isfinite(low) or not math.isfinite(high):
-        return Mean(mean, count, why="too few different values")
+        return Mean(mean, count, why="(few different values)")
     return Mean(mean, count, (float(low), float(high)))
 
 

@@ -57,7 +57,7 @@ def show_comparison(console: Console, comparison: Comparison, names: tuple[str, 
 def _of_difference(difference: Mean, shown: Callable[..., str], unit: str = "") -> str:
     mean = shown(difference.mean, sign=True) + unit
     if difference.interval is None:
-        return f"{mean}  (no interval: {difference.why})"
+        return f"{mean} {difference.why}"
     low, high = (shown(each, sign=True) for each in difference.interval)
     return f"{mean}  ({low} to {high}{unit})"
 

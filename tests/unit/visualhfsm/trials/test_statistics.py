@@ -60,9 +60,9 @@ def test_the_interval_of_a_mean_holds_it_and_is_always_the_same() -> None:
 @pytest.mark.parametrize(
     ("numbers", "why"),
     [
-        ([1.0, 4.0, 2.0, 8.0], "fewer than 5 trials"),
-        ([0.1 + 0.2, 0.3, 0.3, 0.3, 0.3], "the same in each trial"),
-        ([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0], "too few different values"),
+        ([1.0, 4.0, 2.0, 8.0], "(fewer than 5 trials)"),
+        ([0.1 + 0.2, 0.3, 0.3, 0.3, 0.3], "in each"),
+        ([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0], "(few different values)"),
     ],
 )
 def test_a_mean_without_an_interval_says_why(numbers: list[float], why: str) -> None:
