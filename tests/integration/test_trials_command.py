@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.commands import run_here
+from tests.support.documents import document, state, sub, transition
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, module
@@ -192,3 +193,32 @@ def test_what_is_not_possible_is_said_in_a_line(
     folder: Path, arguments: list[str], code: int, message: str
 ) -> None:
     assert message in trials(folder, *arguments, code=code)
+
+
+def test_the_page_and_one_trial_again_end_though_trials_hang(folder: Path) -> None:
+    hangs = document(
+        sub(
+            1,
+            0,
+            state(1, "waiting", "while self.turns == 2:\n    pass", initial=True),
+            state(2, "done"),
+            transition(1, 1, 2, "100", type="time"),
+        ),
+        head="<parameters><parameter><name>turns</name><type>int</type><default>1</default></parameter></parameters>",
+    )
+    (folder / "hangs.xml").write_text(hangs, encoding="utf-8")
+    plan = 'robot = "none"\nruns = 4\nlimit = 1\npatience = 5\n[parameters]\nturns = [1, 2]\n[success]\nstate = "done"\n'
+    (folder / "hangs.trials.toml").write_text(plan, encoding="utf-8")
+    shown = trials(folder, "hangs.xml", "--report", "hangs.html")
+    hung = [int(each) for each in re.findall(r"\d+", found_after("took more than 5 s", shown))]
+    assert 0 < len(hung) < 4
+    pages = {int(path.stem) for path in (folder / "hangs").iterdir()}
+    assert pages == {1, 2, 3, 4} - {*hung}
+    said = trials(folder, "hangs.xml", "--only", str(hung[0]), "--record", "hung.mcap")
+    assert f"trial {hung[0]} of hangs.xml: took more than 5 s" in said
+    assert not {*folder.glob("hung.mcap*")}
+
+
+def found_after(words: str, text: str) -> str:
+    """Return the rest of the line in which some words are."""
+    return text[text.index(words) + len(words) :].partition("\n")[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
@@ -156,7 +157,7 @@ def trials(
         summary = run_all(place, plan, file)
         summaries.append(summary)
         if report is not None:
-            _write_page(report, plan, summary, file, console)
+            _write_page(report, plan, summary, file, console, workers=workers)
     for summary, name in zip(summaries, names, strict=True):
         show(console, summary, name)
     if len(summaries) == 2:
@@ -191,25 +192,24 @@ def _names(plans: list[Plan]) -> list[str]:
     )
 
 
-def _write_page(path: Path, plan: Plan, summary: Summary, file: Path, console: Console) -> None:
+def _write_page(
+    path: Path, plan: Plan, summary: Summary, file: Path, console: Console, *, workers: int | None
+) -> None:
     """Write the page of a series; its worst trials are run again, and recorded."""
     from ._page import write_trials_page
-    from ._trial import quiet, run_trial
+    from ._series import Series
 
-    def record(number: int, recording: Path) -> None:
-        with quiet():
-            run_trial(plan, number, recording)
-
+    series = Series(plan)
     with console.status("runs the worst trials again, to record them"):
-        size = write_trials_page(path, plan, summary, file, record)
+        size = write_trials_page(path, plan, summary, file, partial(series.record, workers=workers))
     console.print(f"{path}: {size / 1e6:.1f} MB")
 
 
 def _run_one(plan: Plan, number: int, record: Path | None) -> None:
-    """Run one trial in this process, and print what it came to."""
-    from ._trial import run_trial
+    """Run one trial, and print what it came to."""
+    from ._series import Series
 
-    outcome = run_trial(plan, number, record)
+    outcome = Series(plan).show(number, record)
     for name, value in outcome.values.items():
         typer.echo(f"{name} = {value!r}")
     for change in outcome.changes:
@@ -221,5 +221,5 @@ def _run_one(plan: Plan, number: int, record: Path | None) -> None:
     typer.echo(
         f"trial {number} of {Path(plan.document).name}: {outcome.reason or 'success'} at {outcome.time:g} s"
     )
-    if record is not None:
+    if record is not None and record.is_file():
         typer.echo(f"Recorded in {record}: open it in the editor, or `visualhfsm report {record}`.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -31,22 +31,28 @@ def trials_page(view: TrialsView) -> str:
 
 
 def write_trials_page(
-    path: Path, plan: Plan, summary: Summary, outcomes: Path, record: Callable[[int, Path], object]
+    path: Path,
+    plan: Plan,
+    summary: Summary,
+    outcomes: Path,
+    record: Callable[[Mapping[int, Path]], object],
 ) -> int:
     """Write the page of a series, and those of its worst trials into a folder beside it.
 
-    `record` runs a trial again and records it in a file. Returns the size of the page in bytes. Raises
-    VisualHfsmError.
+    `record` runs trials again, each recorded in a file; one that does not come to its end has no page.
+    Returns the size of the page in bytes. Raises VisualHfsmError.
     """
     folder = path.with_suffix("")
     pages = {}
-    with TemporaryDirectory() as recordings:
-        for row in summary.worst:
-            recording = Path(recordings) / f"{row.number}.mcap"
-            record(row.number, recording)
+    with TemporaryDirectory() as files:
+        recordings = {row.number: Path(files) / f"{row.number}.mcap" for row in summary.worst}
+        record(recordings)
+        for number, recording in recordings.items():
+            if not recording.is_file():
+                continue
             run = open_recording(recording)
             document = parse(run.document, Message("The document cannot be read")) if run.document else None
-            page = folder / f"{row.number}.html"
+            page = folder / f"{number}.html"
             write_run_page(page, run.exported(document))
-            pages[row.number] = f"{folder.name}/{page.name}"
+            pages[number] = f"{folder.name}/{page.name}"
     return write_html(path, trials_page(view_of(plan, summary, outcomes, pages)))

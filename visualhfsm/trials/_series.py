@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
@@ -121,6 +121,39 @@ class Series:
         for outcome in self.outcomes(missing, pool, stop):
             record.add(outcome)
             ended(outcome)
+
+    def record(
+        self, recordings: Mapping[int, Path], workers: int | None = None, stop: threading.Event | None = None
+    ) -> None:
+        """Run trials again, each recorded in a file; one that does not come to its end has none.
+
+        Raises TrialsError.
+        """
+        tasks = [
+            Task(self.plan, number, self.snapshot, recording=str(path.absolute()))
+            for number, path in recordings.items()
+        ]
+        try:
+            with LocalPool(workers) as pool:
+                for _ in run_tasks([(task.number, task) for task in tasks], pool, stop):
+                    pass
+        finally:
+            for task in tasks:
+                if task.part is not None:
+                    task.part.unlink(missing_ok=True)
+
+    def show(self, number: int, recording: Path | None = None) -> Outcome:
+        """Run one trial, perhaps recorded in a file; what it prints and logs is seen. Raises TrialsError."""
+        into = "" if recording is None else str(recording.absolute())
+        task = Task(self.plan, number, self.snapshot, recording=into, quiet=False)
+        if recording is not None:
+            recording.unlink(missing_ok=True)
+        try:
+            with LocalPool(1) as pool:
+                return pool.submit(task).result()
+        finally:
+            if task.part is not None:
+                task.part.unlink(missing_ok=True)
 
 
 def run_tasks(

@@ -30,10 +30,9 @@ from ._messages import Order, PlanFacts, Report
 from ._outcomes import SUFFIX as OUTCOMES
 from ._outcomes import Outcome, Record, read_header
 from ._plan import SUFFIX, Plan, plan_of
-from ._series import LocalPool, Series, run_tasks
+from ._series import LocalPool, Series
 from ._summary import summarize, write_table
 from ._view import view_of
-from ._worker import Task
 
 _PERIOD: Final = 0.4
 """Shortest time in s between two reports."""
@@ -108,22 +107,7 @@ class _Work:
 
     def _record(self, series: Series) -> None:
         target = Path(self._order.recording)
-        part = target.with_name(f".{target.stem}.part.mcap")
-        task = Task(series.plan, self._order.number, series.snapshot, recording=str(part))
-        try:
-            with LocalPool(1) as pool:
-                for _ in run_tasks([(task.number, task)], pool, self._stop):
-                    part.replace(target)
-        except OSError as error:
-            raise TrialsError(
-                Message(
-                    "{target}: the recording cannot be kept: {reason}",
-                    target=str(target),
-                    reason=reason(error),
-                )
-            ) from error
-        finally:
-            part.unlink(missing_ok=True)
+        series.record({self._order.number: target}, 1, self._stop)
 
     def _report(self, plan: Plan, file: Path | None, missing: int = 0, *, outdated: bool = False) -> None:
         """Report what the outcomes of a file say; `missing` ones are still to come."""

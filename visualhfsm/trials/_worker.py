@@ -14,17 +14,21 @@ import resource
 import shutil
 import sys
 import tempfile
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
+from codegen.messages import Message
+from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._line_process import answer_lines
 from zenoh_ice.application.tether import die_with
 
+from ._errors import TrialsError
 from ._functions import forget_functions
 from ._outcomes import Outcome
 from ._plan import Plan
@@ -45,7 +49,14 @@ class Task:
     runs: bool = True
     """Without it, only its values are drawn."""
     recording: str = ""
-    """The file into which it is recorded, if it is to be."""
+    """The file into which it is recorded, if it is to be; it is there once the trial has come to its end."""
+    quiet: bool = True
+    """Whether nobody sees what it prints and logs."""
+
+    @property
+    def part(self) -> Path | None:
+        """The file of a recording that has not ended yet."""
+        return Path(f"{self.recording}.part") if self.recording else None
 
     @property
     def without_run(self) -> Task:
@@ -107,11 +118,12 @@ class _Worker:
                 return Answer(
                     Outcome(number=task.number, values=draw_values(plan, task.number), success=False)
                 )
-            recording = Path(task.recording) if task.recording else None
-            if recording is not None:
-                recording.unlink(missing_ok=True)  # of an attempt whose process was killed
-            with quiet():
-                outcome = run_trial(plan, task.number, recording)
+            if task.part is not None:
+                task.part.unlink(missing_ok=True)  # of an attempt whose process was killed
+            with quiet() if task.quiet else nullcontext():
+                outcome = run_trial(plan, task.number, task.part)
+            if task.part is not None:
+                _keep(task.part, Path(task.recording))
         except (VisualHfsmError, ExecutionError) as error:
             return Answer(refused=self._plain(str(error)))
         return Answer(
@@ -132,6 +144,19 @@ class _Worker:
     def _plain(self, text: str) -> str:
         """Return a text without the path of the snapshot, which differs from process to process."""
         return text.replace(f"{self._here}/", "")
+
+
+def _keep(part: Path, recording: Path) -> None:
+    try:
+        part.replace(recording)
+    except OSError as error:
+        raise TrialsError(
+            Message(
+                "{target}: the recording cannot be kept: {reason}",
+                target=str(recording),
+                reason=reason(error),
+            )
+        ) from error
 
 
 if __name__ == "__main__":
