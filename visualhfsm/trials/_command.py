@@ -183,6 +183,8 @@ def _tune(place: Place, plan: Plan, settings: int, cost: str, path: Path) -> Non
     place.console.print()
     for name, value in found.items():
         place.console.print(f"{name} = {value!r}", highlight=False)
+        if border := tuning.border(name, value):
+            place.console.print(f"  {border}", style="yellow", highlight=False)
 
 
 def _names(plans: list[Plan]) -> list[str]:

@@ -8,6 +8,7 @@ of workers.
 
 from __future__ import annotations
 
+import math
 import threading
 import warnings
 from collections.abc import Callable, Mapping
@@ -40,6 +41,10 @@ _FAILURE: Final = 10.0
 """A failed trial costs so many times the most that others cost, as PAR10 in configuring algorithms."""
 
 
+_BORDER: Final = 0.02
+"""Part of a range that is its end."""
+
+
 class Tuning:
     """The search for the parameters with which fewest trials fail, and those that succeed cost least.
 
@@ -66,6 +71,19 @@ class Tuning:
     def fresh(self) -> Plan:
         """The plan with the document's own parameters and fresh trials, those of the next seed."""
         return msgspec.structs.replace(self._untuned, seed=self._plan.seed + 1)
+
+    def border(self, name: str, value: Value) -> str:
+        """Return at which end of its range a value lies, in words; empty within it."""
+        quantity = self._space[name]
+        if not isinstance(quantity, Spread) or not isinstance(value, int | float):
+            return ""
+        scale = math.log if quantity.log else float
+        low, found, high = (scale(each) for each in (quantity.bounds[0], value, quantity.bounds[1]))
+        if found - low <= _BORDER * (high - low):
+            return f"at the low end of its range, {quantity.bounds[0]:g}: below may be better"
+        if high - found <= _BORDER * (high - low):
+            return f"at the high end of its range, {quantity.bounds[1]:g}: above may be better"
+        return ""
 
     @property
     def _untuned(self) -> Plan:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from tests.support.documents import document, state, sub, transition
@@ -152,3 +153,19 @@ def test_a_plan_without_ranges_has_nothing_to_tune(plan: Plan) -> None:
         TrialsError, match=r"no parameter has a range: write those to be tuned under \[parameters\]"
     ):
         Tuning(Plan(document=plan.document, robot="none", parameters=fixed), settings=1)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (0.1, "at the low end of its range, 0.1"),
+        (9.9, "at the high end of its range, 10"),
+        (1.0, ""),
+    ],
+)
+@pytest.mark.parametrize("log", [False, True])
+def test_a_value_at_the_end_of_its_range_is_named(plan: Plan, value: float, words: str, *, log: bool) -> None:
+    spread = Spread(lowest=0.1, highest=10.0, log=log)
+    tuning = Tuning(msgspec.structs.replace(plan, parameters={"patience": spread}), settings=4)
+    assert tuning.border("patience", value).startswith(words)
+    assert bool(tuning.border("patience", value)) is bool(words)
