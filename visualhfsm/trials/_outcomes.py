@@ -113,13 +113,15 @@ class Record:
             ) from error
         found = None if again else read_header(self.path)
         if found is not None and found != header:
-            raise TrialsError(
-                Message(
-                    "{path} has outcomes of another plan, document or version: --again replaces them, "
-                    "and --out writes elsewhere",
-                    path=str(self.path),
+            if next(read_outcomes(self.path), None) is not None:
+                raise TrialsError(
+                    Message(
+                        "{path} has outcomes of another plan, document or version: --again replaces them, "
+                        "and --out writes elsewhere",
+                        path=str(self.path),
+                    )
                 )
-            )
+            found = None  # no trial has ended: there is nothing to lose
         if found is None:
             self._file.truncate(0)
             self._write(header, "what they are of")

@@ -68,6 +68,17 @@ def test_outcomes_of_something_else_are_not_mixed_in(path: Path) -> None:
     assert [*read_outcomes(path)] == []
 
 
+def test_a_series_of_which_no_trial_has_ended_gives_way_to_another_one(path: Path) -> None:
+    with Record(path, HEADER):
+        pass
+    other = Header("walk.xml", "abd", HEADER.versions)
+    with Record(path, other) as record:
+        record.add(outcome(1))
+    assert [*read_outcomes(path)] == [outcome(1)]
+    with pytest.raises(TrialsError, match="outcomes of another plan"):
+        Record(path, HEADER)
+
+
 def test_two_processes_do_not_write_to_one_file(path: Path) -> None:
     with Record(path, HEADER), pytest.raises(TrialsError, match="another process writes outcomes to it now"):
         Record(path, HEADER)

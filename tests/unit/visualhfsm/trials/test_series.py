@@ -95,7 +95,8 @@ def test_a_series_that_counted_from_0_is_not_gone_on_with(path: Path, tmp_path: 
     header = Series(plan(path)).header
     kept = tmp_path / "kept"
     former = {name: each for name, each in msgspec.to_builtins(header).items() if name != "first"}
-    kept.write_bytes(msgspec.json.encode(former) + b"\n")
+    ended = Outcome(number=0, values={}, success=True)
+    kept.write_bytes(msgspec.json.encode(former) + b"\n" + msgspec.json.encode(ended) + b"\n")
     with pytest.raises(TrialsError, match="outcomes of another plan, document or version: --again replaces"):
         Record(kept, header)
 
