@@ -9,11 +9,12 @@ import msgspec
 
 from codegen.messages import Message
 from codegen.reasons import reason
+from naoserver.bodies import find_body
 from naoserver.errors import RobotError
 
 from ._errors import TrialsError
 from ._plan import CARRIED
-from ._quantities import Value, Values
+from ._quantities import Quantity, Value, Values
 
 if TYPE_CHECKING:
     from naoserver_sim.world import World
@@ -22,6 +23,18 @@ if TYPE_CHECKING:
 _SETTINGS: Final[Mapping[str, type]] = {"body": str, "posture": str, "world": str, "noise": bool}
 _FAKE: Final = frozenset({"body"})
 """Settings that the fake robot has, too."""
+
+
+def check_bodies(quantity: Quantity | None) -> None:
+    """Raise TrialsError if there is no robot of a name that some trial may have, before the first one has."""
+    for name in quantity if isinstance(quantity, tuple) else (quantity,):
+        if isinstance(name, str) and not name.endswith(".toml"):
+            try:
+                find_body(name)
+            except RobotError as error:
+                raise TrialsError(
+                    Message("body = {value!r}: {reason}", value=name, reason=reason(error))
+                ) from error
 
 
 class Scene:

@@ -17,6 +17,7 @@ from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError, run_trials
 from visualhfsm.trials._outcomes import Record, read_outcomes
+from visualhfsm.trials._quantities import Quantity
 from visualhfsm.trials._series import LocalPool, Series
 from visualhfsm.trials._summary import Summary, summarize
 
@@ -229,3 +230,10 @@ def test_outcomes_are_kept_where_they_are_wanted(path: Path, tmp_path: Path) -> 
     again = run_trials(plan(path, 15), out=out, workers=1, ended=ended.append)
     assert sorted(outcome.number for outcome in ended) == [13, 14, 15]
     assert again.rows[:12] == first.rows
+
+
+@pytest.mark.parametrize("body", [("H25", "Nao"), "Nao"])
+def test_a_robot_that_there_is_not_is_found_before_the_first_trial(path: Path, body: Quantity) -> None:
+    of_bodies = msgspec.structs.replace(plan(path), scene={"body": body})
+    with pytest.raises(TrialsError, match=r"body = 'Nao': .*H25"):
+        Series(of_bodies)
