@@ -99,6 +99,20 @@ class Trial(_View, frozen=True):
     page: str = ""
 
 
+class Origin(_View, frozen=True):
+    """What figures are of, for who prints them."""
+
+    document: str
+    seed: int
+    digest: str
+    """Of the plan and of the files beside the document."""
+    versions: dict[str, str]
+    date: str
+    """When the last trial had ended, as in ISO 8601."""
+    commit: str
+    """That of the document in git, with `+` if its folder has been changed since; empty without."""
+
+
 class TrialsView(_View, frozen=True):
     """A series of trials; `planned` are more than `share.trials` while it runs."""
 
@@ -110,6 +124,7 @@ class TrialsView(_View, frozen=True):
     maps: list[PlaceMap]
     ways: list[Way]
     worst: list[Trial]
+    origin: Origin | None = None
 
 
 class Fact(_View, frozen=True):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -16,11 +18,15 @@ from visualhfsm._languages import in_all_languages
 from visualhfsm._live.recordings import open_recording
 from visualhfsm._run_page import write_run_page
 
-from ._messages import TrialsView
+from ._messages import Origin, TrialsView
+from ._outcomes import read_header
 from ._plan import Plan
 from ._summary import Summary
 from ._view import view_of
 
+_DIGITS: Final = 12
+"""Characters of a digest that are shown."""
+_GIT_LIMIT: Final = 10.0  # s
 _ENTRY: Final = "trials-page.js"
 _STYLES: Final = tuple(f"styles/{name}" for name in ("theme", "shell", "panels", "monitor", "trials"))
 
@@ -55,4 +61,36 @@ def write_trials_page(
             page = folder / f"{number}.html"
             write_run_page(page, run.exported(document))
             pages[number] = f"{folder.name}/{page.name}"
-    return write_html(path, trials_page(view_of(plan, summary, outcomes, pages)))
+    view = msgspec.structs.replace(view_of(plan, summary, outcomes, pages), origin=origin_of(plan, outcomes))
+    return write_html(path, trials_page(view))
+
+
+def origin_of(plan: Plan, outcomes: Path) -> Origin | None:
+    """Return what the outcomes in a file are of. Raises TrialsError."""
+    header = read_header(outcomes)
+    if header is None:
+        return None
+    ended = datetime.fromtimestamp(outcomes.stat().st_mtime, UTC)
+    return Origin(
+        header.document,
+        plan.seed,
+        header.digest[:_DIGITS],
+        header.versions,
+        ended.isoformat(" ", "seconds"),
+        _commit(Path(plan.document).parent),
+    )
+
+
+def _commit(folder: Path) -> str:
+    """Return the commit of a folder; empty if git does not know it."""
+    try:
+        commit = _git(folder, "rev-parse", "--short=12", "HEAD")
+        return f"{commit}+" if _git(folder, "status", "--porcelain", "--", ".") else commit
+    except (OSError, subprocess.SubprocessError):
+        return ""
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(folder), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=_GIT_LIMIT, check=True)
+    return done.stdout.strip()

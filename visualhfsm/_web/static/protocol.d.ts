@@ -528,6 +528,16 @@ export interface OperationDescription {
   streamed: boolean;
 }
 
+/** What figures are of, for who prints them. */
+export interface Origin {
+  document: string;
+  seed: number;
+  digest: string;
+  versions: Record<string, string>;
+  date: string;
+  commit: string;
+}
+
 /** A line that a component wrote, and the piece of code to which it refers, if any. */
 export interface OutputLine {
   text: string;
@@ -1169,6 +1179,7 @@ export interface TrialsView {
   maps: PlaceMap[];
   ways: Way[];
   worst: Trial[];
+  origin: Origin | null;
 }
 
 /** A step that can be undone or redone, and the revision of the document to which that leads. */

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import csv
 import io
+import re
+import subprocess
 from pathlib import Path
 
 import pytest
 from msgspec import structs
 from rich.console import Console
 
+from tests.support.present import present
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm.trials import Outcome, Plan, Spread, Summary, TrialsError
 from visualhfsm.trials._comparison import Comparison
 from visualhfsm.trials._outcomes import Change, Header, Record
-from visualhfsm.trials._page import trials_page
+from visualhfsm.trials._page import origin_of, trials_page
 from visualhfsm.trials._summary import summarize, write_table
 from visualhfsm.trials._terminal import show, show_comparison
 from visualhfsm.trials._view import view_of
@@ -271,6 +274,22 @@ def test_the_page_is_one_file_without_a_network(tmp_path: Path) -> None:
     assert "default-src 'none'" in page
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert "<title>&lt;b&gt;</title>" in page
+
+
+def test_a_page_says_what_its_figures_are_of(tmp_path: Path) -> None:
+    file = kept(tmp_path, 3)
+    plan = Plan(document=str(tmp_path / "walk.xml"), seed=7)
+    found = origin_of(plan, file)
+    assert found is not None
+    assert (found.document, found.seed, found.commit) == ("walk.xml", 7, "")
+    git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b.example"]
+    for command in (["init", "-q"], ["add", "."], ["commit", "-q", "-m", "trials"]):
+        subprocess.run([*git, *command], check=True)
+    committed = present(origin_of(plan, file)).commit
+    assert re.fullmatch("[0-9a-f]{12}", committed)
+    file.touch()
+    (tmp_path / "walk.xml").write_text("changed")
+    assert present(origin_of(plan, file)).commit == f"{committed}+"
 
 
 def test_a_page_of_a_thousand_trials_is_small(tmp_path: Path) -> None:

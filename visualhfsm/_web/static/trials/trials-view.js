@@ -1,7 +1,7 @@
 /**
  * A series of trials: how often it succeeds, what that depends on, and how it fails.
  *
- * @import {Dependence, Histogram, Share, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../protocol.js"
+ * @import {Dependence, Histogram, Origin, Share, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../protocol.js"
  */
 
 import {LitElement, html, nothing, repeat, svg} from "lit";
@@ -44,7 +44,7 @@ export class HfsmTrials extends LitElement {
   render() {
     const {view} = this;
     if (!view) return html`<p class="empty">${t("There are no trials yet.")}</p>`;
-    const {share, planned, histograms, dependences, maps, ways, worst} = view;
+    const {share, planned, histograms, dependences, maps, ways, worst, origin} = view;
     if (!share.trials)
       return html`<p class="empty" role="status">${t("None of {planned} trials has ended yet.", {planned})}</p>`;
     return html`
@@ -75,6 +75,7 @@ export class HfsmTrials extends LitElement {
       ${dependences.length ? this.#section(t("What success depends on"), html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`) : nothing}
       ${histograms.length ? this.#section(t("Numbers"), html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`) : nothing}
       ${worst.length ? this.#section(t("The worst trials"), this.#worst(worst)) : nothing}
+      ${origin ? this.#section(t("How it was measured"), originTable(origin)) : nothing}
     `;
   }
 
@@ -293,6 +294,32 @@ function histogramPlot({name, median, lower, upper, edges, good, bad}) {
     </svg>
     <p class="muted between"><span>${short(edges[0])}</span><span>${short(edges[edges.length - 1])}</span></p>
   </figure>`;
+}
+
+/** What those need who print the figures. @param {Origin} origin */
+function originTable({document, seed, digest, versions, date, commit}) {
+  const rows = [
+    [t("Document"), document],
+    [t("Seed"), seed],
+    [t("Digest of plan and files"), digest],
+    [t("Commit"), commit],
+    [t("Last trial"), date],
+    [
+      t("Versions"),
+      Object.entries(versions)
+        .map(([name, version]) => `${name} ${version}`)
+        .join(", "),
+    ],
+    [t("Intervals"), t("Wilson’s, with a confidence of 95 %")],
+  ];
+  return html`<dl class="trials-origin">
+    ${rows.map(([name, value]) =>
+      value === ""
+        ? nothing
+        : html`<dt>${name}</dt>
+            <dd>${value}</dd>`,
+    )}
+  </dl>`;
 }
 
 /** Success by the parts of a quantity, and the means of the plan's numbers. @param {Dependence} dependence */
