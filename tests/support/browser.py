@@ -287,12 +287,16 @@ class EditorPage:
         self.page.get_by_role("menu").get_by_text(item, exact=True).click()
 
     def choose(self, name: str) -> None:
-        """Click a radio button, and wait until it is selected in the page."""
+        """Click a radio button until it is selected in the page: what appears above it may move it meanwhile."""
         radio = self.page.get_by_role("radio", name=name)
-        # The label is what a user clicks; a problem that appears above it moves it, and then the click is tried again.
-        # Not `check`, which looks at once: the page may be drawn once more before the server has answered.
-        self.page.locator("label", has=radio).click()
-        expect(radio).to_be_checked()
+        deadline = time.monotonic() + PAGE_LIMIT
+        while True:
+            self.page.locator("label", has=radio).click()  # which is what a user clicks
+            with contextlib.suppress(AssertionError):
+                # Not `check`, which looks at once: the page may be drawn once more before the server has answered.
+                expect(radio).to_be_checked(timeout=POINTED_AT * 1000)
+                return
+            assert time.monotonic() < deadline, f"{name} is not chosen"
 
     def dismiss(self, notices: Locator) -> None:
         """Close notices, which cover the elements below them, without moving the focus."""
