@@ -6,6 +6,7 @@ import csv
 import re
 import shutil
 import signal
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -217,6 +218,16 @@ def test_the_page_and_one_trial_again_end_though_trials_hang(folder: Path) -> No
     said = trials(folder, "hangs.xml", "--only", str(hung[0]), "--record", "hung.mcap")
     assert f"trial {hung[0]} of hangs.xml: took more than 5 s" in said
     assert not {*folder.glob("hung.mcap*")}
+
+
+def test_a_missing_package_is_named_before_the_first_trial(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copy(folder / "follow_ball.xml", folder / "other.xml")
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    said = trials(folder, "follow_ball.xml", "other.xml", code=1)
+    assert "pip install 'visualhfsm[trials]'" in said
+    assert not {*folder.glob("*.jsonl")}
 
 
 def found_after(words: str, text: str) -> str:

@@ -142,7 +142,11 @@ def trials(
     from ._comparison import Comparison
     from ._outcomes import SUFFIX
     from ._progress import Place, run_all
+    from ._statistics import require_scipy
     from ._terminal import show, show_comparison
+
+    if tune or len(plans) > 1:
+        require_scipy()  # now, not after the trials
 
     console = Console()
     place = Place(console, workers, cluster, again)

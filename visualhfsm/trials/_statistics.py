@@ -89,7 +89,7 @@ def mcnemar(only_first: int, only_second: int) -> float:
     other. Source: Q. McNemar, Psychometrika 12 (1947), 153.
     """
     changed = only_first + only_second
-    return float(_scipy().binomtest(only_first, changed).pvalue) if changed else 1.0
+    return float(require_scipy().binomtest(only_first, changed).pvalue) if changed else 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +175,8 @@ def _normal() -> float:
     return NormalDist().inv_cdf((1.0 + CONFIDENCE) / 2.0)
 
 
-def _scipy() -> Any:  # noqa: ANN401 - the module
+def require_scipy() -> Any:  # noqa: ANN401 - the module
+    """Return the statistics of SciPy. Raises TrialsError without that package."""
     try:
         from scipy import stats  # takes a second to load: only who compares series waits for it
     except ModuleNotFoundError as error:
