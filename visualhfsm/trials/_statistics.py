@@ -21,6 +21,8 @@ from ._errors import TrialsError
 CONFIDENCE: Final = 0.95
 FEWEST: Final = 5
 """Numbers of which a mean gets an interval: of fewer, none holds the true mean often enough."""
+SMALL: Final = 20
+"""Fewer trials say little: of so many, the interval of a rate is some 40 % wide."""
 _RESAMPLES: Final = 4999
 _EQUAL: Final = 1e-9
 """Part of the largest number within which all others are the same as it, but for rounding."""

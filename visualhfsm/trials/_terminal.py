@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ._comparison import Comparison
-from ._statistics import Mean, Rate, figure, percent
+from ._statistics import SMALL, Mean, Rate, figure, percent
 from ._summary import Summary
 
 _BAR: Final = 20
@@ -102,7 +102,9 @@ def _dependences(summary: Summary, width: int) -> RenderableType | None:
             succeed = f"{part.rate.successes} of {part.rate.trials}"
             length = _SHORT_BAR if shown else _BAR
             table.add_row("" if index else name, part.label, bar(part.rate, length), succeed, *means)
-    return table
+    if all(part.rate.trials >= SMALL for parts in summary.dependences.values() for part in parts):
+        return table
+    return Group(table, Text(f"Parts with fewer than {SMALL} trials may differ by chance.", style="dim"))
 
 
 def _ways(summary: Summary) -> RenderableType | None:

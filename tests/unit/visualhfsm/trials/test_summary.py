@@ -232,7 +232,9 @@ def test_numbers_are_shown_when_all_succeed() -> None:
     trials = (structs.replace(outcome(n), success=True) for n in range(20))
     console = Console(file=io.StringIO(), width=100)
     show(console, Summary(trials, VARYING), "walk")
-    assert "What it depends on" in console.file.getvalue()  # type: ignore[attr-defined]
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "What it depends on" in text
+    assert "Parts with fewer than 20 trials may differ by chance." in text
 
 
 def test_the_page_gets_the_means_and_the_numbers_of_the_worst(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ export class HfsmTrials extends LitElement {
       </section>
       ${ways.length ? this.#section(t("How it fails"), [this.#ways(ways), otherWays(share, ways)]) : nothing}
       ${maps.length ? this.#section(t("Where"), html`<div class="trials-plots">${maps.map((map) => this.#map(map))}</div>`) : nothing}
-      ${dependences.length ? this.#section(t("What success depends on"), html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`) : nothing}
+      ${dependences.length ? this.#section(t("What success depends on"), [html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`, smallParts(dependences)]) : nothing}
       ${histograms.length ? this.#section(t("Numbers"), html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`) : nothing}
       ${worst.length ? this.#section(t("The worst trials"), this.#worst(worst)) : nothing}
       ${origin ? this.#section(t("How it was measured"), originTable(origin)) : nothing}
@@ -294,6 +294,16 @@ function histogramPlot({name, median, lower, upper, edges, good, bad}) {
     </svg>
     <p class="muted between"><span>${short(edges[0])}</span><span>${short(edges[edges.length - 1])}</span></p>
   </figure>`;
+}
+
+const SMALL = 20; // trials, as in visualhfsm/trials/_statistics.py
+
+/** A word about chance, where parts have few trials. @param {readonly Dependence[]} dependences */
+function smallParts(dependences) {
+  const some = dependences.some(({parts}) => parts.some(({share}) => share.trials < SMALL));
+  return some
+    ? html`<p class="muted">${t("Parts with fewer than {count} trials may differ by chance.", {count: SMALL})}</p>`
+    : nothing;
 }
 
 /** What those need who print the figures. @param {Origin} origin */
