@@ -276,7 +276,7 @@ ATTACKS: Final = {
     "never ends": Attack("while True:\n    pass", f"took more than {BLOCK:g} s in state attack", control=False, alone=True),
     "asks forever": Attack(
         "while True:\n    self.mark('Camera', 1.0, 1.0)",
-        "made more than 200000 requests in a trial, the last in state attack",
+        f"took more than {BLOCK:g} s in state attack",
         control=False, alone=True,
     ),
     "follows another process": Attack(

@@ -265,16 +265,17 @@ class Session:
         self._pipe.send(data)
 
     def _receive(self, piece: _Piece) -> Any:  # noqa: ANN401 - a message
-        queued = self._code.queued
         delayed = None
         while True:
+            if min(piece.left, self._left_of_trial) <= 0:
+                raise PipeTimeout
             began = time.monotonic()
             self._pipe.until = began + _LOOK_PERIOD
             try:
                 data = self._pipe.receive()
             except PipeTimeout:
                 took, used = time.monotonic() - began, self._code.used()
-                before, delayed = delayed, queued()
+                before, delayed = delayed, self._code.queued()
                 active = used + (delayed - before if before is not None else took)
                 self._spend(used, piece)
                 self._look(piece, took, active)
@@ -290,7 +291,7 @@ class Session:
         """Look at code for which others have waited for some time, and let it go on. Raises PipeTimeout."""
         piece.waited += took
         piece.idle = 0.0 if active > _ACTIVE * took else piece.idle + took
-        if min(piece.left, self._left_of_trial) <= 0 or piece.idle > piece.limit:
+        if piece.idle > piece.limit:
             raise PipeTimeout
         if 0 < self.limits.threads < self._code.threads():
             self._break(f"started more than {self.limits.threads} threads in {piece.where}")
