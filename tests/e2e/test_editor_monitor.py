@@ -190,13 +190,14 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
 def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(
     browser: Browser, served: tuple[ServedRobot, Editor]
 ) -> None:
-    with monitor_page(browser, served[1], cached=False) as shown:
-        asked = shown.held("**/panels/output.js", lambda: shown.press("Alt+o"))
+    output = "**/panels/output.js"
+    with monitor_page(browser, served[1], cached=False, holds=output) as shown:
+        asked = shown.held(output, lambda: shown.press("Alt+o"))
         run(shown)
         asked.continue_()
-        output = shown.page.locator("hfsm-output")
-        expect(output.locator(".list-tools > span").first).to_have_text("Running")
-        expect(output.locator(".line")).to_have_count(0)
+        panel = shown.page.locator("hfsm-output")
+        expect(panel.locator(".list-tools > span").first).to_have_text("Running")
+        expect(panel.locator(".line")).to_have_count(0)
 
 
 def test_the_strip_has_no_lane_for_an_automaton_that_was_not_active(shown: EditorPage) -> None:

@@ -221,8 +221,10 @@ class Box(NamedTuple):
 class EditorPage:
     """The editor in a browser window."""
 
-    def __init__(self, page: Page, editor: Editor, address: str = "") -> None:
+    def __init__(self, page: Page, editor: Editor, address: str = "", *, holds: str = "") -> None:
         self.page = page
+        self._holds = holds
+        self._held: list[Route] = []
         self.connections = Connections(page)
         self.editor = editor
         self.mishaps: list[str] = []
@@ -230,6 +232,8 @@ class EditorPage:
         """Whether the window was changed for good, such as its clock: then no other test may use it."""
         page.on("pageerror", self._note_error)
         page.on("console", self._note_message)
+        if holds:  # before the page loads: interception that begins while it does may lose requests
+            page.route(holds, lambda route: self._held.append(route))
         page.goto(address or editor.server.new_address())
 
     def leave(self) -> None:
@@ -271,15 +275,15 @@ class EditorPage:
 
     def held(self, path: str, ask: Callable[[], None]) -> Route:
         """Do what asks for a file, and return the request for it, which is not answered yet."""
-        self.page.locator("hfsm-shelf").wait_for(state="attached")  # the last that a page loads by itself
-        waiting: list[Route] = []
-        self.page.route(path, lambda route: waiting.append(route))
+        if path != self._holds:
+            self.page.locator("hfsm-shelf").wait_for(state="attached")  # the last that a page loads by itself
+            self.page.route(path, lambda route: self._held.append(route))
         ask()
         deadline = time.monotonic() + PAGE_LIMIT
-        while not waiting:
+        while not self._held:
             assert time.monotonic() < deadline, f"nothing asks for {path}"
             self.page.wait_for_timeout(20)
-        return waiting[0]
+        return self._held[0]
 
     def choose_in(self, menu: str, item: str) -> None:
         """Choose an item of a menu of the header, or of *Actions* on the canvas."""
@@ -450,8 +454,11 @@ def editor_page(
     height: int = 800,
     cached: bool = True,
     language: str | None = None,
+    holds: str = "",
 ) -> Iterator[EditorPage]:
     """Open the editor in a window; fail if the page throws or logs an error.
+
+    The file that `holds` names is not loaded before the test lets it be; see `held`.
 
     Its files may come from the browser's cache if `cached`; then it does not always list what it loads. A window with a
     `language` other than English remembers nothing.
@@ -459,7 +466,7 @@ def editor_page(
     origin = f"http://{editor.host}"
     with window(browser, origin, width, height, cached=cached, language=language) as page:
         with recorded(page):
-            shown = EditorPage(page, editor)
+            shown = EditorPage(page, editor, holds=holds)
             try:
                 yield shown
             except BaseException as error:

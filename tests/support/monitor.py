@@ -96,9 +96,11 @@ def robot_and_editor(
 
 
 @contextlib.contextmanager
-def monitor_page(browser: Browser, running: Editor, *, cached: bool = True) -> Iterator[EditorPage]:
+def monitor_page(
+    browser: Browser, running: Editor, *, cached: bool = True, holds: str = ""
+) -> Iterator[EditorPage]:
     """Show the document in a window."""
-    with editor_page(browser, running, cached=cached) as shown:
+    with editor_page(browser, running, cached=cached, holds=holds) as shown:
         shown.state("wait").wait_for()
         yield shown
 
