@@ -241,12 +241,7 @@ def _write_computed(path: Path, plan: Plan) -> int:
     series = Series(plan)
     with Record(file, series.header) as record, LocalPool() as pool:
         series.run(record, pool)
-
-    def again(number: int, recording: Path) -> None:
-        with quiet():
-            run_trial(plan, number, recording)
-
-    return write_trials_page(path, plan, summarize(file, plan.varying, plan.runs), file, again)
+    return write_trials_page(path, plan, summarize(file, plan.varying, plan.runs), file, series.record)
 
 
 def _write_imagined(path: Path, plan: Plan) -> int:

@@ -119,7 +119,7 @@ def check_editor(programs: Path, folder: Path) -> None:
             opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
             page = opener.open(address, timeout=60).read().decode()
             base = address.partition("/?")[0]
-            modules = set(re.findall(r'"(/static/[^"]+)"', page))
+            modules = set(re.findall(r'"\.(/static/[^"]+\.\w+)"', page))
             for module in modules:
                 opener.open(base + module, timeout=60).read()
         finally:
