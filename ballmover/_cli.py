@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -66,19 +67,29 @@ def move(
             help="Time limit for reaching a waypoint.",
         ),
     ] = 5.0,
+    wait: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS", min=0.0, callback=finite, help="How long to wait at the start for the server."
+        ),
+    ] = 30.0,
 ) -> None:
     """Carry a ball of the simulated world along waypoints in space."""
     points = read_waypoints(waypoints) if waypoints else built_in_waypoints(color)
 
     from zenoh_ice import initialize
+    from zenoh_ice.application.patience import Patience
 
     from ._ball import Ball
     from ._mover import Mover
     from ._progress import Progress
     from ._route import Route
 
-    with initialize(settings) as communicator:
-        ball = Ball.connect(communicator, color)
+    patience = Patience(wait)
+    with patience.until_served(partial(initialize, settings)) as communicator:
+        ball = patience.until_served(
+            partial(Ball.connect, communicator, color), lambda: "Safety" in communicator.identities()
+        )
         route = Route.plan(points, ball.limits, speed=speed, loop=loop)
         with stop_on_signals() as stop, Progress(color, route) as progress:
             mover = Mover(

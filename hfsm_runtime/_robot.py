@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import difflib
 import logging
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, wait
 from contextlib import suppress
+from functools import partial
 from typing import Any, Final
 
 from interfaces.nao import SafetyPrx, SafetyState
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
+from zenoh_ice.application.patience import Patience
 from zenoh_ice.interface import Interface
 from zenoh_ice.proxy import Call
 from zenoh_ice.text import few
@@ -22,8 +23,7 @@ from .errors import ComponentError
 ROBOT: Final = "Safety"
 """A servant that every robot has."""
 _START_LIMIT: Final = 2.0
-"""The longest wait in wall seconds for a robot that is starting in a realm with other programs."""
-_CAST_PERIOD: Final = 0.05  # s between two tries
+"""The longest wait in wall seconds for a robot that is starting."""
 _MOST_NAMED: Final = 12
 """Most servants that an error lists."""
 _STOP_LIMIT: Final = 1.0
@@ -34,16 +34,16 @@ _LEASE_LIMIT: Final = 1.0
 _logger = logging.getLogger(__name__)
 
 
-def connect(component: Component, communicator: Communicator, start_limit: float = _START_LIMIT) -> None:
+def connect(component: Component, communicator: Communicator, patience: Patience | None = None) -> None:
     """Connect every proxy that a component declares and that is not connected yet.
 
     Raises ConnectFailedException when there is no server at all, and otherwise ComponentError, which names
-    every proxy that has no servant, or one of another interface. A robot that is starting is waited for, for
-    at most `start_limit` s; when it is there, it has announced all that it serves.
+    every proxy that has no servant, or one of another interface. A robot that is starting is waited for with
+    `patience`; when it is there, it has announced all that it serves.
     """
+    patience = patience or Patience(_START_LIMIT)
     problems: list[str] = []
     lacking: dict[str, dict[str, str]] = {}  # by realm: who needs what, and the identity that its robot lacks
-    given_up = time.monotonic() + start_limit
     for name, declared in proxies_of(component).items():
         if name in vars(component):
             continue
@@ -55,7 +55,9 @@ def connect(component: Component, communicator: Communicator, start_limit: float
             lacking[realm][need] = identity  # the wait for the first one was long enough for all
             continue
         try:
-            vars(component)[name] = _cast(declared.type, untyped, given_up)
+            vars(component)[name] = patience.until_served(
+                partial(declared.type.checkedCast, untyped), partial(_has_robot, untyped)
+            )
         except ConnectFailedException:
             raise
         except ObjectNotExistException as error:
@@ -77,19 +79,9 @@ def servant_of(identity: str, interface: Interface) -> str:
     return f"{identity} ({interface.type_id.rpartition('::')[2]})"
 
 
-def _cast(kind: type[ObjectPrx], proxy: ObjectPrx, given_up: float) -> ObjectPrx:
-    """Return a proxy of a type, as `checkedCast` does.
-
-    Where other programs but no robot are in the realm, it may be starting: wait for it until `given_up`.
-    """
-    while True:
-        last = ROBOT in _served_with(proxy) or time.monotonic() >= given_up
-        try:
-            return kind.checkedCast(proxy)
-        except ObjectNotExistException:
-            if last or not _served_with(proxy):
-                raise
-        time.sleep(_CAST_PERIOD)
+def _has_robot(proxy: ObjectPrx) -> bool:
+    """Return whether there is a robot in the realm of a proxy."""
+    return ROBOT in _served_with(proxy)
 
 
 def _robot_lacks(proxy: ObjectPrx) -> bool:

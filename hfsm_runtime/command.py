@@ -21,6 +21,7 @@ from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice.application import cli
 from zenoh_ice.application.last_cycle import CycleFile
+from zenoh_ice.application.patience import Patience
 
 from ._component_run import ComponentRun
 from ._robot import Permission, may_move, servers_present, stop_robot
@@ -62,6 +63,16 @@ _Seconds = Annotated[
         callback=cli.finite,
         metavar="SECONDS",
         help="Stop after this time, by the component's clock.",
+    ),
+]
+_Wait = Annotated[
+    float,
+    typer.Option(
+        "--wait",
+        min=0.0,
+        callback=cli.finite,
+        metavar="SECONDS",
+        help="How long to wait at the start for the servers that the component needs.",
     ),
 ]
 _BeginAt = Annotated[
@@ -202,6 +213,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
         on_error: _OnError = None,
         on_refused: _OnRefused = None,
         seconds: _Seconds = None,
+        wait: _Wait = 30.0,
         begin_at: _BeginAt = None,
         breakpoint: _Breakpoints = None,
         stay_halted: _StayHalted = False,
@@ -216,13 +228,15 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
             raise typer.BadParameter("a dry run is not recorded")
         if ros["ros"] and dry_run is not None:
             raise typer.BadParameter("a dry run is not shown in ROS")
-        with initialize(settings) as communicator, ExitStack() as stack:
+        patience = Patience(wait)
+        with patience.until_served(partial(initialize, settings)) as communicator, ExitStack() as stack:
             made, node = make_component(component, parameters), None
             if dry_run is None:
                 world = World(communicator, partial(connect_proxies, communicator=communicator))
                 if ros["ros"] or ros_of(component):
                     node = stack.enter_context(_ros_node(component, settings, ros))
                     world = replace(world, connect=_with_endpoints(world.connect, node))
+                connect_proxies(made, communicator, patience)
             else:
                 world = stack.enter_context(dry_run(communicator))
             world.connect(made)

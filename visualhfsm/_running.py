@@ -57,6 +57,8 @@ _CLOSE_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT to SIGTERM, and from there to SIGKILL, when the editor ends."""
 
 _DRY_RUN: Final = "visualhfsm.simulation._dry_run"
+_WAIT: Final = ("--wait", "2")
+"""A run waits no longer for a robot: the page says that there is none, and starts one."""
 """The module that runs a component without a robot."""
 
 
@@ -237,7 +239,8 @@ class _Run:
                 generated = await self._generate(source)
                 self._report("starting")
                 runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
-                await self._launch([sys.executable, *runner, str(generated.component), *arguments])
+                command = [sys.executable, *runner, str(generated.component), *_WAIT, *arguments]
+                await self._launch(command)
             except BaseException as error:
                 message = Message("it could not be started")
                 if isinstance(error, VisualHfsmError):

@@ -28,12 +28,24 @@ def serve(endpoint: str) -> ComponentProcess:
 
 
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint: str) -> None:
-    command = module("ballmover", "green", "--connect", endpoint, "--timeout", "0.2")
+    command = module("ballmover", "green", "--connect", endpoint, "--timeout", "0.2", "--wait", "0")
     with ComponentProcess(command) as mover:
         assert mover.wait(RUN_LIMIT) == 1
         assert mover.output.count("\n") == 1
         assert endpoint in mover.output
         assert "naoserver-sim" in mover.output
+
+
+def test_started_before_its_server_it_waits_for_it(endpoint: str, tmp_path: Path) -> None:
+    file = tmp_path / "path.csv"
+    file.write_text("0.9,0.2,0.5\n")
+    command = module(
+        "ballmover", "green", str(file), "--once", "--connect", endpoint, "--timeout", "0.2", *DEBUG
+    )
+    with ComponentProcess(command) as mover:
+        mover.wait_for(f"waiting for the server .*{endpoint}")
+        with serve(endpoint):
+            assert mover.wait(RUN_LIMIT) == 0
 
 
 def test_a_killed_server_is_reported_and_the_ball_goes_on_when_it_is_back(

@@ -25,10 +25,11 @@ from tests.support.component import MonitorStub
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limited import HASTY
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.processes import ComponentProcess
+from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.soak import cases
 from zenoh_ice import ObjectNotExistException, ObjectPrx, initialize
+from zenoh_ice.application.patience import Patience
 
 HEAD = (
     "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
@@ -61,11 +62,33 @@ def start(file: Path, endpoint: str, *arguments: str) -> ComponentProcess:
 
 
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path: Path, endpoint: str) -> None:
-    code, output = run(turning(tmp_path), endpoint, "--timeout", "0.3")
+    code, output = run(turning(tmp_path), endpoint, "--timeout", "0.3", "--wait", "0")
     assert code == 1
     assert output.count("\n") == 1
     assert endpoint in output
     assert "naoserver-sim" in output
+
+
+@pytest.mark.parametrize("mode", ["peer", "client"])
+def test_started_before_its_server_it_waits_for_it(tmp_path: Path, endpoint: str, mode: str) -> None:
+    early = start(turning(tmp_path), endpoint, "--timeout", "0.3", "--seconds", "0.1", "--mode", mode)
+    with early as component:
+        component.wait_for(f"waiting for the server .*{endpoint}.*naoserver-sim")
+        with serve(endpoint):
+            component.wait_for("turning")
+            assert component.wait(RUN_LIMIT) == 0
+    assert component.output.count("waiting") == 1
+
+
+def test_its_robot_may_come_later_than_the_router(tmp_path: Path, endpoint: str) -> None:
+    with (
+        initialize(mode="router", listen=[endpoint], connect=[]),
+        start(turning(tmp_path), endpoint, "--timeout", "0.3", "--seconds", "0.1") as component,
+    ):
+        component.wait_for("waiting for the server .*realm has no servants")
+        fake = module("naoserver.fake", "--listen", "tcp/127.0.0.1:0", "--connect", endpoint)
+        with ComponentProcess(fake):
+            assert component.wait(RUN_LIMIT) == 0
 
 
 def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint: str) -> None:
@@ -132,7 +155,7 @@ def test_a_robot_that_starts_beside_another_program_is_waited_for() -> None:
             head = Proxy("Head", LatePrx)
 
         turner = Turner()
-        connect(turner, communicator, START_LIMIT)
+        connect(turner, communicator, Patience(START_LIMIT))
         turner.head.setSpeed(0.2, 0.0)
     assert len(refused) == 1
 
