@@ -17,6 +17,10 @@ CACHE := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/visualhfsm
 ROS_PEERS ?= $(CACHE)/ros-peers
 # One cache for all checkouts, because its entries go by content: a new clone is checked in seconds.
 export MYPY_CACHE_DIR ?= $(CACHE)/mypy
+# In this locale Python before 3.13 cannot read where a checkout lies whose path has umlauts.
+ifneq ($(filter C POSIX,$(LC_ALL)),)
+export LC_ALL = C.UTF-8
+endif
 SECONDS ?=
 # Many containers set this variable. Each process that runs tests, and each of the hundreds that the tests start,
 # would then compile all its modules again, which takes a third of their time.
