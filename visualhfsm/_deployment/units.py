@@ -71,6 +71,12 @@ def write(stack: Stack, changes: dict[str, str], units: Path | None, compose: Pa
         )
     if compose:
         typer.echo(f"wrote {write_compose_file(stack.name, processes, compose)}")
+        if not os.getuid():
+            typer.echo(
+                "warning: the containers will run not as root, but as the user nao of the image, number 1000,"
+                " who has to read the keys of this folder and to write into it: chown -R 1000 .",
+                err=True,
+            )
         typer.echo(
             "next: docker build -t visualhfsm -f deploy/Dockerfile . (docs/how-to/lab.md)"
             f" && docker compose -f {shlex.quote(str(compose))} up -d"

@@ -14,7 +14,7 @@ import pytest
 
 from tests.support.limits import RUN_LIMIT
 from visualhfsm._deployment.stack import ProcessSpec, StackError, load_stack, stack_path
-from visualhfsm._deployment.units import write_compose_file, write_units
+from visualhfsm._deployment.units import write, write_compose_file, write_units
 
 AWKWARD = ("python", "-c", "a b", 'q"\\', "50%", "$HOME", "two\nlines", "")
 PROCESSES = [
@@ -133,12 +133,15 @@ def test_the_compose_file_has_the_same_order_policy_and_words(
     }  # fmt: skip
 
 
-def test_root_writes_containers_that_run_as_the_user_of_the_image(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_root_writes_containers_that_run_as_the_user_of_the_image_and_is_warned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(os, "getuid", lambda: 0)
-    text = write_compose_file("lab", PROCESSES, tmp_path / "compose.yaml").read_text("utf-8")
-    assert '"user"' not in text
+    file = tmp_path / "compose.yaml"
+    for number, warns in ((0, True), (1000, False)):
+        monkeypatch.setattr(os, "getuid", lambda number=number: number)
+        write(load_stack(stack_path("sim")), {}, None, file)
+        assert ('"user"' in file.read_text("utf-8")) != warns
+        assert ("chown -R 1000" in capsys.readouterr().err) == warns
 
 
 def test_only_what_was_written_before_is_written_again(tmp_path: Path) -> None:
