@@ -238,3 +238,13 @@ def test_so_many_look_on_that_the_editor_has_room(root: Path) -> None:
             with pytest.raises((ConnectionClosed, InvalidStatus)), looking_on(running, address):
                 pass
             assert window.ask("open", path="robot.xml")["tab"]
+
+
+def test_windows_beyond_the_limit_are_closed(root: Path) -> None:
+    with editor(root, limits=Limits(connections=3)) as running, running.window() as first:
+        headers = {"Cookie": running.cookie()}
+        with running.socket(headers=headers), running.socket(headers=headers):
+            # uvicorn refuses ordinary requests by now, but not those that become websockets.
+            with pytest.raises((ConnectionClosed, InvalidStatus)), running.socket(headers=headers):
+                pass
+            assert first.ask("open", path="robot.xml")["tab"]

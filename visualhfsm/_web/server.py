@@ -374,6 +374,29 @@ def _is_served(path: Path) -> bool:
         return probe.connect_ex(str(path)) != errno.ECONNREFUSED
 
 
+class _AtMost:
+    """Answer websockets, so many of them at a time; further ones are closed."""
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._open: set[WebSocket] = set()
+
+    def __call__(
+        self, answer: Callable[[WebSocket], Awaitable[None]]
+    ) -> Callable[[WebSocket], Awaitable[None]]:
+        async def answer_some(websocket: WebSocket) -> None:
+            if len(self._open) >= self._limit:
+                await websocket.close(_TRY_LATER, "too many windows are open")
+                return
+            self._open.add(websocket)
+            try:
+                await answer(websocket)
+            finally:
+                self._open.discard(websocket)
+
+        return answer_some
+
+
 def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) -> ASGIApp:
     """Return the application of a workspace, for pages of the site that the credentials let in.
 
@@ -388,21 +411,6 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
     async def look_on(websocket: WebSocket) -> None:
         await converse(websocket, workspace, is_viewer=True)
 
-    viewing: set[WebSocket] = set()
-
-    def of_viewers(answer: Callable[[WebSocket], Awaitable[None]]) -> Callable[[WebSocket], Awaitable[None]]:
-        async def answer_some(websocket: WebSocket) -> None:
-            if len(viewing) >= workspace.limits.viewers:
-                await websocket.close(_TRY_LATER, "too many look on")
-                return
-            viewing.add(websocket)
-            try:
-                await answer(websocket)
-            finally:
-                viewing.discard(websocket)
-
-        return answer_some
-
     async def camera(websocket: WebSocket) -> None:
         await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
 
@@ -412,8 +420,9 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
     routes = [
         route
         for path, (ask, see, feel) in (
-            ("/", (talk, camera, poses)),
-            (VIEW, tuple(map(of_viewers, (look_on, camera, poses)))),
+            # uvicorn counts connections only until they become websockets.
+            ("/", map(_AtMost(workspace.limits.connections), (talk, camera, poses))),
+            (VIEW, map(_AtMost(workspace.limits.viewers), (look_on, camera, poses))),
         )
         for route in (
             Route(path, assets.index),
