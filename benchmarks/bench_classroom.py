@@ -65,7 +65,7 @@ class Pupil:
         """Run the behavior and follow it."""
         tab = self.window.ask("open", path=BEHAVIOR)["tab"]
         self.window.ask("run", tab=tab)
-        self.window.wait_for_push("run", tab=tab, status="running")
+        self.window.wait_for_push("run", tab=tab, status="started")
 
     def processes(self) -> list[psutil.Process]:
         """Return the Jupyter server and all below it."""

@@ -51,7 +51,7 @@ from visualhfsm._watched_process import Lines, WatchedProcess
 from zenoh_ice import Settings
 from zenoh_ice.application import last_cycle
 
-_Status = Literal["generating", "starting", "running", "stopping", "ended"]
+_Status = Literal["generating", "starting", "started", "stopping", "ended"]
 
 _CLOSE_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT to SIGTERM, and from there to SIGKILL, when the editor ends."""
@@ -247,7 +247,7 @@ class _Run:
                     message = error.message
                 self._report("ended", None, message)
                 raise
-            self._report("running")
+            self._report("started")
 
     def announce_stop(self, by: Stopper | None = None) -> None:
         """Report that the process, if there is one, is being stopped, and who was the first to want that."""

@@ -165,15 +165,16 @@ Stopper = Literal["window", "viewer"]
 class RunPush(Push, tag="run"):
     """The status of a component that was started here.
 
-    `component` is its name, under which it is followed. The exit code is minus the number of the signal that
-    ended it, if one did. An end that was not requested, or of code that hung, has the place in the document
-    that led to it, and the line there, if they are known. `elsewhere` is the message for windows that did not
-    request the end: it also says who did; empty if nobody did.
+    `component` is its name, under which it can be followed some time after its process has `started`. The
+    exit code is minus the number of the signal that ended it, if one did. An end that was not requested, or
+    of code that hung, has the place in the document that led to it, and the line there, if they are known.
+    `elsewhere` is the message for windows that did not request the end: it also says who did; empty if nobody
+    did.
     """
 
     tab: int
     component: str
-    status: Literal["generating", "starting", "running", "stopping", "ended"]
+    status: Literal["generating", "starting", "started", "stopping", "ended"]
     exit_code: int | None = None
     message: Message = NO_MESSAGE
     elsewhere: Message = NO_MESSAGE

@@ -151,7 +151,7 @@ def run_on_a_robot(shown: Window) -> int:
     shown.ask("simulate", world="empty")
     shown.wait_for_push("robot", status="present")
     shown.ask("run", tab=tab)
-    shown.wait_for_push("run", tab=tab, status="running")
+    shown.wait_for_push("run", tab=tab, status="started")
     until(lambda: shown.ask("listFiles") and running(shown), START_LIMIT)
     return tab
 

@@ -110,7 +110,7 @@ def test_a_saved_document_runs_beside_its_file_and_running_again_stops_the_forme
             )
         assert (end.exit_code, end.message) == (130, "it was stopped")
         statuses = [change.status for change in pushes.changes[again:]]
-        assert statuses == ["generating", "starting", "running", "stopping", "ended"]
+        assert statuses == ["generating", "starting", "started", "stopping", "ended"]
 
     asyncio.run(go())
 

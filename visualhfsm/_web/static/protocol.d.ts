@@ -941,7 +941,7 @@ export interface RunPush {
   push: "run";
   tab: number;
   component: string;
-  status: "ended" | "generating" | "running" | "starting" | "stopping";
+  status: "ended" | "generating" | "started" | "starting" | "stopping";
   exitCode: number | null;
   message: string;
   elsewhere: string;

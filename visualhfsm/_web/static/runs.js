@@ -10,7 +10,7 @@ import {store} from "./store.js";
 import {t} from "./texts.js";
 
 /** @type {(string | undefined)[]} */
-const ALIVE = ["generating", "starting", "running", "stopping"];
+const ALIVE = ["generating", "starting", "started", "stopping"];
 
 /** @import {RunPush} from "./protocol.js" */
 

@@ -41,7 +41,7 @@ def test_a_tab_is_found_by_what_is_known_of_it(tmp_path: Path) -> None:
             await threads.do(lambda: None)
             assert tabs.of_file(file) is first
             assert tabs.of_file(tmp_path / "no.xml") is None
-            second.run = RunPush(tab=2, component="ball", status="running")
+            second.run = RunPush(tab=2, component="ball", status="started")
             assert tabs.of_component("ball") is second
             tabs.remove(first)
             assert (len(tabs), 1 in tabs) == (1, False)

@@ -17,7 +17,7 @@ const NEAR = 30; // px from the end that count as the end
 const STATUS = {
   generating: t("Generating…"),
   starting: t("Starting…"),
-  running: t("Running"),
+  started: t("Running"),
   stopping: t("Stopping…"),
 };
 
@@ -79,7 +79,7 @@ class Output extends PageElement {
     const run = runs.of(page.tab);
     if (!run) return t("Not run yet: press F5.");
     // Whether it is paused is known while it is followed.
-    if (run.status === "running" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
+    if (run.status === "started" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
       return spokenStatus(monitor.newest.component.status);
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
     return spokenEnd(runs.endOf(run));
