@@ -24,7 +24,7 @@ from zenoh_ice.transport import Target
 MONITOR_PREFIX: Final = "Hfsm."
 """Prefix of the identities of monitors of components."""
 DRY_RUN_PREFIX: Final = "DryRun."
-"""Prefix of the identities that describe the robots of trials."""
+"""Prefix of the identities that describe the robots of dry runs."""
 RELOAD_PATIENCE: Final = 30_000
 """Milliseconds that a component may take to reload its file, with its libraries."""
 _PERIOD: Final = 0.05
