@@ -46,7 +46,7 @@ class Latch:
 
     def __enter__(self) -> Self:
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
+            _make_own(self.path.parent)
             self._lock = self._locked()
             self.found = self._newest = self._read()
             self._write(running=True)
@@ -123,9 +123,18 @@ class Latch:
         content = msgspec.json.encode(msgspec.structs.replace(self._newest, running=running))
         beside = self.path.with_suffix(".new")
         beside.unlink(missing_ok=True)  # whatever it is: to open a pipe, say, would last for ever
-        with beside.open("xb") as file:
+        descriptor = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+        with os.fdopen(descriptor, "wb") as file:
             file.write(content)
         beside.replace(self.path)
+
+
+def _make_own(folder: Path) -> None:
+    """Make a folder that only this user sees into: its files say who holds a robot. Raises OSError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    found = folder.stat()
+    if found.st_mode & 0o077 and found.st_uid == os.geteuid():
+        folder.chmod(0o700)
 
 
 def _try_lock(lock: int) -> bool:

@@ -7,8 +7,10 @@ import sys
 from typing import Final, NoReturn
 
 from zenoh_ice.application import begin_loading, missing_package
+from zenoh_ice.application.processor import lacks_of_mujoco
 
 _GL: Final = "MUJOCO_GL"
+_LOAD_LIMIT: Final = 30.0  # s
 
 
 def main() -> NoReturn:
@@ -18,6 +20,8 @@ def main() -> NoReturn:
     # create their GL contexts later, according to the variable.
     chosen = os.environ.get(_GL, "")
     os.environ[_GL] = "disable"
+    if (lack := lacks_of_mujoco()) and not _is_loaded_elsewhere():
+        sys.exit(f"naoserver-sim: error: {lack}: use another computer, or give a virtual machine its host's")
     try:
         from naoserver.errors import RobotError
         from naoserver_sim._command import app
@@ -26,6 +30,17 @@ def main() -> NoReturn:
         sys.exit(f"naoserver-sim: error: {missing_package(error, 'sim')}")
     os.environ[_GL] = chosen
     run(app, expected=(RobotError,))
+
+
+def _is_loaded_elsewhere() -> bool:
+    """Return whether another process can load MuJoCo, as one that was built for this processor."""
+    import subprocess
+
+    program = [sys.executable, "-P", "-c", "import mujoco"]
+    try:
+        return subprocess.run(program, capture_output=True, timeout=_LOAD_LIMIT, check=False).returncode >= 0
+    except subprocess.TimeoutExpired:
+        return True
 
 
 if __name__ == "__main__":

@@ -68,6 +68,11 @@ def create_context(width: int, height: int) -> mujoco.GLContext:
             reasons.append(f"{backend} does not work here: {error}")
         else:
             _log.debug("rendering with %s", backend)
+            if wanted not in ("", backend):
+                _log.warning(
+                    "%s=%s is not obeyed: the cameras render without a window, here with %s",
+                    *(_CHOICE, wanted, backend),
+                )
             return context
     os.environ[_CHOICE] = wanted
     raise HardwareFailure(f"{_MISSING} ({'; '.join(reasons)})")

@@ -10,7 +10,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 from zenoh.handlers import Callback
@@ -24,8 +24,20 @@ from .exceptions import (
     EndpointInUseException,
 )
 from .security import access_control, check_security, exposure
-from .settings import Security, Settings, host_and_port, uses_tls
+from .settings import (
+    LOOPBACK_6,
+    Security,
+    Settings,
+    bound_endpoint,
+    has_address,
+    has_only_ipv6,
+    host_and_port,
+    uses_tls,
+)
 from .text import printable, without_source
+
+if TYPE_CHECKING:
+    import ssl
 
 # Our own messages say what Zenoh's warnings would, and some of its errors are none for a user, such as an
 # answer after its call's timeout. RUST_LOG shows everything.
@@ -44,6 +56,9 @@ _ALERTS: Final = {
     "UNKNOWN_CA|DECRYPT_ERROR": "it does not trust the authority of our certificate",
     "CERTIFICATE_UNKNOWN|BAD_CERTIFICATE": "it does not accept our certificate",
 }
+
+_OUT_OF_DATE: Final = (9, 10)  # OpenSSL's X509_V_ERR_CERT_NOT_YET_VALID and X509_V_ERR_CERT_HAS_EXPIRED
+_ANY_TIME: Final = 0x200000  # OpenSSL's X509_V_FLAG_NO_CHECK_TIME
 
 _logger = logging.getLogger(__name__)
 
@@ -83,7 +98,19 @@ def open_session(settings: Settings, *, session_id: str = "") -> zenoh.Session:
                 f"{text}: put the path of a unixsock-stream in a folder that only you may write,"
                 " or remove the file .lock beside it, which somebody else has made"
             ) from error
+        if "assign requested address" in text:
+            raise ConfigurationException(_explain_address(settings.listen)) from error
         raise ConfigurationException(f"Zenoh refuses the settings: {text}") from error
+
+
+def _explain_address(listen: Iterable[str]) -> str:
+    """Return which endpoints cannot be listened on because they are not of this machine, and what to do."""
+    places = {endpoint: host_and_port(endpoint) for endpoint in listen}
+    absent = [endpoint for endpoint, place in places.items() if place and not has_address(place[0])]
+    why = (
+        f"this machine does not have the address of {', '.join(absent or places)}: name another with --listen"
+    )
+    return f"{why}, such as --listen '{LOOPBACK_6}', as it has only IPv6" if has_only_ipv6() else why
 
 
 def close_session(session: zenoh.Session, limit: float = 2.0) -> None:
@@ -134,7 +161,10 @@ def problem_of(session: zenoh.Session) -> str:
 def session_config(settings: Settings) -> dict[str, Any]:
     """Return the configuration of Zenoh for settings that `check_security` accepts."""
     security, client = settings.security, settings.mode == "client"
-    connect, listen = connect_endpoints(settings), [] if client else list(settings.listen)
+    connect, listen = (
+        connect_endpoints(settings),
+        [] if client else [bound_endpoint(each) for each in settings.listen],
+    )
     lease = round(settings.lease * 1000)
     # us for which sending may wait for its peer before the link is closed. Zenoh counts to the last
     # fragment: a large message on a slow network must not cost everybody the link.
@@ -239,7 +269,7 @@ def _explain_endpoint(endpoint: str, security: Security) -> str:
     try:
         with socket.create_connection(place, _STEP_LIMIT) as connection:
             if uses_tls(endpoint):
-                why = _explain_tls(connection, place[0], security) or why
+                why = _explain_tls(connection, place, security) or why
     except socket.gaierror:
         why = f"the machine {place[0]} is not known"
     except OSError:
@@ -247,7 +277,7 @@ def _explain_endpoint(endpoint: str, security: Security) -> str:
     return f"{endpoint}: {why}"
 
 
-def _explain_tls(connection: socket.socket, host: str, security: Security) -> str:
+def _explain_tls(connection: socket.socket, place: tuple[str, int], security: Security) -> str:
     """Return what is wrong with TLS on a connection; nothing if it works."""
     import ssl  # here: it takes long to load, and few need it
 
@@ -255,12 +285,14 @@ def _explain_tls(connection: socket.socket, host: str, security: Security) -> st
     if security.certificate:
         context.load_cert_chain(security.certificate, security.key)
     try:
-        with context.wrap_socket(connection, server_hostname=host) as secured:
+        with context.wrap_socket(connection, server_hostname=place[0]) as secured:
             # In TLS 1.3 the other side checks our certificate after the handshake; if it accepts it, it waits
             # for us to send.
             secured.settimeout(_STEP_LIMIT / 4)
             secured.recv(1)
     except ssl.SSLCertVerificationError as error:
+        if error.verify_code in _OUT_OF_DATE and (why := _explain_dates(place, context)):
+            return why
         return f"its certificate is not accepted: {error.verify_message}; is security.authority right?"
     except ssl.SSLError as error:
         reason = error.reason or ""
@@ -271,3 +303,34 @@ def _explain_tls(connection: socket.socket, host: str, security: Security) -> st
     except OSError:
         pass
     return "it ends the connection: is it a TLS endpoint, and our certificate one of its authority?"
+
+
+def _explain_dates(place: tuple[str, int], context: ssl.SSLContext) -> str:
+    """Return which certificate is not valid by our clock; nothing if it cannot be seen."""
+    import ssl
+
+    context.verify_flags |= _ANY_TIME
+    try:
+        with (
+            socket.create_connection(place, _STEP_LIMIT) as connection,
+            context.wrap_socket(connection, server_hostname=place[0]) as secured,
+        ):
+            shown = secured.getpeercert()
+    except OSError:
+        return ""
+    now = time.time()
+    certificates = [("its certificate", shown or {})]
+    certificates += [("that of the authority", each) for each in context.get_ca_certs()]
+    for whose, certificate in certificates:
+        begin, end = (ssl.cert_time_to_seconds(str(certificate[name])) for name in ("notBefore", "notAfter"))
+        if not begin <= now <= end:
+            renew = " or renew the certificate" if now > end else ""
+            return (
+                f"your clock says {_date(now)}, {whose} is valid from {_date(begin)} to {_date(end)}: "
+                f"set the clock{renew}"
+            )
+    return ""
+
+
+def _date(seconds: float) -> str:
+    return time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime(seconds))

@@ -5,8 +5,10 @@ The types say what each setting may be; `zenoh_ice.application.cli` has the flag
 
 from __future__ import annotations
 
+import errno
 import os
 import re
+import socket
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -19,6 +21,10 @@ from .toml_file import convert, parse_toml, read_text, shown
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 """Default endpoint: robot servers listen on it, all others connect to it."""
+LOOPBACK_6: Final = "tcp/[::1]:7447"
+"""The same on a machine that has only IPv6."""
+_ANY_PORT: Final = "tcp/127.0.0.1:0"
+_ANY_PORT_6: Final = "tcp/[::1]:0"
 ROUTER_DEFAULTS: Final[Mapping[str, object]] = {
     "mode": "router",
     "connect": (),
@@ -42,6 +48,7 @@ _AN_ENDPOINT: Final = (
     f"write PROTOCOL/ADDRESS, such as tcp/HOST:PORT with a port from %d to 65535, or {PROTOCOLS[-1]}/PATH "
     f"with a path of at most 107 characters; the protocols are {', '.join(PROTOCOLS)}"
 )
+_NO_ADDRESS: Final = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT, errno.ENETUNREACH)
 _GLOB: Final = r"[A-Za-z0-9_.\-*]{1,128}"
 _STAR: Final = r"(?!.+\*\*|\*\*.)"  # before a pattern in which `**` stands alone
 
@@ -146,7 +153,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     """the robot or stack that the component belongs to: the first chunk of every key"""
     connect: tuple[Connect, ...] = (DEFAULT_ENDPOINT,)
     """endpoints to connect to; lost connections are retried forever"""
-    listen: tuple[Listen, ...] = ("tcp/127.0.0.1:0",)
+    listen: tuple[Listen, ...] = (_ANY_PORT,)
     """endpoints to listen on; port 0 picks a free port"""
     mode: Literal["peer", "client", "router"] = "peer"
     """`peer` talks to every other peer directly, `client` only through the router or server at `connect`; a
@@ -274,6 +281,28 @@ def host_and_port(endpoint: str) -> tuple[str, int] | None:
     """Return where an endpoint leads to; None for a file."""
     match = re.match(rf"{_HOST}:([0-9]+)", endpoint)
     return (match[1].strip("[]"), int(match[2])) if match else None
+
+
+def has_address(host: str) -> bool:
+    """Return whether this machine has an address, so that a server can listen there and be reached."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.bind((host, 0))
+            probe.connect(probe.getsockname())
+    except OSError as error:
+        return error.errno not in _NO_ADDRESS
+    return True
+
+
+def has_only_ipv6() -> bool:
+    """Return whether programs of this machine reach one another by IPv6 alone."""
+    return not has_address("127.0.0.1") and has_address("::1")
+
+
+def bound_endpoint(endpoint: str) -> str:
+    """Return an endpoint to listen on: any port of 127.0.0.1 is one of ::1 on a machine without IPv4."""
+    return _ANY_PORT_6 if endpoint == _ANY_PORT and has_only_ipv6() else endpoint
 
 
 def is_loopback(endpoint: str) -> bool:

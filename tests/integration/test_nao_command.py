@@ -29,7 +29,9 @@ from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
 from visualhfsm.nao._command import app
 from visualhfsm.nao._completion import complete_call, complete_camera, complete_servant, complete_stream
-from visualhfsm.nao._doctor import Level, check_network, installed_version
+from visualhfsm.nao._doctor.findings import Level
+from visualhfsm.nao._doctor.installation import installed_version
+from visualhfsm.nao._doctor.network import check_network
 from zenoh_ice import Current, Object, initialize, load_settings
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, suppress
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -17,6 +18,7 @@ from tests.support.processes import free_endpoint
 from tests.support.security import Keys, routing
 from tests.support.stranger import session_of
 from tests.support.waiting import listened, until
+from visualhfsm.nao._doctor.network import check_network
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
 from zenoh_ice._presence import client_token
 from zenoh_ice.exceptions import (
@@ -277,6 +279,33 @@ class TestRefusal:
     def test_a_certificate_that_has_expired(self, keys: Keys) -> None:
         late = keys.issue("late", valid=timedelta(minutes=-5))
         assert "our certificate has expired" in refusal(late)
+
+    @pytest.mark.parametrize(
+        ("days", "remedy"), [(-30, "set the clock or renew the certificate"), (30, "set the clock")]
+    )
+    def test_a_clock_outside_of_the_time_of_a_certificate(
+        self, tmp_path: Path, open_with: Open, monkeypatch: pytest.MonkeyPatch, days: int, remedy: str
+    ) -> None:
+        """As on a machine whose clock is wrong by that many days."""
+        keys = Keys(tmp_path)
+        begin = datetime.now(UTC) + timedelta(days=days)
+        monkeypatch.setattr("visualhfsm._security.folder._CLOCKS_APART", -timedelta(days=days))
+        keys.security.renew("router", valid=timedelta(days=days + 1))
+        open_with(keys.settings("router"))
+        said = refusal(keys.settings("student"))
+        assert re.search(
+            rf"your clock says {datetime.now(UTC):%Y-%m-%d} \S+ UTC, its certificate is", said
+        ), said
+        assert f"is valid from {begin:%Y-%m-%d}" in said
+        assert f" to {begin + timedelta(days=1):%Y-%m-%d}" in said
+        assert said.endswith(f": {remedy}")
+        assert "security.authority" not in said
+        failed = [
+            each for each in check_network(keys.settings("student", timeout=0.1)) if each.level == "FAIL"
+        ]
+        assert [(each.text, each.fix[:27]) for each in failed] == [
+            (f"no link: {said}", "sudo timedatectl set-ntp tr")
+        ]
 
     def test_another_name_of_the_router(self, keys: Keys) -> None:
         elsewhere = keys.other_endpoint

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ._marks import Marks as Marks
     from ._run import Run as Run
     from ._session import Allowance as Allowance
+    from ._walls import check_walls as check_walls
 
 _MODULES: Final = {
     "Allowance": "._session",
@@ -30,6 +31,7 @@ _MODULES: Final = {
     "Marks": "._marks",
     "Run": "._run",
     "SandboxUnavailable": "._errors",
+    "check_walls": "._walls",
     "read_exercise": "._exercise",
 }
 

@@ -81,6 +81,11 @@ class Walls:
             yield command, {}, (number,)
 
 
+def check_walls() -> None:
+    """Raise SandboxUnavailable if the code of submissions cannot be contained here."""
+    Walls().check()
+
+
 def _bubblewrap(include: Sequence[Path], hidden: Sequence[Path]) -> list[str]:
     """Return the command without arguments of Python; the last of it is Python."""
     bwrap = shutil.which("bwrap")

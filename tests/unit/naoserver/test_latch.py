@@ -294,6 +294,22 @@ def test_nobody_else_can_lock_a_server_out(path: Path) -> None:
         os.umask(mask)
 
 
+@pytest.mark.parametrize("before", [None, 0o755])
+def test_nobody_else_sees_who_holds_a_robot(path: Path, before: int | None) -> None:
+    if before is not None:  # of an older release
+        path.parent.mkdir(parents=True)
+        path.parent.chmod(before)
+    mask = os.umask(0)
+    try:
+        with server(path) as gate:
+            gate.stop("smoke")
+            modes = {each.name: stat.S_IMODE(each.stat().st_mode) for each in path.parent.iterdir()}
+            assert modes == {"nao.json": 0o600, "nao.lock": 0o600}
+            assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
+    finally:
+        os.umask(mask)
+
+
 def test_a_link_leads_no_server_to_another_lock(path: Path) -> None:
     path.parent.mkdir(parents=True)
     path.with_suffix(".lock").symlink_to("elsewhere")

@@ -31,6 +31,15 @@ def test_a_chosen_library_leaves_no_other(monkeypatch):
     assert "libEGL" not in str(caught.value)
 
 
+@pytest.mark.gl
+@pytest.mark.parametrize(("wish", "said"), [("glfw", ["MUJOCO_GL=glfw is not obeyed"]), ("", [])])
+def test_a_wish_for_windows_is_not_obeyed_without_a_word(monkeypatch, caplog, wish, said):
+    monkeypatch.setenv("MUJOCO_GL", wish)
+    cameras.create_context(32, 24).free()
+    warned = [each.message for each in caplog.records if each.levelname == "WARNING"]
+    assert [text.partition(":")[0] for text in warned] == said
+
+
 def test_rendering_that_is_switched_off(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disable")
     with pytest.raises(HardwareFailure, match="MUJOCO_GL=disable"):

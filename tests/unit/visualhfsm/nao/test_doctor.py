@@ -14,18 +14,16 @@ import pytest
 
 from naoserver.latch import Latch, latch_of
 from tests.support.nao_command import nao
-from visualhfsm.nao import _doctor as doctor
 from visualhfsm.nao._connection import listens
-from visualhfsm.nao._doctor import (
-    Finding,
-    Level,
-    check_installation,
-    check_machine,
-    check_network,
-    check_robots,
-    holder_of,
-)
+from visualhfsm.nao._doctor import installation
+from visualhfsm.nao._doctor.findings import Finding, Level
+from visualhfsm.nao._doctor.installation import check_installation
+from visualhfsm.nao._doctor.machine import check_machine
+from visualhfsm.nao._doctor.network import check_network, holder_of
+from visualhfsm.nao._doctor.robots import check_robots
 from zenoh_ice.settings import Settings, load_settings
+
+RENAME = "rename it, or take its folder from PYTHONPATH"
 
 
 def reported(findings: Iterator[Finding], level: Level) -> list[str]:
@@ -40,7 +38,7 @@ def test_an_installation_in_order_has_no_failures() -> None:
 
 def test_libraries_that_are_missing_or_old_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     versions = {"eclipse-zenoh": "1.2", "mujoco": None}
-    monkeypatch.setattr(doctor, "installed_version", lambda name: versions.get(name, "999"))
+    monkeypatch.setattr(installation, "installed_version", lambda name: versions.get(name, "999"))
     findings = list(check_installation())
     (failure,) = (each.text for each in findings if each.level == Level.FAILURE)
     assert failure.startswith("eclipse-zenoh 1.2 is older than 1.")
@@ -58,6 +56,39 @@ def test_a_module_that_hides_our_interfaces_is_found(tmp_path: Path, monkeypatch
     (text,) = reported(check_installation(), Level.FAILURE)
     assert text.startswith(f"{hiding} hides the package interfaces of VisualHFSM")
     assert "delete this file" in text
+
+
+def test_a_file_that_hides_what_we_need_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folders = [tmp_path / name for name in ("here", "listed", "installed")]
+    for folder in folders:
+        folder.mkdir()
+    monkeypatch.chdir(folders[0])
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(str, folders[1:])))
+    (folders[0] / "tempfile.py").touch()
+    (folders[1] / "zenoh").mkdir()
+    (folders[1] / "numpy.py").touch()
+    for name in ("zenoh/__init__.py", "unknown.py", "os.py"):  # Python has its `os` before it looks for one
+        (folders[1] / name).touch()
+    (folders[2] / "msgspec.py").touch()
+    (folders[2] / "msgspec-0.20.dist-info").mkdir()
+    (folders[2] / "msgspec-0.20.dist-info" / "METADATA").write_text("Name: msgspec\nVersion: 0.20\n")
+    assert reported(check_installation(), Level.FAILURE) == [
+        f"{folders[0] / 'tempfile.py'} hides Python's own tempfile | {RENAME}",
+        f"{folders[1] / 'numpy.py'} hides the package numpy, which VisualHFSM needs | {RENAME}",
+        f"{folders[1] / 'zenoh' / '__init__.py'} hides the package zenoh, which VisualHFSM needs | {RENAME}",
+    ]
+
+
+def test_where_only_ascii_is_known_a_folder_with_other_letters_keeps_python_from_starting(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("site.getsitepackages", lambda: [str(tmp_path)])
+    (tmp_path / "ours.pth").write_text("/home/anna/visualhfsm\n", "utf-8")
+    assert reported(check_installation(), Level.NOTE) == []
+    (tmp_path / "ours.pth").write_text("/home/añna/visualhfsm\n", "utf-8")
+    (text,) = reported(check_installation(), Level.NOTE)
+    assert text.startswith(f"{tmp_path / 'ours.pth'} names a folder with letters beyond ASCII: with LC_ALL=C")
+    assert "set LC_ALL=C.UTF-8" in text
 
 
 @pytest.mark.slow
@@ -99,6 +130,17 @@ def test_robots_that_start_stopped_are_listed(tmp_path: Path, monkeypatch: pytes
     assert stopped.fix == "look at it, then: nao stop --reset --realm red"
     (tmp_path / "visualhfsm" / "robots" / "nao-0.json").write_text("{")
     assert "cannot be read" in next(each.text for each in check_robots() if "realm nao" in each.text)
+
+
+def test_where_no_stop_can_be_kept_no_server_starts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "visualhfsm").touch()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    (text,) = reported(check_robots(), Level.FAILURE)
+    place = tmp_path / "visualhfsm" / "robots"
+    assert text.startswith(
+        f"no emergency stop can be kept in {place}, so that no robot server starts: Not a "
+    )
+    assert "set XDG_STATE_HOME to a folder that can be written" in text
 
 
 def test_who_holds_a_port_is_reported() -> None:
