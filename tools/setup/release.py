@@ -30,6 +30,8 @@ EXTRAS: Final = "learning,naoqi,python2,ros2,security,sim,test,vision,web"
 VENDORED: Final = "visualhfsm/_web/static/vendor/packages.json"
 PROJECT: Final[dict[str, Any]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 LIMIT: Final = 600  # s for a step
+PLACES: Final = ("e", "Zoë Müller", "it's/a/deep folder")
+"""Where the wheel is installed, too: what grading hides from submissions has another order there."""
 
 
 class ReleaseError(Exception):
@@ -130,6 +132,29 @@ def check_editor(programs: Path, folder: Path) -> None:
         raise ReleaseError(f"the page names {len(modules)} files, not its modules")
 
 
+def check_places(wheel: Path, python: Path, folder: Path) -> None:
+    """Grade a document that fails at once, for each exercise, where folders of other names have the wheel.
+
+    The packages that it needs are those of the environment of `python`.
+    """
+    site = "import sysconfig; print(sysconfig.get_path('purelib'))"
+    packages = run(python, "-c", site)
+    documents = {
+        each.parent.parent.name: each for each in sorted((ROOT / "exercises").glob("*/solution/solution.xml"))
+    }
+    for name, document in documents.items():
+        (folder / name).mkdir(parents=True)
+        text = document.read_text("utf-8").replace("<code>", "<code>raise ValueError\n", 1)
+        (folder / name / "one.xml").write_text(text, "utf-8")
+    for place in PLACES:
+        run(sys.executable, "-m", "venv", folder / place)
+        there = folder / place / "bin" / "python"
+        run(there, "-m", "pip", "install", "--quiet", "--no-deps", wheel)
+        Path(run(there, "-c", site).strip(), "packages.pth").write_text(packages, "utf-8")
+        for name in documents:
+            run(there, "-m", "visualhfsm", "grade", name, folder / name, cwd=folder)
+
+
 def write_sbom(python: Path, path: Path) -> None:
     """Write the packages of an environment and the vendored libraries as an SBOM of CycloneDX.
 
@@ -187,6 +212,7 @@ def main() -> None:
         run(sys.executable, "-m", "venv", folder / "venv")
         run(python, "-m", "pip", "install", "--quiet", f"{wheel}[{EXTRAS}]")
         check_commands(python.parent, folder)
+        check_places(wheel, python, folder / "places")
         write_sbom(python, DIST / f"visualhfsm-{version}.cdx.json")
     print("\n".join(f"dist/{path.name}: {path.stat().st_size // 1000} kB" for path in sorted(DIST.iterdir())))
 
