@@ -119,6 +119,7 @@ class Series:
         `ended` is called with each outcome once it is kept. Raises TrialsError; what has ended until then is
         kept.
         """
+        record.look(self.plan.runs)
         missing = (number for number in self.plan.trials if number not in record.done)
         for outcome in self.outcomes(missing, pool, stop):
             record.add(outcome)
