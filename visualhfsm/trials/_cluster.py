@@ -176,7 +176,7 @@ class Cluster:
 
 
 def _logs() -> list[logging.Logger]:
-    """Return the logs of Dask that have a level of their own, by which those below them go."""
+    """Return the logs of Dask that have their own level, by which those below them go."""
     names = [*logging.root.manager.loggerDict]
     found = [logging.getLogger(name) for name in names if name.partition(".")[0] == "distributed"]
     return [log for log in found if log.level != logging.NOTSET]
