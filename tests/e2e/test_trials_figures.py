@@ -201,6 +201,8 @@ def test_figures_of_random_series_are_the_same_on_page_and_terminal(page: Page, 
         assert found["rate"] == rate_said[1], seed
         between = f"The true rate is between {rate_said[2]} % and {rate_said[3]}, with a confidence of 95 %."
         assert found["interval"] == between, seed
+        for words in ("Fewer than 20 trials say little.", "Trials were added after a look"):
+            assert (words in found["all"]) == (words in said), (seed, words)
         check_numbers(found, said)
         check_parts(found, said, summary.own_numbers)
         assert [shown[1] for shown in found["numbers"].values()] == [

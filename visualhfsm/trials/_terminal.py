@@ -21,6 +21,7 @@ _COLUMN: Final = 10
 _OTHERS: Final = 56
 _MANY: Final = 10
 """Parts of which some differ by chance, whatever success depends on."""
+_SAYS_LITTLE: Final = f"Fewer than {SMALL} trials say little."
 _MOST_NAMED: Final = 8
 _MOST_WAYS: Final = 8
 
@@ -32,6 +33,8 @@ def show(console: Console, summary: Summary, title: str) -> None:
     console.print(
         Text.assemble((title, "bold"), f"  {rate.successes} of {rate.trials} succeed: ", (str(rate), "bold"))
     )
+    if 0 < rate.trials < SMALL:
+        console.print(_SAYS_LITTLE, style="dim")
     if len(summary.looks) > 1:
         looks = ", then ".join(map(str, summary.looks))
         console.print(
@@ -57,7 +60,10 @@ def show_comparison(console: Console, comparison: Comparison, names: tuple[str, 
     if comparison.looks > 1:
         console.print("Fresh trials, of another --seed, are looked at once.", style="dim")
     if comparison.numbers:
-        console.print(f"The means are of the {comparison.both} trials in which both succeed.", style="dim")
+        few = f" {_SAYS_LITTLE}" if comparison.both < SMALL else ""
+        console.print(
+            f"The means are of the {comparison.both} trials in which both succeed.{few}", style="dim"
+        )
     for label, numbers in ((names[0], comparison.only_first), (names[1], comparison.only_second)):
         if numbers:
             console.print(f"only {label} succeeds in {len(numbers)}: {_named(numbers)}")

@@ -328,3 +328,17 @@ def test_of_many_parts_some_differ_by_chance(summary: Summary) -> None:
     text = console.file.getvalue()  # type: ignore[attr-defined]
     assert "Of 12 parts, some differ by chance alone." in text
     assert "Means are of all trials of a part, failed ones, too." in text
+
+
+@pytest.mark.slow
+def test_few_trials_are_called_few() -> None:
+    few, enough = (Summary((outcome(number) for number in range(count)), VARYING) for count in (19, 20))
+    console = Console(file=io.StringIO(), width=120)
+    show(console, few, "walk")
+    show_comparison(console, Comparison(few, few), ("one", "other"))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "%)\nFewer than 20 trials say little." in text
+    assert "in which both succeed. Fewer than 20 trials say little." in text
+    console = Console(file=io.StringIO(), width=120)
+    show(console, enough, "walk")
+    assert "say little" not in console.file.getvalue()  # type: ignore[attr-defined]

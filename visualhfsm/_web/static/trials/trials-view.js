@@ -63,6 +63,7 @@ export class HfsmTrials extends LitElement {
               highest: percent(share.highest),
             })}
           </p>
+          ${share.trials < SMALL ? html`<p class="muted">${t("Fewer than {count} trials say little.", {count: SMALL})}</p>` : nothing}
           ${
             looks.length > 1
               ? html`<p class="muted">
