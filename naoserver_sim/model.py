@@ -212,6 +212,8 @@ def build_standing(
 
 @lru_cache(maxsize=4)
 def _first_standing(world: World, posture: str | None, skin: bool, body: Body) -> tuple[Model, mujoco.MjData]:
+    if posture is not None and posture not in body.postures:
+        raise RobotError(f"there is no posture {posture!r}; there are {', '.join(body.postures)}")
     model = build_model(world, skin=skin, body=body)
     return model, standing(model, body.resting_angles if posture is None else body.postures[posture].angles)
 

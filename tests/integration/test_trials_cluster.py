@@ -20,7 +20,7 @@ from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import FOREVER
 from tests.support.places import ROOT
-from tests.support.processes import ComponentProcess, assert_gone
+from tests.support.processes import ComponentProcess, assert_gone, module
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from visualhfsm._new import new
@@ -122,7 +122,7 @@ def run_with(limits: ClusterLimits, series: Plan, cluster: DaskCluster, out: Pat
 
 def some_are_done(out: Path, ended: Callable[[], bool]) -> None:
     """Wait until a file has outcomes, or the run has ended."""
-    until(lambda: ended() or (out.exists() and out.read_bytes().count(b"\n") > 2), FOREVER)
+    until(lambda: ended() or (out.exists() and len([*read_outcomes(out)]) > 1), FOREVER)
 
 
 def test_a_cluster_computes_the_same_table_as_one_process_and_two(
@@ -275,7 +275,7 @@ def test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there(
     series, out, stop = Series(plan(project)), tmp_path / "rolls.outcomes.jsonl", threading.Event()
     with Record(out, series.header) as record, Cluster(cluster.address) as pool:
         series.run(record, pool, lambda _: stop.set(), stop)
-    assert 1 <= out.read_bytes().count(b"\n") - 1 < RUNS
+    assert 1 <= len([*read_outcomes(out)]) < RUNS
     whole = run_trials(plan(project), out=out, cluster=cluster.address)
     assert whole.rows == here
 
@@ -371,16 +371,35 @@ def test_a_server_that_is_no_scheduler_is_not_waited_for() -> None:
         Cluster(f"tcp://127.0.0.1:{silent.getsockname()[1]}", ClusterLimits(look=0.2))
 
 
-def test_a_killed_scheduler_keeps_what_is_done(
-    tmp_path: Path, project: Path, cluster: DaskCluster, here: Sequence[Row]
+PLAN = f"""
+robot = "none"
+runs = {ENDLESS}
+limit = 0.8
+[parameters]
+weight = {{ from = 0.5, to = 1.5 }}
+[success]
+state = "won"
+function = "judge.py:even"
+[numbers]
+throws = "judge.py:throws"
+"""
+"""The plan in `plan`, as a file."""
+
+
+def test_a_killed_scheduler_keeps_what_is_done_and_is_said_in_a_line(
+    project: Path, cluster: DaskCluster, here: Sequence[Row]
 ) -> None:
-    out = tmp_path / "rolls.outcomes.jsonl"
-    with ThreadPoolExecutor(1) as aside:
-        trials = aside.submit(run_trials, plan(project, ENDLESS), out=out, cluster=cluster.address)
-        some_are_done(out, trials.done)
+    (project.parent / "rolls.trials.toml").write_text(PLAN, encoding="utf-8")
+    out = project.parent / "rolls.outcomes.jsonl"
+    command = module("visualhfsm", "trials", "rolls.xml", "--cluster", cluster.address)
+    with ComponentProcess(command, {"PYTHONPATH": str(ROOT)}, cwd=project.parent) as process:
+        some_are_done(out, lambda: process.process.poll() is not None)
         cluster.kill(cluster.scheduler)
-        with pytest.raises(TrialsError, match="What is done is kept, and the same command goes on"):
-            trials.result(FOREVER)
+        assert process.wait(FOREVER) == 1, process.output
+    said = f"the cluster at {cluster.address} is lost: its scheduler does not answer any more."
+    assert f"visualhfsm: error: {said} What is done is kept, and the same command goes on" in process.output
+    for words in ("Traceback", "distributed", "asyncio"):
+        assert words not in process.output
     done = [outcome.number for outcome in read_outcomes(out)]
     again: list[int] = []
     whole = run_trials(plan(project), out=out, workers=1, ended=lambda each: again.append(each.number))

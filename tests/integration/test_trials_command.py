@@ -21,6 +21,7 @@ from tests.support.waiting import until
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import open_recording
+from visualhfsm.trials._outcomes import read_outcomes
 
 pytestmark = pytest.mark.slow
 
@@ -127,11 +128,11 @@ def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
     outcomes = folder / "follow_ball.outcomes.jsonl"
     command = module("visualhfsm", "trials", "follow_ball.xml", "--workers", "1")
     with ComponentProcess(command, {"PYTHONPATH": str(ROOT)}, cwd=folder) as process:
-        until(lambda: outcomes.exists() and outcomes.read_bytes().count(b"\n") > 3, RUN_LIMIT)
+        until(lambda: outcomes.exists() and len([*read_outcomes(outcomes)]) > 2, RUN_LIMIT)
         process.process.send_signal(signal.SIGINT)
         assert process.wait() == 130, process.output
     assert "of 5000 are done; the same command goes on" in process.output
-    kept = outcomes.read_bytes().count(b"\n") - 1
+    kept = len([*read_outcomes(outcomes)])
     plan.write_text(PLAN.replace("runs = 12", f"runs = {kept + 2}"), encoding="utf-8")
     assert f"goes on with the {kept} outcomes there" in trials(folder, "follow_ball.xml", "--workers", "1")
 

@@ -51,7 +51,8 @@ def write_index(
     )
     points = say(language, "points of", of=figure(language, exercise.points))
     head = f'<tr><td></td><th colspan="2">{points}</th><th>{say(language, "happened")}</th></tr>'
-    write_html(path, _page(language, title, f"<h1>{html.escape(title)}</h1>\n<table>{head}\n{body}</table>"))
+    table = f'<table class="class">{head}\n{body}</table>'
+    write_html(path, _page(language, title, f"<h1>{html.escape(title)}</h1>\n{table}"))
 
 
 def _title(exercise: Exercise, marks: Marks) -> str:

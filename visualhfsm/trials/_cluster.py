@@ -71,9 +71,9 @@ class Cluster:
                         reason=reason(error),
                     )
                 ) from error
-        self._log = logging.getLogger("distributed")
-        self._log_level = self._log.level
-        self._log.setLevel(logging.CRITICAL)  # each of its errors is raised here, too, and says it in a line
+        self._levels = {log: log.level for log in _logs()}
+        for log in self._levels:
+            log.setLevel(logging.CRITICAL)  # each of its errors is raised here, too, and says it in a line
         self._sent: dict[str, Any] = {}
         self._looked = self._seen = self._moved = time.monotonic()
         self._patience = 0.0
@@ -85,7 +85,8 @@ class Cluster:
     def __exit__(self, *_: object) -> None:
         with suppress(TimeoutError):  # a scheduler that hangs is left alone
             self._client.close(self._limits.close)
-        self._log.setLevel(self._log_level)
+        for log, level in self._levels.items():
+            log.setLevel(level)
 
     def submit(self, task: Task) -> Future[Outcome]:
         """Begin to run a task, as soon as a worker has time."""
@@ -104,7 +105,7 @@ class Cluster:
         worker, and cannot be computed again.
         """
         try:
-            outcome: Outcome = await self._client.gather(there, asynchronous=True)
+            outcome: Outcome = await there  # `gather` that is cancelled leaves errors that are printed later
         except (TrialsError, CancelledError):
             raise
         except self.lost:
@@ -172,6 +173,13 @@ class Cluster:
         except OSError as error:  # also when it takes too long
             raise self._silent(error) from error
         return len(seen["workers"])
+
+
+def _logs() -> list[logging.Logger]:
+    """Return the logs of Dask that have their own level, by which those below them go."""
+    names = [*logging.root.manager.loggerDict]
+    found = [logging.getLogger(name) for name in names if name.partition(".")[0] == "distributed"]
+    return [log for log in found if log.level != logging.NOTSET]
 
 
 @contextmanager

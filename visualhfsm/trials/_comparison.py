@@ -44,7 +44,9 @@ class Comparison:
         ]
         """The trials in which only the second succeeds."""
         self.chance: Final = mcnemar(len(self.only_first), len(self.only_second))
-        """Probability of rates that differ as much by chance."""
+        """Probability of rates that differ as much by chance, at a single look."""
+        self.looks: Final = max(1, len({*first.looks, *second.looks}))
+        """How often somebody has looked at what a growing number of these trials came to."""
         self.difference: Final = rate_difference(
             len(self._pairs), len(self.only_first), len(self.only_second)
         )
@@ -57,10 +59,18 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """Whether the difference in success is real, in words."""
+        """Whether the difference in success is real, in words.
+
+        Of several looks at growing data, each may find by chance what is not there: so small a probability at
+        one of them is at most so many times as likely (Bonferroni), and no difference is called real.
+        """
         gained, lost = len(self.only_second), len(self.only_first)
         if not gained and not lost:
             return "none: the same trials succeed"
+        if self.looks > 1:
+            most = min(1.0, self.looks * self.chance)
+            single = f"p = {self.chance:.3g} of a single look"
+            return f"{gained} gained, {lost} lost: {single}, at most {most:.3g} of {self.looks} looks"
         real = "real" if self.chance < _SIGNIFICANT else "perhaps chance"
         return f"{gained} gained, {lost} lost: {real} (p = {self.chance:.3g})"
 

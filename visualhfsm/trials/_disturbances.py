@@ -55,6 +55,17 @@ class Disturbances:
             return self._movement(what.move, places, numbers.get("speed"))
         if what.late is not None:
             return partial(self._let_be_late, numbers["late"], numbers["seconds"])
+        called = (proxy.identity for proxy in proxies_of(self._behavior.component).values())
+        servants = sorted({*self._behavior.world.communicator.identities(), *called})
+        for identity in what.offline or ():
+            if identity not in servants:
+                raise TrialsError(
+                    Message(
+                        "{identity} cannot be offline: there is no such servant; there are {known}",
+                        identity=identity,
+                        known=", ".join(servants),
+                    )
+                )
         return partial(self._cut, what.offline or (), numbers["seconds"])
 
     def _movement(

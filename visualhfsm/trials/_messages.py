@@ -114,10 +114,14 @@ class Origin(_View, frozen=True):
 
 
 class TrialsView(_View, frozen=True):
-    """A series of trials; `planned` are more than `share.trials` while it runs."""
+    """A series of trials; `planned` are more than `share.trials` while it runs.
+
+    `looks` is how many were asked for, one time after the other: several if some were added after a look.
+    """
 
     name: str
     planned: int
+    looks: list[int]
     share: Share
     histograms: list[Histogram]
     dependences: list[Dependence]

@@ -1,8 +1,8 @@
 """What trials came to, and the file that keeps it.
 
 The file is written while trials run, so that whatever ends them costs nothing. Its first line says what the
-trials are of, each other line is an outcome, in the order in which they ended. A line that was cut off by a
-crash is removed when the file is opened again.
+trials are of, each other line is an outcome, in the order in which they ended, or says how many were asked
+for from there on. A line that was cut off by a crash is removed when the file is opened again.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ from ._quantities import Value
 
 SUFFIX: Final = ".outcomes.jsonl"
 _LONGEST_HEADER: Final = 10_000  # bytes
+_LOOK: Final = b'{"runs":'
+"""What a line begins with that has a `Look`."""
 _PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
 """What computes the outcome of a trial, besides Python."""
 
@@ -76,6 +78,12 @@ class Header(msgspec.Struct, frozen=True):
     """Of what computes the outcomes."""
     first: int = 0
     """The number of the first trial: trials once counted from 0."""
+
+
+class Look(msgspec.Struct, frozen=True):
+    """That somebody asked for the first so many trials, and looks at what they say."""
+
+    runs: int
 
 
 class Record:
@@ -137,12 +145,17 @@ class Record:
     ) -> None:
         self._file.close()
 
+    def look(self, runs: int) -> None:
+        """Note that somebody asks for the first so many trials. Raises TrialsError."""
+        if runs not in read_looks(self.path):
+            self._write(Look(runs), "how many trials are asked for")
+
     def add(self, outcome: Outcome) -> None:
         """Keep an outcome. Raises TrialsError when it cannot be written; earlier ones stay."""
         self._write(outcome, f"outcome {outcome.number}")
         self.done.add(outcome.number)
 
-    def _write(self, what: Header | Outcome, name: str) -> None:
+    def _write(self, what: Header | Look | Outcome, name: str) -> None:
         line = msgspec.json.encode(what) + b"\n"
         try:
             if self._file.write(line) == len(line):
@@ -193,6 +206,8 @@ def read_outcomes(path: Path) -> Iterator[Outcome]:
         for number, line in enumerate(file, 2):
             if not line.endswith(b"\n"):
                 return  # a crash cut it off
+            if line.startswith(_LOOK):
+                continue
             try:
                 yield typed.from_json(line, Outcome)
             except msgspec.MsgspecError as error:
@@ -204,6 +219,37 @@ def read_outcomes(path: Path) -> Iterator[Outcome]:
                         reason=reason(error),
                     )
                 ) from error
+
+
+def read_looks(path: Path) -> tuple[int, ...]:
+    """Return how many trials of a file were asked for, one time after the other. Raises TrialsError.
+
+    If there are several, somebody looked at what fewer or more had come to before. One that no trial followed
+    showed nothing, and does not count.
+    """
+    looks: list[int] = []
+    seen = True
+    with _reading(path) as file:
+        file.readline()
+        for number, line in enumerate(file, 2):
+            if not line.startswith(_LOOK):
+                seen = True
+            elif line.endswith(b"\n"):
+                if not seen:
+                    looks.pop()
+                seen = False
+                try:
+                    looks.append(typed.from_json(line, Look).runs)
+                except msgspec.MsgspecError as error:
+                    raise TrialsError(
+                        Message(
+                            "{path}:{number}: no outcome of a trial: {reason}",
+                            path=str(path),
+                            number=number,
+                            reason=reason(error),
+                        )
+                    ) from error
+    return tuple(dict.fromkeys(looks))
 
 
 def _reading(path: Path) -> BinaryIO:

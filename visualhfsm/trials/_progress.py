@@ -37,6 +37,7 @@ def run_all(place: Place, plan: Plan, file: Path) -> Summary:
     """
     series, console = Series(plan), place.console
     with Record(file, series.header, again=place.again) as record:
+        record.look(plan.runs)
         missing = sum(number not in record.done for number in plan.trials)
         if missing < plan.runs:
             console.print(f"{file}: goes on with the {plan.runs - missing} outcomes there")

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from naoserver.bodies import find_body
+from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.errors import RobotError
 
 from ._errors import TrialsError
-from ._plan import CARRIED
-from ._quantities import Quantity, Value, Values
+from ._plan import CARRIED, Plan
+from ._quantities import Quantity, Value, Values, draw_all
 
 if TYPE_CHECKING:
     from naoserver_sim.world import World
@@ -25,16 +26,48 @@ _FAKE: Final = frozenset({"body"})
 """Settings that the fake robot has, too."""
 
 
-def check_bodies(quantity: Quantity | None) -> None:
-    """Raise TrialsError if there is no robot of a name that some trial may have, before the first one has."""
-    for name in quantity if isinstance(quantity, tuple) else (quantity,):
-        if isinstance(name, str) and not name.endswith(".toml"):
-            try:
-                find_body(name)
-            except RobotError as error:
+def check_scene(plan: Plan) -> None:
+    """Raise TrialsError for a robot, a posture, a world or a switch that some trial may have and none can.
+
+    The first trials may have others, and the series would end in its midst.
+    """
+    bodies = _choices(plan.scene.get("body", DEFAULT_BODY))
+    for body in bodies:
+        try:
+            postures = find_body(body).postures
+        except RobotError as error:
+            raise TrialsError(
+                Message("body = {value!r}: {reason}", value=body, reason=reason(error))
+            ) from error
+        for posture in _choices(plan.scene.get("posture")):
+            if posture not in postures:
                 raise TrialsError(
-                    Message("body = {value!r}: {reason}", value=name, reason=reason(error))
-                ) from error
+                    Message(
+                        "posture = {value!r}: the body {body} has {postures}",
+                        value=posture,
+                        body=body,
+                        postures=", ".join(postures),
+                    )
+                )
+    drawn = {name: each for name, each in draw_all(plan.quantities, "").items() if name in plan.scene}
+    for name, quantity in plan.scene.items():
+        if isinstance(quantity, tuple) and any(isinstance(each, str | bool) for each in quantity):
+            for each in dict.fromkeys(quantity):
+                Scene(_beside(plan, {**drawn, name: each}), plan.robot)
+
+
+def _choices(quantity: Quantity | None) -> list[str]:
+    """Return the names among which a quantity is chosen, without those of files."""
+    names = quantity if isinstance(quantity, tuple) else (quantity,)
+    return [each for each in names if isinstance(each, str) and not each.endswith(".toml")]
+
+
+def _beside(plan: Plan, values: Values) -> Values:
+    """Return values of a scene whose world, if it is a file, is found from anywhere."""
+    world = values.get("world")
+    if isinstance(world, str) and world.endswith(".toml"):
+        return {**values, "world": str(Path(plan.document).parent / world)}
+    return values
 
 
 class Scene:

@@ -22,7 +22,7 @@ from ._errors import TrialsError
 from ._outcomes import Header, Outcome, Record, versions
 from ._plan import Plan
 from ._processes import Processes, processors
-from ._scene import check_bodies
+from ._scene import check_scene
 from ._snapshot import Snapshot, take_snapshot
 from ._summary import Summary, summarize
 from ._worker import Task
@@ -87,7 +87,7 @@ class Series:
         Raises TrialsError.
         """
         plan.check_names()
-        check_bodies(plan.scene.get("body"))
+        check_scene(plan)
         self.plan: Final = plan
         self.snapshot: Final[Snapshot] = take_snapshot(Path(plan.document), content)
 
@@ -119,6 +119,7 @@ class Series:
         `ended` is called with each outcome once it is kept. Raises TrialsError; what has ended until then is
         kept.
         """
+        record.look(self.plan.runs)
         missing = (number for number in self.plan.trials if number not in record.done)
         for outcome in self.outcomes(missing, pool, stop):
             record.add(outcome)

@@ -27,6 +27,8 @@ _RESAMPLES: Final = 4999
 _EQUAL: Final = 1e-9
 """Part of the largest number within which all others are the same as it, but for rounding."""
 _DIGITS: Final = 4
+_PLAIN: Final = (-6, 12)
+"""Exponents from and to which a number is written without one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,9 +113,10 @@ def mean_of(numbers: Sequence[float]) -> Mean:
     """Return the mean of at least one number, with its interval by bootstrap.
 
     The interval is the studentized one (bootstrap-t), which holds the mean of skewed numbers as often as it
-    says, as BCa does not; of two values it is Wilson's. The same numbers give the same interval: the random
+    says, as BCa does not; of two values it is the exact one of Clopper and Pearson, Biometrika 26 (1934), as
+    Wilson's holds the mean of 50 coins less often. The same numbers give the same interval: the random
     numbers begin the same way. Source: B. Efron and R. Tibshirani, An Introduction to the Bootstrap (1993),
-    chapter 12.
+    chapter 12. benchmarks/bench_intervals.py says how often they hold it. Raises TrialsError without SciPy.
     """
     values = np.asarray(numbers, float)
     mean, count = float(values.mean()), len(values)
@@ -121,22 +124,42 @@ def mean_of(numbers: Sequence[float]) -> Mean:
         return Mean(mean, count, why=f"(fewer than {FEWEST} trials)")
     if np.ptp(values) <= _EQUAL * np.max(np.abs(values)):
         return Mean(mean, count, why="in each")
-    distinct = np.unique(values)
+    exponent = int(np.frexp(np.max(np.abs(values)))[1])  # squares may be too large or too small for a number
+    low, high = _interval(_merged(np.ldexp(values, -exponent)))
+    if not math.isfinite(low) or not math.isfinite(high):
+        return Mean(mean, count, why="(few different values)")
+    return Mean(mean, count, (math.ldexp(low, exponent), math.ldexp(high, exponent)))
+
+
+def _interval(values: np.ndarray) -> tuple[float, float]:
+    """Return the interval of the mean of numbers within -1 and 1; infinite if too few are different."""
+    distinct, count = np.unique(values), len(values)
     if len(distinct) == 2:
-        low, high = distinct.tolist()
-        rate = success_rate(int(np.count_nonzero(values == high)), count)
-        return Mean(mean, count, (low + (high - low) * rate.lowest, low + (high - low) * rate.highest))
+        least, most = distinct.tolist()
+        found = require_scipy().binomtest(int(np.count_nonzero(values == most)), count)
+        ends = found.proportion_ci(CONFIDENCE, method="exact")
+        return least + (most - least) * float(ends.low), least + (most - least) * float(ends.high)
+    mean, error = float(values.mean()), float(values.std(ddof=1))
     drawn = np.random.default_rng(0).choice(values, (_RESAMPLES, count))
-    error, errors = float(values.std(ddof=1)), drawn.std(axis=1, ddof=1)
-    with np.errstate(divide="ignore"):  # of some samples all numbers are equal
-        scores = np.sort((drawn.mean(axis=1) - mean) / errors)
+    differences, errors = drawn.mean(axis=1) - mean, drawn.std(axis=1, ddof=1)
+    equal = np.ptp(drawn, axis=1) == 0.0
+    sides = np.sign(drawn[:, 0] - mean)
+    differences[equal & (sides != 0)] = math.inf
+    errors[equal] = np.where(sides[equal] < 0, -1.0, 1.0)
+    scores = np.sort(differences / errors)
     tail = (1.0 - CONFIDENCE) / 2.0
     low, high = (
         mean - error * float(np.quantile(scores, part, method="nearest")) for part in (1 - tail, tail)
     )
-    if not math.isfinite(low) or not math.isfinite(high):
-        return Mean(mean, count, why="(few different values)")
-    return Mean(mean, count, (float(low), float(high)))
+    return low, high
+
+
+def _merged(values: np.ndarray) -> np.ndarray:
+    """Return numbers within -1 and 1, of which those are the same that only differ by rounding."""
+    ordered, places = np.unique(values, return_inverse=True)
+    is_other = np.concatenate(([True], np.diff(ordered) > _EQUAL))
+    merged: np.ndarray = ordered[is_other][np.cumsum(is_other) - 1][places]
+    return merged
 
 
 def rate_difference(trials: int, only_first: int, only_second: int) -> Mean:
@@ -153,12 +176,15 @@ def rate_difference(trials: int, only_first: int, only_second: int) -> Mean:
 
 
 def figure(number: float, *, sign: bool = False) -> str:
-    """Return a number with four digits, without an exponent; perhaps with its sign."""
+    """Return a number with four digits, perhaps with its sign; a very large or small one has an exponent."""
     if not math.isfinite(number):
         return str(number)
     exact = Decimal(number)
     places = Decimal(1).scaleb(exact.adjusted() - _DIGITS + 1)
-    return _plain(exact.quantize(places, ROUND_HALF_UP, Context(prec=400)), sign=sign)
+    rounded = exact.quantize(places, ROUND_HALF_UP, Context(prec=400))
+    if not rounded or _PLAIN[0] <= rounded.adjusted() < _PLAIN[1]:
+        return _plain(rounded, sign=sign)
+    return f"{_plain(rounded.scaleb(-rounded.adjusted()), sign=sign)}e{rounded.adjusted()}"
 
 
 def percent(part: float, *, sign: bool = False) -> str:

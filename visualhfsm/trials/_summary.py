@@ -15,7 +15,7 @@ import numpy as np
 
 from visualhfsm._csv_file import write_csv
 
-from ._outcomes import Outcome, read_outcomes
+from ._outcomes import Outcome, read_looks, read_outcomes
 from ._quantities import Value, Values
 from ._statistics import Quartiles, Rate, quartiles, success_rate
 
@@ -73,7 +73,9 @@ class Map(NamedTuple):
 class Summary:
     """A series of trials in figures. `varying` are the quantities that differ from trial to trial."""
 
-    def __init__(self, outcomes: Iterable[Outcome], varying: Sequence[str]) -> None:
+    def __init__(
+        self, outcomes: Iterable[Outcome], varying: Sequence[str], looks: Sequence[int] = ()
+    ) -> None:
         rows, groups = [], dict[str, None]()
         for o in outcomes:
             numbers = {"time": o.time, **o.numbers}
@@ -84,6 +86,8 @@ class Summary:
         self.rows: Final = sorted(rows, key=lambda row: row.number)
         """The trials by number."""
         self.varying: Final = (*varying, *groups)
+        self.looks: Final = tuple(looks)
+        """How many trials were asked for, one time after the other: if several, some came after a look."""
 
     def __str__(self) -> str:
         """Return the rate, and the commonest ways to fail."""
@@ -191,7 +195,8 @@ class Summary:
 
 def summarize(path: Path, varying: Sequence[str], runs: int) -> Summary:
     """Return the summary of the first `runs` trials in a file of outcomes. Raises TrialsError."""
-    return Summary((each for each in read_outcomes(path) if each.number <= runs), varying)
+    outcomes = (each for each in read_outcomes(path) if each.number <= runs)
+    return Summary(outcomes, varying, read_looks(path))
 
 
 def write_table(path: Path, summary: Summary) -> None:

@@ -19,6 +19,9 @@ _MOST_COLUMNS: Final = 6
 _COLUMN: Final = 10
 """Characters of a column with the means of a number, and what the other columns take is `_OTHERS`."""
 _OTHERS: Final = 56
+_MANY: Final = 10
+"""Parts of which some differ by chance, whatever success depends on."""
+_SAYS_LITTLE: Final = f"Fewer than {SMALL} trials say little."
 _MOST_NAMED: Final = 8
 _MOST_WAYS: Final = 8
 
@@ -30,6 +33,13 @@ def show(console: Console, summary: Summary, title: str) -> None:
     console.print(
         Text.assemble((title, "bold"), f"  {rate.successes} of {rate.trials} succeed: ", (str(rate), "bold"))
     )
+    if 0 < rate.trials < SMALL:
+        console.print(_SAYS_LITTLE, style="dim")
+    if len(summary.looks) > 1:
+        looks = ", then ".join(map(str, summary.looks))
+        console.print(
+            f"Trials were added after a look ({looks}): the interval is that of a single look.", style="dim"
+        )
     for part in (_numbers(summary), _dependences(summary, console.width), _ways(summary), _worst(summary)):
         if part is not None:
             console.print()
@@ -47,8 +57,13 @@ def show_comparison(console: Console, comparison: Comparison, names: tuple[str, 
     console.print()
     console.print(table)
     console.print(f"success: {comparison.verdict}", highlight=False)
+    if comparison.looks > 1:
+        console.print("Fresh trials, of another --seed, are looked at once.", style="dim")
     if comparison.numbers:
-        console.print(f"The means are of the {comparison.both} trials in which both succeed.", style="dim")
+        few = f" {_SAYS_LITTLE}" if comparison.both < SMALL else ""
+        console.print(
+            f"The means are of the {comparison.both} trials in which both succeed.{few}", style="dim"
+        )
     for label, numbers in ((names[0], comparison.only_first), (names[1], comparison.only_second)):
         if numbers:
             console.print(f"only {label} succeeds in {len(numbers)}: {_named(numbers)}")
@@ -102,9 +117,13 @@ def _dependences(summary: Summary, width: int) -> RenderableType | None:
             succeed = f"{part.rate.successes} of {part.rate.trials}"
             length = _SHORT_BAR if shown else _BAR
             table.add_row("" if index else name, part.label, bar(part.rate, length), succeed, *means)
-    if all(part.rate.trials >= SMALL for parts in summary.dependences.values() for part in parts):
-        return table
-    return Group(table, Text(f"Parts with fewer than {SMALL} trials may differ by chance.", style="dim"))
+    trials = [part.rate.trials for parts in summary.dependences.values() for part in parts]
+    words = ["Means are of all trials of a part, failed ones, too."] if shown else []
+    if min(trials) < SMALL:
+        words.append(f"Parts with fewer than {SMALL} trials may differ by chance.")
+    if len(trials) >= _MANY:
+        words.append(f"Of {len(trials)} parts, some differ by chance alone.")
+    return Group(table, Text("\n".join(words), style="dim")) if words else table
 
 
 def _ways(summary: Summary) -> RenderableType | None:

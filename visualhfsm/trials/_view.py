@@ -41,6 +41,7 @@ _REASONS: Final = (
 )
 """Why trials fail, as `_trial.py` and `_processes.py` write it into files of outcomes."""
 _BARS: Final = 20
+_MOST_LOOKS: Final = 50
 _MOST_WAYS: Final = 12
 _MOST_NUMBERS: Final = 50
 _MOST_MEANS: Final = 6
@@ -64,13 +65,18 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
     return TrialsView(
         name=Path(plan.document).stem,
         planned=plan.runs,
+        looks=[*summary.looks[-_MOST_LOOKS:]],
         share=_share(summary.rate),
         histograms=_histograms(summary),
         dependences=[
             Dependence(
                 _cut(name),
                 [
-                    Part(_cut(part.label), _share(part.rate), _means(part.means))
+                    Part(
+                        _cut(part.label),
+                        _share(part.rate),
+                        _means(part.means, summary.own_numbers[:_MOST_MEANS]),
+                    )
                     for part in parts[:_MOST_PARTS]
                 ],
             )
@@ -97,8 +103,8 @@ def _share(rate: Rate) -> Share:
     return Share(rate.successes, rate.trials, rate.lowest, rate.highest)
 
 
-def _means(means: Mapping[str, float]) -> list[tuple[str, float]]:
-    return [(_cut(name), mean) for name, mean in islice(means.items(), _MOST_MEANS)]
+def _means(means: Mapping[str, float], names: Iterable[str]) -> list[tuple[str, float]]:
+    return [(_cut(name), means[name]) for name in names if name in means]
 
 
 def _timelines(outcomes: Iterable[Outcome], wanted: set[int]) -> dict[int, TrialTimeline]:

@@ -1173,6 +1173,7 @@ export interface TrialsPush {
 export interface TrialsView {
   name: string;
   planned: number;
+  looks: number[];
   share: Share;
   histograms: Histogram[];
   dependences: Dependence[];

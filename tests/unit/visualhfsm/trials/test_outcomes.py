@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from visualhfsm.trials import Outcome, TrialsError
-from visualhfsm.trials._outcomes import Header, Record, read_outcomes
+from visualhfsm.trials._outcomes import Header, Record, read_looks, read_outcomes
 
 HEADER = Header("walk.xml", "abc", {"python": "3.11"})
 
@@ -77,6 +77,26 @@ def test_a_series_of_which_no_trial_has_ended_gives_way_to_another_one(path: Pat
     assert [*read_outcomes(path)] == [outcome(1)]
     with pytest.raises(TrialsError, match="outcomes of another plan"):
         Record(path, HEADER)
+
+
+def test_it_is_noted_how_many_trials_were_asked_for(path: Path) -> None:
+    with Record(path, HEADER) as record:
+        record.look(1)
+        record.look(2)  # no trial had ended, so that nobody saw anything
+        record.add(outcome(1))
+        record.look(2)
+        record.add(outcome(2))
+    assert read_looks(path) == (2,)
+    with Record(path, HEADER) as record:
+        assert record.done == {1, 2}
+        record.look(2)
+        record.look(4)
+        record.add(outcome(3))
+        record.look(2)
+    assert read_looks(path) == (2, 4)
+    assert [each.number for each in read_outcomes(path)] == [1, 2, 3]
+    with Record(path, HEADER, again=True):
+        assert read_looks(path) == ()
 
 
 def test_two_processes_do_not_write_to_one_file(path: Path) -> None:

@@ -232,6 +232,25 @@ def test_outcomes_are_kept_where_they_are_wanted(path: Path, tmp_path: Path) -> 
     assert again.rows[:12] == first.rows
 
 
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        ({"posture": ("Stand", "Std")}, r"posture = 'Std': the body H25 has Stand"),
+        ({"posture": "Std"}, r"posture = 'Std': the body H25 has Stand"),
+        ({"body": ("H25", "T1"), "posture": "SitRelax"}, r"posture = 'SitRelax': the body T1 has "),
+        ({"world": ("soccer", "socer")}, r"the scene is not possible: socer: .*soccer"),
+        ({"world": ("room", "here.toml")}, r"the scene is not possible: .*/here\.toml: cannot be read"),
+        ({"world": ("soccer", "balls"), "Ball.x": 1.0}, r"Ball: there is no such thing in the world"),
+        ({"noise": (True, 3)}, r"noise = 3: write true or false"),
+    ],
+)
+def test_what_no_trial_can_have_is_found_before_the_first_one(
+    path: Path, scene: dict[str, Quantity], message: str
+) -> None:
+    with pytest.raises(TrialsError, match=message):
+        Series(msgspec.structs.replace(plan(path), robot="sim", scene=scene))
+
+
 @pytest.mark.parametrize("body", [("H25", "Nao"), "Nao"])
 def test_a_robot_that_there_is_not_is_found_before_the_first_trial(path: Path, body: Quantity) -> None:
     of_bodies = msgspec.structs.replace(plan(path), scene={"body": body})

@@ -24,6 +24,7 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import open_recording
 from visualhfsm._services import Source
 from visualhfsm.trials._messages import Choices, TrialsPush
+from visualhfsm.trials._outcomes import read_outcomes
 from visualhfsm.trials._service import RunningTrials, TrialsLimits
 
 WORKER = "visualhfsm.trials._worker"
@@ -110,7 +111,9 @@ def test_the_plan_is_read_and_its_trials_run_and_the_command_goes_on_with_their_
         assert path.with_name("waits.outcomes.csv").read_text().count("\n") == 13
         more = await trials.run(source(path), runs=20)
         assert done(more) == 20
-        assert len(path.with_name("waits.outcomes.jsonl").read_text().splitlines()) == 21
+        assert more.view is not None
+        assert more.view.looks == [12, 20]
+        assert len([*read_outcomes(path.with_name("waits.outcomes.jsonl"))]) == 20
 
     go(work)
 

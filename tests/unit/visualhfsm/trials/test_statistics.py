@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.limits import RUN_LIMIT
+from tests.support.places import ROOT
 from tests.support.soak import repeated
 from visualhfsm.trials._statistics import (
     figure,
@@ -63,12 +64,38 @@ def test_the_interval_of_a_mean_holds_it_and_is_always_the_same() -> None:
         ([1.0, 4.0, 2.0, 8.0], "(fewer than 5 trials)"),
         ([0.1 + 0.2, 0.3, 0.3, 0.3, 0.3], "in each"),
         ([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0], "(few different values)"),
+        ([2e-5, 2e-5, 2e-5, 2e-5, 1e300, 2e300, 2e-5], "(few different values)"),
     ],
 )
 def test_a_mean_without_an_interval_says_why(numbers: list[float], why: str) -> None:
     found = mean_of(numbers)
     assert (found.interval, found.why) == (None, why)
     assert found.mean == pytest.approx(sum(numbers) / len(numbers))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("scale", [1.0, 2.0**-1060, 2.0**-300, 2.0**1000])
+def test_the_interval_of_a_mean_is_as_large_as_its_numbers(scale: float) -> None:
+    numbers = [
+        1.0,
+        1.0,
+        2.0,
+        3.0,
+        3.0,
+        2.0,
+        5.0,
+    ]  # of some samples all numbers are 2, and so is the mean of few
+    ends = mean_of(numbers).interval
+    assert ends is not None
+    assert mean_of([scale * each for each in numbers]).interval == pytest.approx(
+        [scale * each for each in ends], rel=1e-3
+    )
+
+
+@pytest.mark.filterwarnings("error")
+def test_values_that_only_differ_by_rounding_are_the_same_in_an_interval() -> None:
+    rounded = [0.1 + 0.2, 0.3, 0.3, 0.1 + 0.2, 0.3, 0.3, 5.0, 5.0 + 1e-15]
+    assert mean_of(rounded).interval == pytest.approx(mean_of([0.3] * 6 + [5.0] * 2).interval)
 
 
 @pytest.mark.slow
@@ -101,20 +128,27 @@ def test_the_difference_of_two_rates_of_the_same_trials_has_an_interval() -> Non
 @pytest.mark.slow
 def test_terminal_and_page_round_alike() -> None:
     random = np.random.default_rng(5)
-    numbers = [0.0, 1234.5, -1234.5, 0.0625, 123_400.0, 1e-7, 36 / 40, 0.76948, 1e12, 2.675]
-    numbers += (random.normal(size=500) * 10.0 ** random.integers(-6, 7, 500)).tolist()
+    numbers = [0.0, 1234.5, -1234.5, 0.0625, 123_400.0, 1e-7, 36 / 40, 0.76948, 1e12, 2.675, -0.0]
+    numbers += [999_949_999_999.0, 999_950_000_001.0, 0.99995e-6, 0.999951e-6, 1e300, -2.5e-307]
+    numbers += (random.normal(size=500) * 10.0 ** random.integers(-9, 15, 500)).tolist()
     parts = [n / d for d in range(1, 41) for n in range(d + 1)] + random.random(500).tolist()
     rounding = """
-      const [numbers, parts] = JSON.parse(process.argv[1]);
-      const plain = {useGrouping: false, maximumFractionDigits: 20};
-      console.log(JSON.stringify([
-        numbers.map((each) => Number(each.toPrecision(4)).toLocaleString("en", plain)),
-        parts.map((each) => (100 * each).toLocaleString("en", {maximumFractionDigits: 1})),
-      ]));
+      await import(process.argv[1] + "tests/page/page.js");
+      const {percent, short} = await import(process.argv[1] + "visualhfsm/_web/static/trials/figures.js");
+      const [numbers, parts] = JSON.parse(process.argv[2]);
+      console.log(JSON.stringify([numbers.map(short), parts.map(percent)]));
     """
-    command = ["node", "-e", rounding, json.dumps([numbers, parts])]
+    command = [
+        "node",
+        "--input-type=module",
+        "-e",
+        rounding,
+        f"{ROOT.as_uri()}/",
+        json.dumps([numbers, parts]),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=RUN_LIMIT, check=True)
-    assert json.loads(done.stdout) == [[*map(figure, numbers)], [*map(percent, parts)]]
+    said = [*map(figure, numbers)], [f"{percent(part)} %" for part in parts]
+    assert json.loads(done.stdout) == [*said]
 
 
 def test_quartiles_are_those_of_the_numbers() -> None:

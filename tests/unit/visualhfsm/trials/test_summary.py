@@ -298,3 +298,47 @@ def test_a_page_of_a_thousand_trials_is_small(tmp_path: Path) -> None:
     file = kept(tmp_path, 1000)
     page = trials_page(view_of(Plan(document="walk.xml"), summarize(file, VARYING, 1000), file))
     assert len(page) < 2e6
+
+
+@pytest.mark.slow
+def test_of_trials_that_were_added_after_a_look_no_difference_is_called_real(summary: Summary) -> None:
+    better = [structs.replace(outcome(number), success=number < 90) for number in range(100)]
+    first = Summary((outcome(number) for number in range(100)), VARYING)
+    assert "lost: real (p = " in Comparison(first, Summary(better, VARYING, (100,))).verdict
+    grown = Comparison(Summary(first_of(better), VARYING, (40, 100)), Summary(better, VARYING, (100,)))
+    assert grown.looks == 2
+    assert grown.verdict == "5 gained, 0 lost: p = 0.0625 of a single look, at most 0.125 of 2 looks"
+    console = Console(file=io.StringIO(), width=120)
+    show(console, Summary(better, VARYING, (40, 100)), "walk")
+    show_comparison(console, grown, ("one", "other"))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "Trials were added after a look (40, then 100): the interval is that of a single look." in text
+    assert "Fresh trials, of another --seed, are looked at once." in text
+
+
+def first_of(outcomes: list[Outcome]) -> list[Outcome]:
+    """Return outcomes of which five fewer succeed."""
+    return [structs.replace(each, success=each.success and each.number >= 5) for each in outcomes]
+
+
+@pytest.mark.slow
+def test_of_many_parts_some_differ_by_chance(summary: Summary) -> None:
+    console = Console(file=io.StringIO(), width=120)
+    show(console, summary, "walk")
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "Of 12 parts, some differ by chance alone." in text
+    assert "Means are of all trials of a part, failed ones, too." in text
+
+
+@pytest.mark.slow
+def test_few_trials_are_called_few() -> None:
+    few, enough = (Summary((outcome(number) for number in range(count)), VARYING) for count in (19, 20))
+    console = Console(file=io.StringIO(), width=120)
+    show(console, few, "walk")
+    show_comparison(console, Comparison(few, few), ("one", "other"))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "%)\nFewer than 20 trials say little." in text
+    assert "in which both succeed. Fewer than 20 trials say little." in text
+    console = Console(file=io.StringIO(), width=120)
+    show(console, enough, "walk")
+    assert "say little" not in console.file.getvalue()  # type: ignore[attr-defined]

@@ -285,6 +285,14 @@ def test_a_server_that_is_offline_is_back_later() -> None:
     assert outcome.success, outcome.error
 
 
+def test_a_servant_that_there_is_not_cannot_be_offline() -> None:
+    gone = {"gone": Disturbance(at=0.5, offline=("Camra",), seconds=0.4)}
+    with pytest.raises(
+        TrialsError, match=r"Camra cannot be offline: there is no such servant; there are .*Camera"
+    ):
+        run_trial(plan(FOLLOW, robot="fake", disturbances=gone), 1)
+
+
 def test_late_pictures_are_as_old_as_they_are_said_to_be(tmp_path: Path) -> None:
     # The ball jumps at 1.0 s; a robot that sees it 0.6 s late turns its head 0.6 s later.
     (tmp_path / "follow_ball.xml").write_bytes(Path(FOLLOW).read_bytes())

@@ -5,20 +5,17 @@
  */
 
 import {LitElement, html, nothing, repeat, svg} from "lit";
-import {decimal, language, n, rich, t} from "../texts.js";
+import {decimal, n, rich, t} from "../texts.js";
+import {percent, short} from "./figures.js";
 
 const WIDTH = 300; // of a plot, in its own units
 const HEIGHT = 84;
 const MARGIN = 0.3; // m around the places of a map
 const MOST_COLORS = 8; // of states in a timeline
+const MOST_STEPS = 4; // between the counts on the axis of a histogram
 
-/** @param {number} part */
-const percent = (part) => `${(100 * part).toLocaleString(language, {maximumFractionDigits: 1})} %`;
-
-const PLAIN = {useGrouping: false, maximumFractionDigits: 20};
-
-/** @param {number} number */
-const short = (number) => Number(number.toPrecision(4)).toLocaleString(language, PLAIN);
+/** How many trials were asked for, one time after the other. @param {readonly number[]} looks */
+const sequence = (looks) => looks.join(", ");
 
 /** @param {Share} share */
 const rate = ({successes, trials}) => (trials ? successes / trials : 0);
@@ -44,7 +41,7 @@ export class HfsmTrials extends LitElement {
   render() {
     const {view} = this;
     if (!view) return html`<p class="empty">${t("There are no trials yet.")}</p>`;
-    const {share, planned, histograms, dependences, maps, ways, worst, origin} = view;
+    const {share, planned, looks, histograms, dependences, maps, ways, worst, origin} = view;
     if (!share.trials)
       return html`<p class="empty" role="status">${t("None of {planned} trials has ended yet.", {planned})}</p>`;
     return html`
@@ -66,16 +63,24 @@ export class HfsmTrials extends LitElement {
               highest: percent(share.highest),
             })}
           </p>
+          ${share.trials < SMALL ? html`<p class="muted">${t("Fewer than {count} trials say little.", {count: SMALL})}</p>` : nothing}
+          ${
+            looks.length > 1
+              ? html`<p class="muted">
+                  ${t("Trials were added after a look ({looks}): the interval is that of a single look.", {looks: sequence(looks)})}
+                </p>`
+              : nothing
+          }
         </div>
         <p class="trials-legend">${sign("good", t("succeed"))} ${sign("bad", t("fail"))}</p>
         ${shareBar(share)}
       </section>
       ${ways.length ? this.#section(t("How it fails"), [this.#ways(ways), otherWays(share, ways)]) : nothing}
       ${maps.length ? this.#section(t("Where"), html`<div class="trials-plots">${maps.map((map) => this.#map(map))}</div>`) : nothing}
-      ${dependences.length ? this.#section(t("What success depends on"), [html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`, smallParts(dependences)]) : nothing}
-      ${histograms.length ? this.#section(t("Numbers"), html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`) : nothing}
+      ${dependences.length ? this.#section(t("What success depends on"), [html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`, chance(dependences)]) : nothing}
+      ${histograms.length ? this.#section(t("Numbers"), [html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`, ofSuccess(share)]) : nothing}
       ${worst.length ? this.#section(t("The worst trials"), this.#worst(worst)) : nothing}
-      ${origin ? this.#section(t("How it was measured"), originTable(origin)) : nothing}
+      ${origin ? this.#section(t("How it was measured"), originTable(origin, looks)) : nothing}
     `;
   }
 
@@ -263,10 +268,13 @@ function timelineOf({changes, end}) {
 
 /** @param {Histogram} histogram */
 function histogramPlot({name, median, lower, upper, edges, good, bad}) {
-  const most = Math.max(1, ...good.map((count, index) => count + bad[index]));
+  const counts = countTicks(Math.max(...good.map((count, index) => count + bad[index])));
+  const most = counts[counts.length - 1];
+  /** @param {number} count */
+  const tall = (count) => (count / most) * HEIGHT;
   const step = WIDTH / good.length;
   const bars = good.map((count, index) => {
-    const [high, low] = [(count / most) * HEIGHT, (bad[index] / most) * HEIGHT];
+    const [high, low] = [tall(count), tall(bad[index])];
     const title = t("{lower} to {upper}: {succeeded} succeed, {failed} fail", {
       lower: short(edges[index]),
       upper: short(edges[index + 1]),
@@ -288,28 +296,63 @@ function histogramPlot({name, median, lower, upper, edges, good, bad}) {
         })}</span
       >
     </figcaption>
-    <svg viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label=${t("Distribution of {name}", {name})}>
-      ${bars}
-      <path class="axis" d="M0 ${HEIGHT}H${WIDTH}"></path>
-    </svg>
-    <p class="muted between"><span>${short(edges[0])}</span><span>${short(edges[edges.length - 1])}</span></p>
+    <div class="histogram">
+      <p class="muted counts-of">${t("Trials")}</p>
+      <div class="muted counts">${[...counts].reverse().map((count) => html`<span>${count}</span>`)}</div>
+      <svg
+        viewBox="0 0 ${WIDTH} ${HEIGHT}"
+        preserveAspectRatio="none"
+        role="img"
+        aria-label=${t("Distribution of {name}", {name})}
+      >
+        <path class="count-line" d=${counts.map((count) => `M0 ${HEIGHT - tall(count)}H${WIDTH}`).join("")}></path>
+        ${bars}
+        <path class="axis" d="M0 ${HEIGHT}H${WIDTH}"></path>
+      </svg>
+      <p class="muted between"><span>${short(edges[0])}</span><span>${short(edges[edges.length - 1])}</span></p>
+    </div>
   </figure>`;
 }
 
-const SMALL = 20; // trials, as in visualhfsm/trials/_statistics.py
-
-/** A word about chance, where parts have few trials. @param {readonly Dependence[]} dependences */
-function smallParts(dependences) {
-  const some = dependences.some(({parts}) => parts.some(({share}) => share.trials < SMALL));
-  return some
-    ? html`<p class="muted">${t("Parts with fewer than {count} trials may differ by chance.", {count: SMALL})}</p>`
+/** Which trials the figures beside the bars are of. @param {Share} share */
+const ofSuccess = ({successes}) =>
+  successes
+    ? html`<p class="muted">${t("Medians and halves are of the trials that succeed, bars of all.")}</p>`
     : nothing;
+
+/**
+ * The counts on the axis of a histogram, evenly from 0 to the first one that no bar is above.
+ *
+ * @param {number} most trials of a bar
+ */
+export function countTicks(most) {
+  const steps = [1, 2, 5].flatMap((step) => Array.from({length: 7}, (_, power) => step * 10 ** power));
+  const step = Math.min(...steps.filter((each) => most <= MOST_STEPS * each));
+  return Array.from({length: Math.ceil(most / step) + 1}, (_, index) => index * step);
 }
 
-/** What those need who print the figures. @param {Origin} origin */
-function originTable({document, seed, digest, versions, date, commit}) {
+const SMALL = 20; // trials, as in visualhfsm/trials/_statistics.py
+const MANY = 10; // parts, as in visualhfsm/trials/_terminal.py
+
+/** What chance does to the parts of the quantities. @param {readonly Dependence[]} dependences */
+function chance(dependences) {
+  const shares = dependences.flatMap(({parts}) => parts.map(({share}) => share));
+  const means = dependences.some(({parts}) => parts.some((part) => part.means.length));
+  const words = [
+    means ? t("Means are of all trials of a part, failed ones, too.") : "",
+    shares.some(({trials}) => trials < SMALL)
+      ? t("Parts with fewer than {count} trials may differ by chance.", {count: SMALL})
+      : "",
+    shares.length >= MANY ? t("Of {count} parts, some differ by chance alone.", {count: shares.length}) : "",
+  ].filter(Boolean);
+  return words.length ? html`<p class="muted">${words.join(" ")}</p>` : nothing;
+}
+
+/** What those need who print the figures. @param {Origin} origin @param {readonly number[]} looks */
+function originTable({document, seed, digest, versions, date, commit}, looks) {
   const rows = [
     [t("Document"), document],
+    [t("Trials"), sequence(looks)],
     [t("Seed"), seed],
     [t("Digest of plan and files"), digest],
     [t("Commit"), commit],
@@ -361,4 +404,4 @@ function dependencePlot({name, parts}) {
 }
 
 /** @param {number | undefined} mean */
-const meanText = (mean) => (mean === undefined ? "" : Number(mean.toPrecision(3)).toLocaleString(language, PLAIN));
+const meanText = (mean) => (mean === undefined ? "" : short(mean));
