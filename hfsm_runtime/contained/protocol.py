@@ -41,6 +41,8 @@ Values = Annotated[dict[Name, object], msgspec.Meta(max_length=1000)]
 """Variables, which are decoded only where somebody wants them."""
 LARGEST_VALUES: Final = 1 << 18
 """Bytes of the variables in a message."""
+READY: Final = b"ready"
+"""What programs behind walls send first: all that fails before is no fault of the code that they get."""
 NO_VALUES: Final = msgspec.Raw(msgspec.msgpack.encode({}))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import stat
 import subprocess
 import tempfile
@@ -29,21 +30,21 @@ from hfsm_runtime.contained.protocol import (
     Variables,
     state_of_random,
 )
-from hfsm_runtime.errors import ComponentError
+from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.source_map import PLACE
 from hfsm_runtime.virtual import BehaviorFailed
 from visualhfsm.simulation import Behavior, DocumentInvalid
 from zenoh_ice import ZenohIceError
 
+from ._compile import LARGEST_COMPONENT, LIMIT, READY
 from ._contained_component import LARGEST_DOCUMENT, Shown, make_component, read_submission
-from ._errors import ComputerTooBusy
+from ._errors import ComputerFailed, ComputerTooBusy, GradingError
 from ._requests import Requests
-from ._session import Allowance, ContainedError, Session
+from ._session import Allowance, ContainedError, Session, why_not_begun
 from ._walls import Walls
 
-_COMPILE_LIMIT: Final = 60.0
-"""Wall seconds to compile a document."""
-_LARGEST_COMPONENT: Final = 16 << 20  # bytes
+_COMPILE_LIMIT: Final = 600.0
+"""Wall seconds to compile a document, on a busy computer."""
 _LONGEST_ERRORS: Final = 4000  # characters
 _LINE: Final = re.compile(r":(\d+)\)$")
 
@@ -146,13 +147,22 @@ class Containment:
                     check=False,
                 )
             except subprocess.TimeoutExpired:
-                raise DocumentInvalid(f"{name} takes more than {_COMPILE_LIMIT:g} s to compile") from None
+                raise ComputerTooBusy(
+                    Message("the computer was too busy: {name} was not compiled", name=name)
+                ) from None
+            except OSError as error:
+                raise ComputerFailed(f"no process can be started: {error.strerror}") from error
             for file in (written, errors):
                 file.seek(0)
-            text = written.read(_LARGEST_COMPONENT + 1)
-            if done.returncode or len(text) > _LARGEST_COMPONENT:
-                said = errors.read(_LONGEST_ERRORS).decode("utf-8", "replace").strip()
-                raise DocumentInvalid(f"{name} cannot be run:\n{said or 'the compiler failed'}")
+            said = errors.read(_LONGEST_ERRORS)
+            if written.read(len(READY)) != READY:
+                raise ComputerFailed(why_not_begun(done.returncode, said))
+            text = written.read(LARGEST_COMPONENT + 1)
+            if abs(done.returncode) & 127 in (signal.SIGXCPU, signal.SIGKILL):
+                raise DocumentInvalid(f"{name} takes more than {LIMIT} s to compile")
+            if done.returncode or len(text) > LARGEST_COMPONENT:
+                words = said.decode("utf-8", "replace").strip()
+                raise DocumentInvalid(f"{name} cannot be run:\n{words or 'the compiler failed'}")
             return text.decode("utf-8")
 
 
@@ -177,17 +187,28 @@ class _Code:
         self._text: Final = text
         self._session: Session | None = None
         self._requests: Requests | None = None
+        self._broken = ""
+        """What the session said at its end."""
+        self._too_busy = False
         self.behavior: Behavior | None = None
 
     @property
     def broken(self) -> str:
-        """Why the process cannot go on; empty while it can."""
-        return "" if self._session is None else self._session.broken
+        """Why the process cannot go on, or could not; empty while it can."""
+        return self._broken if self._session is None else self._session.broken
 
-    def require_time(self) -> None:
-        """Raise ComputerTooBusy if the process cannot go on because the computer had no time for it."""
-        if self._session is not None and self._session.too_busy:
-            raise ComputerTooBusy(Message.verbatim(self._session.broken))
+    def require_computer(self) -> None:
+        """Raise ComputerTooBusy if the process cannot go on because the computer had no time for it.
+
+        Raises ComputerFailed if the computer cannot show what cameras see.
+        """
+        behavior = self.behavior
+        if behavior is not None and behavior.has_robot:
+            why = getattr(behavior.robot.device, "blind", "")  # which simulated robots alone have
+            if why:
+                raise ComputerFailed(why)
+        if self._too_busy if self._session is None else self._session.too_busy:
+            raise ComputerTooBusy(Message.verbatim(self.broken))
 
     @property
     def runs(self) -> bool:
@@ -242,6 +263,7 @@ class _Code:
         """End the process."""
         session, self._session = self._session, None
         if session is not None:
+            self._broken, self._too_busy = session.broken, session.too_busy
             session.close()
         if self._requests is not None:
             self._requests.close()
@@ -260,12 +282,16 @@ class ContainedBehavior(Behavior):
         try:
             super().__init__(component(), **options)
         except (ContainedError, ComponentError, ZenohIceError) as error:
+            broken = code.broken
             try:
-                code.require_time()
+                code.require_computer()
             finally:
                 code.close()
-            if not isinstance(error, ComponentError) or code.broken or _where(error):
-                raise BehaviorFailed(_in_words(error, code.broken)) from error
+            cause = error.__cause__ if isinstance(error, VariablesError) else error
+            if isinstance(cause, GradingError):
+                raise cause from None
+            if cause is not error or not isinstance(error, ComponentError) or broken or _where(error):
+                raise BehaviorFailed(_in_words(cause, broken)) from error
             raise
         except BaseException:
             code.close()
@@ -281,15 +307,15 @@ class ContainedBehavior(Behavior):
         try:
             super().advance(seconds)
         except BehaviorFailed as failure:
-            self._code.require_time()
+            self._code.require_computer()
             cause = failure.__cause__
             if self._code.broken or _where(cause):
                 raise BehaviorFailed(f"{_in_words(cause, self._code.broken)}\n{self.timeline}") from failure
             raise
         except ContainedError as error:  # in a function that a stream calls
-            self._code.require_time()
+            self._code.require_computer()
             raise BehaviorFailed(f"{_in_words(error, self._code.broken)}\n{self.timeline}") from error
-        self._code.require_time()
+        self._code.require_computer()
         if self._code.broken:
             raise BehaviorFailed(f"{self._code.broken}\n{self.timeline}")
 
@@ -298,7 +324,7 @@ class ContainedBehavior(Behavior):
         try:
             return self._code.variables(self.automaton(automaton).automaton.id)
         except ContainedError as error:
-            self._code.require_time()
+            self._code.require_computer()
             raise BehaviorFailed(_in_words(error, self._code.broken)) from error
 
     def end_code(self) -> None:

@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
+from naoserver.errors import RobotError
 from visualhfsm.simulation import DocumentInvalid
 from visualhfsm.trials import Outcome, TrialsError, quiet, run_trial
 from zenoh_ice.text import encodable, printable
 
 from ._containment import Containment
 from ._criteria import Verdict, judge
-from ._errors import ComputerTooBusy
+from ._errors import ComputerFailed, ComputerTooBusy, GradingError
 from ._marks import Earned, Marks
 from ._run import Run
 from ._words import say
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 _LONGEST_REASON: Final = 600
 _DIGITS: Final = 3
 _ATTEMPTS: Final = 3
-"""How often a trial is run for which the computer has no time."""
+"""How often a trial is run for which the computer has no time, or no process."""
 _AROUND: Final = re.compile(r" cannot be (run|read):$|^\d+ errors?\b")
 """Lines of the compiler before and after the errors."""
 _COMPILED: Final = re.compile(r"\S+\.py:\d+ \(([^()\n]*)\)")
@@ -114,7 +116,7 @@ class Grader:
 
     def _run(self, containment: Containment, name: str, number: int) -> _Judged:
         for _ in range(_ATTEMPTS - 1):
-            with suppress(ComputerTooBusy):
+            with suppress(ComputerTooBusy, ComputerFailed):
                 return self._try(containment, name, number)
         return self._try(containment, name, number)
 
@@ -125,6 +127,8 @@ class Grader:
         except DocumentInvalid:
             raise
         except (TrialsError, ExecutionError) as error:
+            if isinstance(error.__cause__, RobotError):  # the plan and the computer make the robot
+                raise GradingError(reason(error)) from error
             return self._stopped(name, number, str(error))
         if outcome.error or not witness.verdicts:
             return self._stopped(name, number, outcome.error or outcome.reason)
