@@ -46,6 +46,8 @@ from ._walls import Walls
 _COMPILE_LIMIT: Final = 600.0
 """Wall seconds to compile a document, on a busy computer."""
 _LONGEST_ERRORS: Final = 4000  # characters
+_MOST_SHOWN: Final = 1 << 20
+"""Bytes, encoded, of all variables that a recording shows."""
 _LINE: Final = re.compile(r":(\d+)\)$")
 
 
@@ -187,6 +189,8 @@ class _Code:
         self._text: Final = text
         self._session: Session | None = None
         self._requests: Requests | None = None
+        self._sizes: Final[dict[tuple[int, str], int]] = {}
+        """Bytes of the variables that are shown."""
         self._broken = ""
         """What the session said at its end."""
         self._too_busy = False
@@ -247,7 +251,7 @@ class _Code:
         done = session.ask(message, Done, where)
         if self._shows:
             for name, value in session.values(done.variables, where).items():
-                self.shown[automaton][name] = CellType(value)
+                self._show(automaton, name, value)
         return done.value
 
     def variables(self, automaton: int) -> dict[str, Any]:
@@ -257,7 +261,20 @@ class _Code:
         assert requests is not None
         where = "its variables"
         answer = session.ask(ListVariables(requests.now, automaton), Variables, where)
-        return session.values(answer.values, where)
+        return {
+            name: session.value(each, where) for name, each in session.values(answer.values, where).items()
+        }
+
+    def _show(self, automaton: int, name: str, encoded: msgspec.Raw) -> None:
+        """Show a variable, if all those that are shown do not take too much memory.
+
+        A byte becomes up to 64 of them: `b"\\x80"` is an empty dictionary.
+        """
+        assert self._session is not None
+        before, size = self._sizes.get((automaton, name), 0), len(name) + len(encoded)
+        if sum(self._sizes.values()) - before + size <= _MOST_SHOWN:
+            self._sizes[automaton, name] = size
+            self.shown[automaton][name] = CellType(self._session.value(encoded, "its variables"))
 
     def close(self) -> None:
         """End the process."""

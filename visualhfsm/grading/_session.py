@@ -204,13 +204,20 @@ class Session:
             self._code.find()
         return found
 
-    def values(self, encoded: msgspec.Raw, where: str) -> dict[str, Any]:
-        """Return variables that its code has sent. Raises SubmissionBroken."""
+    def values(self, encoded: msgspec.Raw, where: str) -> dict[str, msgspec.Raw]:
+        """Return variables that its code has sent, each encoded. Raises SubmissionBroken."""
         if len(encoded) > LARGEST_VALUES:
             self._break(f"sent variables of {len(encoded)} bytes, in {where}")
         try:
             return self._decode_values(bytes(encoded))
         except (msgspec.MsgspecError, RecursionError) as error:
+            self._break(f"its process sent what is no message, in {where}: {error}")
+
+    def value(self, encoded: msgspec.Raw, where: str) -> Any:  # noqa: ANN401 - whatever MessagePack knows
+        """Return a variable that its code has sent. Raises SubmissionBroken."""
+        try:
+            return msgspec.msgpack.decode(encoded)
+        except (msgspec.MsgspecError, ValueError, RecursionError) as error:
             self._break(f"its process sent what is no message, in {where}: {error}")
 
     def close(self) -> None:
