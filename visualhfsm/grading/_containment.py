@@ -48,6 +48,8 @@ _COMPILE_LIMIT: Final = 600.0
 _LONGEST_ERRORS: Final = 4000  # characters
 _MOST_SHOWN: Final = 1 << 20
 """Bytes, encoded, of all variables that a recording shows."""
+_NUMBER: Final = re.compile(r"^\[Errno \d+\] ")
+"""What Python writes before the words of the system."""
 _LINE: Final = re.compile(r":(\d+)\)$")
 
 
@@ -268,7 +270,7 @@ class _Code:
     def _show(self, automaton: int, name: str, encoded: msgspec.Raw) -> None:
         """Show a variable, if all those that are shown do not take too much memory.
 
-        A byte becomes up to 64 of them: `b"\\x80"` is an empty dictionary.
+        A byte becomes up to 64 of them, as that of an empty dictionary.
         """
         assert self._session is not None
         before, size = self._sizes.get((automaton, name), 0), len(name) + len(encoded)
@@ -383,7 +385,8 @@ def _in_words(error: BaseException | None, broken: str) -> str:
     if type(error).__name__ == PrintedTooMuch.__name__:
         said = str(error)
     else:
-        said = f"its code raised {type(error).__name__}" + (f": {error}," if str(error) else ",")
+        text = _NUMBER.sub("", str(error))
+        said = f"its code raised {type(error).__name__}" + (f": {text}," if text else ",")
     said = f"{said} in {where}" if where else said.rstrip(",")
     if line is not None:
         said += f", line {line[1]}"

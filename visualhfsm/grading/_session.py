@@ -216,7 +216,7 @@ class Session:
     def value(self, encoded: msgspec.Raw, where: str) -> Any:  # noqa: ANN401 - whatever MessagePack knows
         """Return a variable that its code has sent. Raises SubmissionBroken."""
         try:
-            return msgspec.msgpack.decode(encoded)
+            return typed.from_msgpack(bytes(encoded))
         except (msgspec.MsgspecError, ValueError, RecursionError) as error:
             self._break(f"its process sent what is no message, in {where}: {error}")
 
