@@ -252,8 +252,8 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Class:
         attack = ATTACKS[name]
         (handed_in / name).mkdir()
         (handed_in / name / "get_there.xml").write_text(attack.text, "utf-8")
-        for file, text in attack.beside.items():
-            (handed_in / name / file).write_text(text, "utf-8")
+        for beside, content in attack.beside.items():
+            (handed_in / name / beside).write_text(content, "utf-8")
     (handed_in / "zoe.xml").write_text(document(honest), "utf-8")
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}
     command = module("visualhfsm", "grade", "get_there", "handed-in", "--workers", "2")

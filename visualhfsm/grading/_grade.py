@@ -13,7 +13,6 @@ import msgspec
 
 from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
-from naoserver.errors import RobotError
 from visualhfsm.simulation import DocumentInvalid
 from visualhfsm.trials import Outcome, TrialsError, quiet, run_trial
 from zenoh_ice.text import encodable, printable
@@ -139,8 +138,8 @@ class Grader:
         except DocumentInvalid:
             raise
         except (TrialsError, ExecutionError) as error:
-            if isinstance(error.__cause__, RobotError):  # the plan and the computer make the robot
-                raise GradingError(reason(error)) from error
+            if error.__cause__ is not None and not isinstance(error.__cause__, ExecutionError):
+                raise GradingError(reason(error)) from error  # the plan and the computer make the robot
             return self._stopped(name, number, str(error))
         if outcome.error or not witness.verdicts:
             return self._stopped(name, number, outcome.error or outcome.reason, witness.did)

@@ -233,3 +233,10 @@ def test_a_judge_that_returns_something_else_is_refused(folder: Path) -> None:
     (folder / "judge.py").write_text("def good(run):\n    return 2.0, 'well'\n", "utf-8")
     with pytest.raises(GradingError, match=r"judge.py:good: it must return a share from 0 to 1"):
         grade(folder, waits(1300))
+
+
+def test_a_robot_that_cannot_be_made_is_no_fault_of_a_submission(folder: Path) -> None:
+    plan = TRIALS.replace('robot = "fake"', 'robot = "sim"\nscene.body = "Nao"')
+    (folder / "trials.toml").write_text(plan, "utf-8")
+    with pytest.raises(GradingError, match="trial 1 is not possible"):
+        grade(folder, waits(1300))
