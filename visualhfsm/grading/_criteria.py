@@ -24,7 +24,7 @@ _SLACK: Final = 1e-9
 """s by which a time in binary may be beyond its limit."""
 _LONGEST_WORDS: Final = 500
 _MOST_STATES: Final = 4
-"""States that are told of a run."""
+"""States of a run that are said."""
 _LONGEST_STATE: Final = 60
 _MILLISECONDS: Final = 3
 """Digits after the point."""

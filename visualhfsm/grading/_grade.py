@@ -97,13 +97,13 @@ class Grader:
                 for index, criterion in enumerate(exercise.criteria)
             ),
             error=next((each.error for each in judged if each.error), ""),
-            did=self._told(self._worst),
+            did=self._besides(self._worst),
             worst_plan=self._worst.plan,
             worst_number=self._worst.number,
         )
 
-    def _told(self, worst: _Judged) -> str:
-        """Return what a document did in the trial that lost the most points; empty if it lost none."""
+    def _besides(self, worst: _Judged) -> str:
+        """Say what a document did in the trial that lost the most points; empty if it lost none."""
         if not worst.lost(self._exercise):
             return ""
         other = other_exercise(self._exercise, self._document)
