@@ -149,7 +149,8 @@ class CameraRenderer:
         self._virtual = virtual
         self._requests: queue.Queue[_Request | None] = queue.Queue(_QUEUE_LENGTH)
         self._ready = threading.Event()
-        self._failure: str | None = None
+        self.failure: str | None = None
+        """Why it renders nothing, if it has tried."""
         self._closed = False
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
@@ -162,12 +163,12 @@ class CameraRenderer:
         with self._lock:
             if self._thread is None and not self._closed:
                 thread = threading.Thread(target=self._run, name="cameras", daemon=True)
-                self._failure = None
+                self.failure = None
                 try:
                     thread.start()
                 except RuntimeError as error:  # at a limit of threads or memory
-                    self._failure = f"the cameras are off: {error}"
-                    _log.warning("%s", self._failure)
+                    self.failure = f"the cameras are off: {error}"
+                    _log.warning("%s", self.failure)
                     return
                 self._thread = thread
         any(self._ready.wait(limit) for limit in self._waits(self._limits.setup))
@@ -194,8 +195,8 @@ class CameraRenderer:
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot was closed")
         self.start()
-        if self._failure is not None:
-            raise HardwareFailure(self._failure)
+        if self.failure is not None:
+            raise HardwareFailure(self.failure)
         if not self._ready.is_set():
             limit = sum(self._waits(self._limits.setup))
             raise HardwareFailure(f"{camera}: GL was not set up within {limit:g} s")
@@ -226,8 +227,8 @@ class CameraRenderer:
         try:
             scene = _Scene(self._mj)
         except Exception as error:  # noqa: BLE001 - reported to every caller of `capture`
-            self._failure = f"the cameras are off: {error}"
-            _log.warning("%s", self._failure)
+            self.failure = f"the cameras are off: {error}"
+            _log.warning("%s", self.failure)
             return
         finally:
             self._ready.set()

@@ -230,6 +230,11 @@ class SimulatedRobot(SimulatedDevice):
     def capture(self, camera: str, width: int, height: int) -> Frame:
         return self._renderer.capture(camera, width, height)
 
+    @property
+    def blind(self) -> str:
+        """Why its cameras show nothing, as where there is no GL; empty as far as is known."""
+        return self._renderer.failure or ""
+
     @cached_property
     def _scratch(self) -> mujoco.MjData:
         return mujoco.MjData(self._model.mj)

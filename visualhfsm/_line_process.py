@@ -44,6 +44,10 @@ class KilledError(NoAnswerError):
     """The process was killed by someone else, or by the system for want of memory, or could not start."""
 
 
+class NotReadyError(KilledError):
+    """The process ended, or took too long, before it was ready: no question is to blame."""
+
+
 class LineProcess:
     """A module that runs in a process and answers one question at a time; started on first use.
 
@@ -78,9 +82,9 @@ class LineProcess:
             try:
                 return self._ask(question, patience)
             except (OSError, EOFError) as error:
-                killed = self._process is not None and _was_killed(self._process)
+                found, how = _end_of(self._process)
                 self._stop()
-                raise (KilledError if killed else NoAnswerError)("it has ended") from error
+                raise (KilledError if found == signal.SIGKILL else NoAnswerError)(how) from error
             except BaseException:
                 self._stop()
                 raise
@@ -107,14 +111,17 @@ class LineProcess:
     def _start(self) -> subprocess.Popen[bytes]:
         """Start the process, and wait until it is ready."""
         # With -P, modules are not imported from the working directory, which may contain documents.
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", self._module],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            bufsize=0,
-            env={**child_environment(), **self._environment},
-            start_new_session=True,
-        )
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", self._module],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                bufsize=0,
+                env={**child_environment(), **self._environment},
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise NotReadyError(f"it cannot be started: {error.strerror}") from error
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         os.set_blocking(self._process.stdin.fileno(), False)  # a pipe that is full is waited for with a limit
@@ -123,9 +130,9 @@ class LineProcess:
             while self._read_line(self._process.stdout.fileno(), until):
                 pass  # what is printed before
         except TooSlowError as error:
-            raise KilledError(f"it was not ready within {self._start_limit:g} s") from error
+            raise NotReadyError(f"it was not ready within {self._start_limit:g} s") from error
         except EOFError as error:
-            raise KilledError("it ended before it was ready") from error
+            raise NotReadyError(f"{_end_of(self._process)[1]} before it was ready") from error
         return self._process
 
     def _read_line(self, descriptor: int, until: float) -> bytes:
@@ -181,12 +188,26 @@ def _has_ended(process: subprocess.Popen[bytes]) -> bool:
     return _end_signal(process) is not None
 
 
-def _was_killed(process: subprocess.Popen[bytes]) -> bool:
-    """Return whether a process whose pipe is closed was killed; waits a moment for its end."""
-    until = time.monotonic() + _KILL_LIMIT
-    while (found := _end_signal(process)) is None and time.monotonic() < until:
-        time.sleep(_END_PERIOD)
-    return found == signal.SIGKILL
+def _end_of(process: subprocess.Popen[bytes] | None) -> tuple[int | None, str]:
+    """Return the signal that ended a process whose pipe is closed, 0 or None if none did, and that in words.
+
+    Waits a moment for its end.
+    """
+    found = None
+    if process is not None:
+        until = time.monotonic() + _KILL_LIMIT
+        while (found := _end_signal(process)) is None and time.monotonic() < until:
+            time.sleep(_END_PERIOD)
+    return found, f"it was ended by {signal_name(found)}" if found else "it has ended"
+
+
+def signal_name(number: int) -> str:
+    """Return the name of a signal, for SIGILL with what it means."""
+    if number not in signal.valid_signals():
+        return f"signal {number}"
+    name = signal.Signals(number).name if number in [*signal.Signals] else f"signal {number}"
+    lacks = "the processor of this computer lacks an instruction that a package needs, such as those of AVX"
+    return f"{name} ({lacks})" if number == signal.SIGILL else name
 
 
 def _end_signal(process: subprocess.Popen[bytes]) -> int | None:

@@ -11,7 +11,7 @@ from typing import Final
 
 from ._code import FarComponent
 from ._link import Link
-from .protocol import Begin, Limits, Pipe, PipeError, PrintedTooMuch
+from .protocol import READY, Begin, Limits, Pipe, PipeError, PrintedTooMuch
 
 
 class Output(io.TextIOWrapper):
@@ -37,9 +37,9 @@ OUTPUT: Final = Output()
 def main() -> None:
     """Serve the near end until it closes the pipe."""
     pipe = Pipe(os.dup(0), os.dup(1))
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, 0)
-    os.dup2(2, 1)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for file in range(3):
+        os.dup2(nothing, file)
     sys.stdout = sys.stderr = OUTPUT
     link = Link(pipe)
     component = FarComponent(link)
@@ -51,6 +51,7 @@ def main() -> None:
 
     link.serve = serve
     with contextlib.suppress(PipeError):
+        pipe.send(READY)
         link.run()
     os._exit(0)  # code may have left threads, and handlers that run at the end
 

@@ -149,8 +149,8 @@ class FarComponent:
         return found
 
     def _raised(self, error: BaseException, automaton: int) -> Raised:
-        if isinstance(error, VariablesError):  # whose text has the place
-            return Raised(VariablesError.__name__, str(error)[:LARGEST_TEXT])
+        if isinstance(error, VariablesError) and error.__cause__ is not None:
+            error = error.__cause__  # where it happened is said apart
         name = type(error).__name__[:_LONGEST_NAME]
         said = explain(error, self._component, self._chain(automaton))
         text = said.removeprefix(f"{type(error).__name__}: ")

@@ -37,10 +37,12 @@ Text = Annotated[str, msgspec.Meta(max_length=LARGEST_TEXT)]
 Name = Annotated[str, msgspec.Meta(max_length=200)]
 Plain = bool | int | float | str
 """A value of a parameter."""
-Values = Annotated[dict[Name, object], msgspec.Meta(max_length=1000)]
-"""Variables, which are decoded only where somebody wants them."""
+Values = Annotated[dict[Name, msgspec.Raw], msgspec.Meta(max_length=1000)]
+"""Variables, each of which is decoded only where somebody wants it."""
 LARGEST_VALUES: Final = 1 << 18
 """Bytes of the variables in a message."""
+READY: Final = b"ready"
+"""What programs behind walls send first: all that fails before is no fault of the code that they get."""
 NO_VALUES: Final = msgspec.Raw(msgspec.msgpack.encode({}))
 
 

@@ -138,7 +138,8 @@ def test_a_class_gets_marks_reasons_and_pages(marked: Class) -> None:
     assert len(marked.rows) == marked.handed_in
     assert marked.points("ana", "ben") == ["10", "7"]
     reason = "changes of side in 9 s: 1; asked: at least 3"  # of a language that the exercise has
-    assert marked.rows["ben"]["reasons"] == reason
+    did = "its states in the trial with the fewest points: `left` for 2 s, `right` for 7 s"
+    assert marked.rows["ben"]["reasons"] == f"{reason}; {did}"
     page = (marked.marks / "ben.html").read_text("utf-8")
     assert reason in page
     assert "<iframe" in page

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import os
 import pickle
+import tempfile
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -18,10 +19,10 @@ import msgspec
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
-from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
+from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, NotReadyError, TooSlowError
 from zenoh_ice import typed
 
-from ._errors import GradingError
+from ._errors import ComputerFailed, GradingError
 from ._exercise import Exercise
 from ._marks import Marks
 from ._page import write_page
@@ -37,6 +38,11 @@ _MARGIN: Final = 60.0
 """Wall s beyond the limits of its trials after which a submission is given up."""
 _ATTEMPTS: Final = 2
 """How often a submission is graded whose process is killed, perhaps by somebody else."""
+_HARMLESS: Final = (
+    '<VisualHFSM><SubAutomata id="1" idFather="0"><state initial="true" id="1"><name>rests</name></state>'
+    "</SubAutomata></VisualHFSM>"
+)
+"""A document that does nothing: a computer that cannot grade it can grade none."""
 _ENDED: Final = Message("grading has been ended")
 _POLL_PERIOD: Final = 0.2
 """s between two looks at whether a signal has come."""
@@ -118,6 +124,17 @@ class Graders:
         return [future.result() for future in futures if future not in waiting]
 
 
+class _ProgramEnded(Exception):
+    """The program that grades has not answered."""
+
+    def __init__(self, what: str, how: str) -> None:
+        super().__init__(what, how)
+        self.what: Final = what
+        """What that says of the submission, if it is to blame."""
+        self.how: Final = how
+        """How the program ended."""
+
+
 class _Processes:
     """A process for each thread, which lasts from submission to submission."""
 
@@ -128,18 +145,46 @@ class _Processes:
         self._closed = False
 
     def grade(self, exercise: Exercise, task: Task) -> Marks:
-        """Return the marks of a submission, whatever its document does. Raises GradingError."""
+        """Return the marks of a submission, whatever its document does.
+
+        Raises GradingError, as for a computer that cannot grade any document.
+        """
+        try:
+            return self._grade(exercise, task)
+        except _ProgramEnded as ended:
+            self._require_computer(exercise, task)
+            language = exercise.language(task.language)
+            return Marks.broken(exercise, task.name, language, f"{ended.what}: {ended.how}")
+
+    def _require_computer(self, exercise: Exercise, task: Task) -> None:
+        """Raise ComputerFailed if a document that does nothing ends the program that grades, too."""
+        with tempfile.TemporaryDirectory(prefix="visualhfsm-grade-") as folder:
+            path = Path(folder) / f"{exercise.name}.xml"
+            path.write_text(_HARMLESS, "utf-8")
+            try:
+                self._grade(exercise, replace(task, submission=path))
+            except _ProgramEnded as ended:
+                raise ComputerFailed(
+                    f"with a document that does nothing, the program that grades: {ended.how}"
+                ) from ended
+
+    def _grade(self, exercise: Exercise, task: Task) -> Marks:
+        """Return the marks of a submission. Raises _ProgramEnded, and GradingError."""
         patience = sum(plan.runs * plan.patience for plan in exercise.plans.values()) + _MARGIN
-        why = ""
+        what = how = ""
         for _ in range(_ATTEMPTS):
             try:
                 answer = self._ask(task, patience)
             except TooSlowError:  # what its code may take is limited elsewhere
-                why = f"grade it again: the computer was too busy to grade it in {patience:g} s"
-            except KilledError:
-                why = "grading it was ended by the system, perhaps for want of memory"
-            except NoAnswerError:
-                why = "reading it ended the program that grades"
+                what, how = "grade it again", f"the computer was too busy to grade it in {patience:g} s"
+            except NotReadyError as error:
+                if self._closed:
+                    raise GradingError(_ENDED) from error
+                raise ComputerFailed(f"the program that grades: {error}") from error
+            except KilledError as error:
+                what, how = "grading it took too much memory, or somebody ended it", str(error)
+            except NoAnswerError as error:
+                what, how = "reading it ended the program that grades", str(error)
                 break
             else:
                 if answer.marks is None:
@@ -147,7 +192,7 @@ class _Processes:
                 return answer.marks
             if self._closed:
                 raise GradingError(_ENDED)
-        return Marks.broken(exercise, task.name, exercise.language(task.language), why)
+        raise _ProgramEnded(what, how)
 
     def write_page(self, exercise: Exercise, task: Task, marks: Marks, page: Path) -> None:
         """Write the page of a submission, with its worst trial if that can be recorded.

@@ -17,13 +17,26 @@ import msgspec
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 
+READY: Final = b"ready\n"
+"""Comes before the component: what fails earlier is no fault of the documents."""
+LIMIT: Final = 60
+"""s of processor time."""
+LARGEST_COMPONENT: Final = 16 << 20  # bytes
 _MEMORY: Final = 2 << 30
 """Bytes of address space: what strangers write may be made to take all there is."""
 
 
 def main(name: str, *include: str) -> int:
     """Compile it; return 1 after errors, which standard error gets."""
-    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    for kind, most in (
+        (resource.RLIMIT_AS, _MEMORY),
+        (resource.RLIMIT_CPU, LIMIT),
+        (resource.RLIMIT_FSIZE, 2 * LARGEST_COMPONENT),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        resource.setrlimit(kind, (most, most))
+    sys.stdout.buffer.write(READY)
+    sys.stdout.buffer.flush()
     with tempfile.TemporaryDirectory() as folder:
         for file, content in msgspec.msgpack.decode(sys.stdin.buffer.read()).items():
             (Path(folder) / file).write_bytes(content)

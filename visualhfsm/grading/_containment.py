@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import stat
 import subprocess
 import tempfile
@@ -29,22 +30,26 @@ from hfsm_runtime.contained.protocol import (
     Variables,
     state_of_random,
 )
-from hfsm_runtime.errors import ComponentError
+from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.source_map import PLACE
 from hfsm_runtime.virtual import BehaviorFailed
 from visualhfsm.simulation import Behavior, DocumentInvalid
 from zenoh_ice import ZenohIceError
 
+from ._compile import LARGEST_COMPONENT, LIMIT, READY
 from ._contained_component import LARGEST_DOCUMENT, Shown, make_component, read_submission
-from ._errors import ComputerTooBusy
+from ._errors import ComputerFailed, ComputerTooBusy, GradingError
 from ._requests import Requests
-from ._session import Allowance, ContainedError, Session
+from ._session import Allowance, ContainedError, Session, why_not_begun
 from ._walls import Walls
 
-_COMPILE_LIMIT: Final = 60.0
-"""Wall seconds to compile a document."""
-_LARGEST_COMPONENT: Final = 16 << 20  # bytes
+_COMPILE_LIMIT: Final = 600.0
+"""Wall seconds to compile a document, on a busy computer."""
 _LONGEST_ERRORS: Final = 4000  # characters
+_MOST_SHOWN: Final = 1 << 20
+"""Bytes, encoded, of all variables that a recording shows."""
+_NUMBER: Final = re.compile(r"^\[Errno \d+\] ")
+"""What Python writes before the words of the system."""
 _LINE: Final = re.compile(r":(\d+)\)$")
 
 
@@ -146,13 +151,22 @@ class Containment:
                     check=False,
                 )
             except subprocess.TimeoutExpired:
-                raise DocumentInvalid(f"{name} takes more than {_COMPILE_LIMIT:g} s to compile") from None
+                raise ComputerTooBusy(
+                    Message("the computer was too busy: {name} was not compiled", name=name)
+                ) from None
+            except OSError as error:
+                raise ComputerFailed(f"no process can be started: {error.strerror}") from error
             for file in (written, errors):
                 file.seek(0)
-            text = written.read(_LARGEST_COMPONENT + 1)
-            if done.returncode or len(text) > _LARGEST_COMPONENT:
-                said = errors.read(_LONGEST_ERRORS).decode("utf-8", "replace").strip()
-                raise DocumentInvalid(f"{name} cannot be run:\n{said or 'the compiler failed'}")
+            said = errors.read(_LONGEST_ERRORS)
+            if written.read(len(READY)) != READY:
+                raise ComputerFailed(why_not_begun(done.returncode, said))
+            text = written.read(LARGEST_COMPONENT + 1)
+            if abs(done.returncode) & 127 in (signal.SIGXCPU, signal.SIGKILL):
+                raise DocumentInvalid(f"{name} takes more than {LIMIT} s to compile")
+            if done.returncode or len(text) > LARGEST_COMPONENT:
+                words = said.decode("utf-8", "replace").strip()
+                raise DocumentInvalid(f"{name} cannot be run:\n{words or 'the compiler failed'}")
             return text.decode("utf-8")
 
 
@@ -177,17 +191,30 @@ class _Code:
         self._text: Final = text
         self._session: Session | None = None
         self._requests: Requests | None = None
+        self._sizes: Final[dict[tuple[int, str], int]] = {}
+        """Bytes of the variables that are shown."""
+        self._broken = ""
+        """What the session said at its end."""
+        self._too_busy = False
         self.behavior: Behavior | None = None
 
     @property
     def broken(self) -> str:
-        """Why the process cannot go on; empty while it can."""
-        return "" if self._session is None else self._session.broken
+        """Why the process cannot go on, or could not; empty while it can."""
+        return self._broken if self._session is None else self._session.broken
 
-    def require_time(self) -> None:
-        """Raise ComputerTooBusy if the process cannot go on because the computer had no time for it."""
-        if self._session is not None and self._session.too_busy:
-            raise ComputerTooBusy(Message.verbatim(self._session.broken))
+    def require_computer(self) -> None:
+        """Raise ComputerTooBusy if the process cannot go on because the computer had no time for it.
+
+        Raises ComputerFailed if the computer cannot show what cameras see.
+        """
+        behavior = self.behavior
+        if behavior is not None and behavior.has_robot:
+            why = getattr(behavior.robot.device, "blind", "")  # which simulated robots alone have
+            if why:
+                raise ComputerFailed(why)
+        if self._too_busy if self._session is None else self._session.too_busy:
+            raise ComputerTooBusy(Message.verbatim(self.broken))
 
     @property
     def runs(self) -> bool:
@@ -226,7 +253,7 @@ class _Code:
         done = session.ask(message, Done, where)
         if self._shows:
             for name, value in session.values(done.variables, where).items():
-                self.shown[automaton][name] = CellType(value)
+                self._show(automaton, name, value)
         return done.value
 
     def variables(self, automaton: int) -> dict[str, Any]:
@@ -236,12 +263,26 @@ class _Code:
         assert requests is not None
         where = "its variables"
         answer = session.ask(ListVariables(requests.now, automaton), Variables, where)
-        return session.values(answer.values, where)
+        return {
+            name: session.value(each, where) for name, each in session.values(answer.values, where).items()
+        }
+
+    def _show(self, automaton: int, name: str, encoded: msgspec.Raw) -> None:
+        """Show a variable, if all those that are shown do not take too much memory.
+
+        A byte becomes up to 64 of them, as that of an empty dictionary.
+        """
+        assert self._session is not None
+        before, size = self._sizes.get((automaton, name), 0), len(name) + len(encoded)
+        if sum(self._sizes.values()) - before + size <= _MOST_SHOWN:
+            self._sizes[automaton, name] = size
+            self.shown[automaton][name] = CellType(self._session.value(encoded, "its variables"))
 
     def close(self) -> None:
         """End the process."""
         session, self._session = self._session, None
         if session is not None:
+            self._broken, self._too_busy = session.broken, session.too_busy
             session.close()
         if self._requests is not None:
             self._requests.close()
@@ -260,12 +301,16 @@ class ContainedBehavior(Behavior):
         try:
             super().__init__(component(), **options)
         except (ContainedError, ComponentError, ZenohIceError) as error:
+            broken = code.broken
             try:
-                code.require_time()
+                code.require_computer()
             finally:
                 code.close()
-            if not isinstance(error, ComponentError) or code.broken or _where(error):
-                raise BehaviorFailed(_in_words(error, code.broken)) from error
+            cause = error.__cause__ if isinstance(error, VariablesError) else error
+            if isinstance(cause, GradingError):
+                raise cause from None
+            if cause is not error or not isinstance(error, ComponentError) or broken or _where(error):
+                raise BehaviorFailed(_in_words(cause, broken)) from error
             raise
         except BaseException:
             code.close()
@@ -281,15 +326,15 @@ class ContainedBehavior(Behavior):
         try:
             super().advance(seconds)
         except BehaviorFailed as failure:
-            self._code.require_time()
+            self._code.require_computer()
             cause = failure.__cause__
             if self._code.broken or _where(cause):
                 raise BehaviorFailed(f"{_in_words(cause, self._code.broken)}\n{self.timeline}") from failure
             raise
         except ContainedError as error:  # in a function that a stream calls
-            self._code.require_time()
+            self._code.require_computer()
             raise BehaviorFailed(f"{_in_words(error, self._code.broken)}\n{self.timeline}") from error
-        self._code.require_time()
+        self._code.require_computer()
         if self._code.broken:
             raise BehaviorFailed(f"{self._code.broken}\n{self.timeline}")
 
@@ -298,7 +343,7 @@ class ContainedBehavior(Behavior):
         try:
             return self._code.variables(self.automaton(automaton).automaton.id)
         except ContainedError as error:
-            self._code.require_time()
+            self._code.require_computer()
             raise BehaviorFailed(_in_words(error, self._code.broken)) from error
 
     def end_code(self) -> None:
@@ -340,7 +385,8 @@ def _in_words(error: BaseException | None, broken: str) -> str:
     if type(error).__name__ == PrintedTooMuch.__name__:
         said = str(error)
     else:
-        said = f"its code raised {type(error).__name__}" + (f": {error}," if str(error) else ",")
+        text = _NUMBER.sub("", str(error))
+        said = f"its code raised {type(error).__name__}" + (f": {text}," if text else ",")
     said = f"{said} in {where}" if where else said.rstrip(",")
     if line is not None:
         said += f", line {line[1]}"

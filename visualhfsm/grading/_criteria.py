@@ -23,6 +23,11 @@ from ._words import figure, say
 _SLACK: Final = 1e-9
 """s by which a time in binary may be beyond its limit."""
 _LONGEST_WORDS: Final = 500
+_MOST_STATES: Final = 4
+"""States of a run that are said."""
+_LONGEST_STATE: Final = 60
+_MILLISECONDS: Final = 3
+"""Digits after the point."""
 
 _Judged = tuple[Annotated[float, Meta(ge=0, le=1)], str | dict[str, str]]
 
@@ -43,6 +48,27 @@ def judge(run: Run, criterion: Criterion, exercise: Exercise, language: str) -> 
         return _by_function(run, criterion.judge, exercise.folder, language)
     assert criterion.state is not None
     return _by_state(run, criterion, criterion.state, exercise.events, language)
+
+
+def did(run: Run, language: str) -> str:
+    """Return in which states a run was, and for how long: the first ones, in words."""
+    current = run.current()
+    if not current:
+        return ""
+    if len(current) == 1:
+        return say(language, "did", states=say(language, "stayed in", state=_shown(current[0][2])))
+    states = [
+        say(language, "was in", state=_shown(state), time=figure(language, end - begin, _MILLISECONDS))
+        for begin, end, state in current[:_MOST_STATES]
+    ]
+    if len(current) > _MOST_STATES:
+        time = figure(language, run.time)
+        states.append(say(language, "and so on", count=len(current) - 1, time=time))
+    return say(language, "did", states=", ".join(states))
+
+
+def _shown(state: str) -> str:
+    return printable(encodable(state), _LONGEST_STATE).replace("`", "'")
 
 
 def _by_state(

@@ -21,3 +21,12 @@ def wrong_exercise(text: str) -> GradingError:
 
 class ComputerTooBusy(GradingError):
     """The computer had no time for a submission, whose fault that is not."""
+
+
+class ComputerFailed(GradingError):
+    """A computer cannot grade, whatever is handed in."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(
+            Message("this computer cannot grade, which is no fault of a submission: {reason}", reason=why)
+        )

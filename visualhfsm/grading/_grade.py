@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm.simulation import DocumentInvalid
 from visualhfsm.trials import Outcome, TrialsError, quiet, run_trial
 from zenoh_ice.text import encodable, printable
 
 from ._containment import Containment
-from ._criteria import Verdict, judge
-from ._errors import ComputerTooBusy
+from ._criteria import Verdict, did, judge
+from ._errors import ComputerFailed, ComputerTooBusy, GradingError
 from ._marks import Earned, Marks
+from ._other import other_exercise
 from ._run import Run
 from ._words import say
 
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 _LONGEST_REASON: Final = 600
 _DIGITS: Final = 3
 _ATTEMPTS: Final = 3
-"""How often a trial is run for which the computer has no time."""
+"""How often a trial is run for which the computer has no time, or no process."""
 _AROUND: Final = re.compile(r" cannot be (run|read):$|^\d+ errors?\b")
 """Lines of the compiler before and after the errors."""
 _COMPILED: Final = re.compile(r"\S+\.py:\d+ \(([^()\n]*)\)")
@@ -48,6 +50,8 @@ class _Judged:
     """One for each criterion, None where the trial does not count for it."""
     error: str = ""
     """What ended it."""
+    did: str = ""
+    """Its states, in words."""
 
     def lost(self, exercise: Exercise) -> float:
         """Return how many points were lost in it."""
@@ -93,9 +97,18 @@ class Grader:
                 for index, criterion in enumerate(exercise.criteria)
             ),
             error=next((each.error for each in judged if each.error), ""),
+            did=self._besides(self._worst),
             worst_plan=self._worst.plan,
             worst_number=self._worst.number,
         )
+
+    def _besides(self, worst: _Judged) -> str:
+        """Say what a document did in the trial that lost the most points; empty if it lost none."""
+        if not worst.lost(self._exercise):
+            return ""
+        other = other_exercise(self._exercise, self._document)
+        found = [say(self._language, "other", name=other)] if other else []
+        return "; ".join([*found, worst.did] if worst.did else found)
 
     def record(self, marks: Marks, recording: Path) -> None:
         """Run the worst trial again, and record it in a file. Raises VisualHfsmError."""
@@ -114,7 +127,7 @@ class Grader:
 
     def _run(self, containment: Containment, name: str, number: int) -> _Judged:
         for _ in range(_ATTEMPTS - 1):
-            with suppress(ComputerTooBusy):
+            with suppress(ComputerTooBusy, ComputerFailed):
                 return self._try(containment, name, number)
         return self._try(containment, name, number)
 
@@ -125,18 +138,20 @@ class Grader:
         except DocumentInvalid:
             raise
         except (TrialsError, ExecutionError) as error:
+            if error.__cause__ is not None and not isinstance(error.__cause__, ExecutionError):
+                raise GradingError(reason(error)) from error  # the plan and the computer make the robot
             return self._stopped(name, number, str(error))
         if outcome.error or not witness.verdicts:
-            return self._stopped(name, number, outcome.error or outcome.reason)
-        return _Judged(name, number, witness.verdicts)
+            return self._stopped(name, number, outcome.error or outcome.reason, witness.did)
+        return _Judged(name, number, witness.verdicts, did=witness.did)
 
-    def _stopped(self, plan: str, number: int, error: str) -> _Judged:
+    def _stopped(self, plan: str, number: int, error: str, did: str = "") -> _Judged:
         """Return what a trial came to that an error ended."""
         verdict = Verdict(0.0, say(self._language, "stopped"))
         verdicts = [
             verdict if not each.trials or plan in each.trials else None for each in self._exercise.criteria
         ]
-        return _Judged(plan, number, verdicts, self._plain(error))
+        return _Judged(plan, number, verdicts, self._plain(error), did)
 
     def _plain(self, error: str) -> str:
         """Return what an error says first, without the folder in which the document is graded."""
@@ -172,9 +187,11 @@ class _Judge(Run):
         self._language = language
         self.verdicts: list[Verdict | None] = []
         """One for each criterion; empty if it did not come to its end."""
+        self.did = ""
 
     def end(self, outcome: Outcome) -> None:
         """Judge it, unless an error ended it."""
+        self.did = did(self, self._language)
         if outcome.error:
             return
         self.verdicts = [

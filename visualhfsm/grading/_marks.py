@@ -39,6 +39,8 @@ class Marks(Struct, frozen=True, kw_only=True):
     """Why it could not be run at all."""
     error: str = ""
     """The first error that ended a trial, with its place."""
+    did: str = ""
+    """The states of the trial that lost the most points, in words."""
     worst_plan: str = ""
     worst_number: int = 0
     """The trial that lost the most points, from 1 on."""
@@ -61,6 +63,8 @@ class Marks(Struct, frozen=True, kw_only=True):
         lost = [each.words for each in self.earned if each.points < each.of]
         if self.error:
             lost.append(" ".join(self.error.split()))
+        if lost and self.did:
+            lost.append(self.did)
         return "; ".join(dict.fromkeys(lost)) or say(self.language, "all")
 
     def _reason_in_one_line(self) -> str:

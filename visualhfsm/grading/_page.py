@@ -97,7 +97,10 @@ def _marks(exercise: Exercise, marks: Marks) -> str:
         )
     rows = "\n".join(_row(language, each, shown=not marks.reason) for each in marks.earned)
     head = "".join(f"<th>{say(language, each)}</th>" for each in ("asks", "happened", "points"))
-    return "\n".join([*parts, f"<table><tr>{head}</tr>\n{rows}</table>"])
+    parts.append(f"<table><tr>{head}</tr>\n{rows}</table>")
+    if marks.did and marks.points < marks.of:
+        parts.append(f"<p>{_words(marks.did[:1].upper() + marks.did[1:])}.</p>")
+    return "\n".join(parts)
 
 
 def _row(language: str, earned: Earned, *, shown: bool) -> str:

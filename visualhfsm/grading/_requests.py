@@ -11,7 +11,7 @@ import msgspec
 
 from hfsm_runtime.contained import protocol
 from hfsm_runtime.contained.protocol import Answered, Deliver, Done, Failed, Message, Polled, Sample
-from hfsm_runtime.errors import ComponentError, ComponentStoppedError, CycleCutError
+from hfsm_runtime.errors import ComponentError, ComponentStoppedError, CycleCutError, EventError
 from visualhfsm.simulation import Behavior
 from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException, ZenohIceError, typed
 from zenoh_ice.exceptions import MarshalException, SystemException
@@ -27,8 +27,11 @@ _JUDGES: Final = frozenset({"Scene", "GroundTruth"})
 """Servants that only who judges may use: they say where everything is, and put it elsewhere."""
 _MOST_STREAMS: Final = 100
 _LONGEST_QUEUE: Final = 100
+_SLOWEST_RATE: Final = 1e-3
 _FASTEST_RATE: Final = 1000.0
 """Samples in a second of a subscription."""
+_LARGEST_EVENT: Final = 1 << 16
+"""Bytes of an event's data, each of which costs the judge time and memory."""
 _LOUDEST: Final = 50
 """The highest level of logging."""
 
@@ -74,8 +77,7 @@ class Requests:
                     if (inlet := self._inlets.pop(message.stream, None)) is not None:
                         inlet.close()
                 case protocol.Send():
-                    data = typed.from_json(message.data) if message.data else None
-                    self._behavior.send(message.name, data)
+                    self._behavior.send(message.name, _event_data(message.data))
                 case protocol.SetMark():
                     self._behavior.component.mark(message.camera, message.u, message.v, message.label)
                 case protocol.Log():
@@ -140,8 +142,8 @@ class Requests:
 
     def _push(self, message: protocol.Push) -> None:
         inlet, rate = self._inlet(message.stream), message.rate
-        if rate is not None and not 0 < rate <= _FASTEST_RATE:
-            raise MarshalException(f"a rate of {rate}")
+        if rate is not None and not _SLOWEST_RATE <= rate <= _FASTEST_RATE:
+            raise MarshalException(f"a rate of {rate}; it may be {_SLOWEST_RATE:g} to {_FASTEST_RATE:g}")
         inlet.deliver(partial(self._deliver, message.stream, inlet), rate)
 
     def _deliver(self, stream: int, inlet: Inlet, arrived: Any) -> None:  # noqa: ANN401 - of the transport
@@ -181,6 +183,18 @@ class Requests:
             return set()
         names = [each.name for each in self._behavior.robot.device.mechanisms]
         return {f"{name}{part}" for name in names for part in ("Motors", "Encoders")}
+
+
+def _event_data(encoded: bytes) -> Any:  # noqa: ANN401 - whatever JSON knows
+    """Return the data of an event. Raises EventError."""
+    if len(encoded) > _LARGEST_EVENT:
+        raise EventError(
+            f"an event has at most {_LARGEST_EVENT >> 10} kB of data, not {len(encoded) >> 10} kB"
+        )
+    try:
+        return typed.from_json(encoded) if encoded else None
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise EventError(f"the data of an event is no JSON: {error}") from error
 
 
 def _opened(arrived: Arrived) -> Sample:

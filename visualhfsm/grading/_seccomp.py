@@ -52,7 +52,7 @@ _MACHINES: Final = {
         (
             *(57, 58),  # fork, vfork
             *(101, 310, 311, 312),  # ptrace, process_vm_readv, process_vm_writev, kcmp
-            41,  # socket
+            *(41, 53),  # socket, socketpair
             *(29, 64, 68, 240, 319),  # shmget, semget, msgget, mq_open, memfd_create
             *(155, 161, 165, 166, 272, 308),  # pivot_root, chroot, mount, umount2, unshare, setns
             *(248, 249, 250),  # keys
@@ -69,7 +69,7 @@ _MACHINES: Final = {
         435,
         (
             *(117, 270, 271, 272),
-            198,
+            *(198, 199),
             *(180, 186, 190, 194, 279),
             *(39, 40, 41, 51, 97, 268),
             *(217, 218, 219),

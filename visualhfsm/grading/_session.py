@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
 import signal
 import subprocess
 import time
@@ -14,11 +15,13 @@ from typing import Any, Final, NoReturn, TypeVar
 
 import msgspec
 
+from codegen.messages import Message as Text
 from hfsm_runtime.contained.protocol import (
     ENDS,
     LARGEST_REQUEST,
     LARGEST_VALUES,
     NUMBER,
+    READY,
     Begin,
     Failed,
     Limits,
@@ -35,16 +38,20 @@ from hfsm_runtime.contained.protocol import (
 )
 from hfsm_runtime.source_map import PLACE
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
+from visualhfsm._line_process import signal_name
 from zenoh_ice import exceptions, typed
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.text import printable
 
+from ._errors import ComputerFailed, ComputerTooBusy
 from ._process import CodeProcess
 from ._walls import Walls
 
 _MEBIBYTE: Final = 1 << 20
 _END_LIMIT: Final = 5.0
 """Wall seconds for a killed process to be gone."""
+_LONGEST_ERRORS: Final = 4000
+"""Bytes of what a program says that cannot begin."""
 _LOOK_PERIOD: Final = 0.05
 """Wall seconds between two looks at code that runs."""
 _ACTIVE: Final = 0.1
@@ -113,7 +120,8 @@ class _Piece:
 class Session:
     """The process of one trial; `serve`, once it is set, does what its code asks for.
 
-    Each method raises SubmissionBroken once the process cannot go on; `broken` says why.
+    Making it raises ComputerFailed if no process begins, and ComputerTooBusy if that takes too long. Each
+    method raises SubmissionBroken once the process cannot go on; `broken` says why.
     """
 
     def __init__(self, walls: Walls, allowance: Allowance) -> None:
@@ -130,23 +138,27 @@ class Session:
         self._sent = self._received = 0
         self._numbers: Final = itertools.count()
         self._left_of_trial = allowance.trial + allowance.begin
-        with walls.start("-m", "hfsm_runtime.contained") as (command, environment, files):
-            self._process: Final = subprocess.Popen(
-                command,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,  # no place of ours that it could fill
-                env=environment,
-                pass_fds=files,
-                start_new_session=True,
-                bufsize=0,
-            )
+        try:
+            with walls.start("-m", "hfsm_runtime.contained") as (command, environment, files):
+                self._process: Final = subprocess.Popen(
+                    command,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,  # until it has begun: no place of ours that it could fill
+                    env=environment,
+                    pass_fds=files,
+                    start_new_session=True,
+                    bufsize=0,
+                )
+        except OSError as error:
+            raise ComputerFailed(f"no process can be started: {error.strerror}") from error
         self._code: Final = CodeProcess(self._process.pid)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._pipe: Final = Pipe(
             self._process.stdout.fileno(), self._process.stdin.fileno(), LARGEST_REQUEST, waits=False
         )
+        self._begin()
         self.limits: Final = (
             Limits()
             if walls.unsafe
@@ -192,13 +204,20 @@ class Session:
             self._code.find()
         return found
 
-    def values(self, encoded: msgspec.Raw, where: str) -> dict[str, Any]:
-        """Return variables that its code has sent. Raises SubmissionBroken."""
+    def values(self, encoded: msgspec.Raw, where: str) -> dict[str, msgspec.Raw]:
+        """Return variables that its code has sent, each encoded. Raises SubmissionBroken."""
         if len(encoded) > LARGEST_VALUES:
             self._break(f"sent variables of {len(encoded)} bytes, in {where}")
         try:
             return self._decode_values(bytes(encoded))
         except (msgspec.MsgspecError, RecursionError) as error:
+            self._break(f"its process sent what is no message, in {where}: {error}")
+
+    def value(self, encoded: msgspec.Raw, where: str) -> Any:  # noqa: ANN401 - whatever MessagePack knows
+        """Return a variable that its code has sent. Raises SubmissionBroken."""
+        try:
+            return typed.from_msgpack(bytes(encoded))
+        except (msgspec.MsgspecError, ValueError, RecursionError) as error:
             self._break(f"its process sent what is no message, in {where}: {error}")
 
     def close(self) -> None:
@@ -213,6 +232,28 @@ class Session:
         for file in (self._process.stdin, self._process.stdout):
             if file is not None:
                 file.close()
+
+    def _begin(self) -> None:
+        """Wait until the program runs, which knows nothing of the submission yet."""
+        limit = self._allowance.delay * self._allowance.begin
+        self._pipe.until = time.monotonic() + limit
+        errors = self._process.stderr
+        assert errors is not None
+        with errors:
+            try:
+                if self._pipe.receive() == READY:
+                    return
+            except PipeTimeout:
+                self.close()
+                raise ComputerTooBusy(
+                    Text("the computer was too busy: no program began within {limit} s", limit=f"{limit:g}")
+                ) from None
+            except PipeError:
+                pass
+            self.close()
+            os.set_blocking(errors.fileno(), False)
+            said = errors.read(_LONGEST_ERRORS) or b""
+        raise ComputerFailed(why_not_begun(self._process.returncode, said))
 
     def _ask(self, request: Message, answer: type[M], piece: _Piece) -> M:
         where, told = piece.where, ""
@@ -319,8 +360,16 @@ class Session:
         if number == signal.SIGXCPU:
             return f"used too much time of the processor, in {where}"
         if number in signal.valid_signals():
-            return f"its process was killed by {signal.Signals(number).name} in {where}"
+            return f"its process was killed by {signal_name(number)} in {where}"
         return f"its process ended by itself with exit code {code} in {where}"
+
+
+def why_not_begun(code: int, said: bytes) -> str:
+    """Return why a program behind walls ended before it got anything of a submission."""
+    number = -code if code < 0 else code - 128 if code > 128 else 0
+    how = f"was ended by {signal_name(number)}" if number else f"ended with exit code {code}"
+    lines = said.decode("utf-8", "replace").strip().splitlines()
+    return f"the program that is to run their code {how}" + (f": {printable(lines[-1])}" if lines else "")
 
 
 def _exception(message: Raised, where: str) -> Exception:

@@ -79,7 +79,10 @@ def copy_submission(path: Path, folder: Path, name: str) -> Path:
 
     It is the only one, or has that name already. Raises SubmissionBroken.
     """
-    documents = _documents(path, name)
+    try:
+        documents = _documents(path, name)
+    except OSError as error:
+        raise SubmissionBroken(f"it cannot be read: {error.strerror}") from error
     for document in documents:
         target = f"{name}{_SUFFIX}" if document == documents[0] else document.name
         (folder / target).write_bytes(_content(document))

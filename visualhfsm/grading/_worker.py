@@ -15,11 +15,12 @@ from typing import Final
 
 import msgspec
 
+from codegen.reasons import reason
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._line_process import answer_lines
 from visualhfsm.trials import TrialsError
 
-from ._errors import ComputerTooBusy, GradingError, SandboxUnavailable
+from ._errors import ComputerFailed, ComputerTooBusy, GradingError, SandboxUnavailable
 from ._exercise import Exercise, read_exercise
 from ._grade import Grader
 from ._marks import Marks
@@ -67,6 +68,8 @@ class _Worker:
                 answer = self._grade(task, Path(folder))
         except (GradingError, MissingPackageError, SandboxUnavailable, TrialsError) as error:
             answer = Answer(refused=str(error))
+        except OSError as error:  # of its folders and processes: what is handed in is read with care
+            answer = Answer(refused=str(ComputerFailed(str(reason(error)))))
         except ImportError as error:  # the code of submissions is imported elsewhere
             answer = Answer(
                 refused=f"{error}: install it with: pip install 'visualhfsm[sim,trials,vision,web]'"

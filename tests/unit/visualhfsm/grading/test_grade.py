@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.support.documents import document, state, sub, transition
+from tests.support.places import ROOT
 from visualhfsm.grading import Grader, GradingError, Marks, read_exercise
+from visualhfsm.grading._other import other_exercise
 from visualhfsm.grading._page import write_page
 
 EXERCISE = """
@@ -131,15 +133,39 @@ def test_words_are_in_the_language_that_is_asked_for(folder: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("milliseconds", "words"),
+    ("milliseconds", "words", "states"),
     [
-        (1800, "goes to `done` 0.8 s after the ball is gone; asked: within 0.5 s"),
-        (9000, "never goes to `done` after the ball is gone; asked: within 0.5 s"),
+        (
+            1800,
+            "goes to `done` 0.8 s after the ball is gone; asked: within 0.5 s",
+            "`waiting` for 1.8 s, `done` for 1.2 s",
+        ),
+        (9000, "never goes to `done` after the ball is gone; asked: within 0.5 s", "`waiting` all the time"),
     ],
 )
-def test_a_state_too_late_earns_nothing(folder: Path, milliseconds: int, words: str) -> None:
-    earned = grade(folder, waits(milliseconds)).earned[0]
-    assert (earned.points, earned.words) == (0.0, words)
+def test_a_state_too_late_earns_nothing_and_is_told_what_it_did(
+    folder: Path, milliseconds: int, words: str, states: str
+) -> None:
+    marks = grade(folder, waits(milliseconds))
+    assert (marks.earned[0].points, marks.earned[0].words) == (0.0, words)
+    assert marks.did == f"its states in the trial with the fewest points: {states}"
+    assert marks.summary.endswith(marks.did)
+
+
+@pytest.mark.slow
+def test_only_the_first_of_many_states_are_told(folder: Path) -> None:
+    back = transition(2, 2, 1, "100", type="time")
+    text = waits(100).replace("<iteration_time>", f"{back}<iteration_time>")
+    assert grade(folder, text, "es").did == (
+        "sus estados en el ensayo con menos puntos: `waiting` durante 0,1 s, `done` durante 0,1 s, `waiting` "
+        "durante 0,1 s, `done` durante 0,1 s, y así sucesivamente, 29 cambios en 3 s"
+    )
+
+
+@pytest.mark.parametrize(("handed_in", "other"), [("nod", "nod"), ("walk", "walk"), ("look", "")])
+def test_a_document_of_another_exercise_is_recognized(handed_in: str, other: str) -> None:
+    path = ROOT / "exercises" / handed_in / "solution/solution.xml"
+    assert other_exercise(read_exercise(ROOT / "exercises/look"), path) == other
 
 
 @pytest.mark.slow
@@ -206,4 +232,11 @@ def test_a_judge_that_fails_is_a_fault_of_the_exercise_and_no_end(folder: Path) 
 def test_a_judge_that_returns_something_else_is_refused(folder: Path) -> None:
     (folder / "judge.py").write_text("def good(run):\n    return 2.0, 'well'\n", "utf-8")
     with pytest.raises(GradingError, match=r"judge.py:good: it must return a share from 0 to 1"):
+        grade(folder, waits(1300))
+
+
+def test_a_robot_that_cannot_be_made_is_no_fault_of_a_submission(folder: Path) -> None:
+    plan = TRIALS.replace('robot = "fake"', 'robot = "sim"\nscene.body = "Nao"')
+    (folder / "trials.toml").write_text(plan, "utf-8")
+    with pytest.raises(GradingError, match="trial 1 is not possible"):
         grade(folder, waits(1300))
