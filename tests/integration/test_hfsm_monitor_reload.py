@@ -36,6 +36,7 @@ from tests.support.limited import HASTY
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, WallClock
+from zenoh_ice.application.patience import Patience
 
 HEAD = (
     "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
@@ -87,7 +88,7 @@ def running(
     connect(component, pair.server)
     vars(component).update(attributes)
     runtime = Runtime(component, WallClock(), limits=limits)
-    again = partial(connect, communicator=pair.server, start_limit=0.0)
+    again = partial(connect, communicator=pair.server, patience=Patience(0.0))
     with Monitor(runtime, pair.server, connect_proxies=again):
         runtime.start()
         try:
