@@ -50,7 +50,7 @@ _MOST_SHOWN: Final = 1 << 20
 """Bytes, encoded, of all variables that a recording shows."""
 _NUMBER: Final = re.compile(r"^\[Errno \d+\] ")
 """What Python writes before the words of the system."""
-_LINE: Final = re.compile(r":(\d+)\)$")
+_LINE: Final = re.compile(r"\(([^()]+):(\d+)\)$")
 
 
 class Containment:
@@ -389,5 +389,5 @@ def _in_words(error: BaseException | None, broken: str) -> str:
         said = f"its code raised {type(error).__name__}" + (f": {text}," if text else ",")
     said = f"{said} in {where}" if where else said.rstrip(",")
     if line is not None:
-        said += f", line {line[1]}"
+        return f"{said}, line {line[2]} of {line[1]}"
     return said + (f"\n  at {place}" if place else "")

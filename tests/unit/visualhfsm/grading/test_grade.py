@@ -187,9 +187,8 @@ def test_code_that_fails_ends_a_trial_without_points(folder: Path) -> None:
     marks = grade(folder, waits(1300, "1 / 0"))
     assert marks.points == 0.0
     assert {each.words for each in marks.earned} == {"an error ended the trial"}
-    assert re.search(
-        r"ZeroDivisionError: division by zero, in state waiting, line \d+\n +at wait.xml:\d+$", marks.error
-    )
+    said = r"ZeroDivisionError: division by zero, in state waiting, line \d+ of wait.xml$"
+    assert re.search(said, marks.error)
 
 
 @pytest.mark.slow
