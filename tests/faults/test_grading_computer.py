@@ -173,7 +173,7 @@ def test_a_computer_that_cannot_grade_gives_no_marks_and_is_named(tmp_path: Path
     words = " ".join(done.stderr.split())
     assert (done.returncode, fault.said in words) == (1, True), done.stdout + done.stderr
     assert "this computer cannot grade, which is no fault of a submission" in words
-    assert [*(tmp_path / "marks").iterdir()] == []
+    assert [*(tmp_path / "marks").iterdir(), *tmp_path.glob("visualhfsm-*")] == []
 
 
 ENDS_THE_READER: Final = Fault(
@@ -190,3 +190,4 @@ def test_a_document_that_ends_the_program_that_grades_costs_its_own_marks(tmp_pa
         rows = {row["name"]: row for row in csv.DictReader(file)}
     assert (rows["bad"]["points"], rows["ben"]["points"]) == ("0", "10")
     assert "reading it ended the program that grades: it was ended by SIGSEGV" in rows["bad"]["reasons"]
+    assert [*tmp_path.glob("visualhfsm-*")] == []

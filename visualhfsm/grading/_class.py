@@ -5,13 +5,13 @@ from __future__ import annotations
 import base64
 import os
 import pickle
-import tempfile
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, Self, TypeVar
 
 import msgspec
@@ -142,6 +142,8 @@ class _Processes:
         self._here = threading.local()
         self._lock = threading.Lock()
         self._all: list[LineProcess] = []
+        self._files: TemporaryDirectory[str] | None = None
+        """What they unpack and write: one that is killed removes nothing."""
         self._closed = False
 
     def grade(self, exercise: Exercise, task: Task) -> Marks:
@@ -158,7 +160,7 @@ class _Processes:
 
     def _require_computer(self, exercise: Exercise, task: Task) -> None:
         """Raise ComputerFailed if a document that does nothing ends the program that grades, too."""
-        with tempfile.TemporaryDirectory(prefix="visualhfsm-grade-") as folder:
+        with TemporaryDirectory(prefix="visualhfsm-grade-") as folder:
             path = Path(folder) / f"{exercise.name}.xml"
             path.write_text(_HARMLESS, "utf-8")
             try:
@@ -218,6 +220,8 @@ class _Processes:
             processes = [*self._all]
         for process in processes:
             process.close()
+        if self._files is not None:
+            self._files.cleanup()
 
     def _ask(self, task: Task, patience: float) -> Answer:
         answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
@@ -232,7 +236,14 @@ class _Processes:
             with self._lock:
                 if self._closed:
                     raise GradingError(_ENDED)
-                process = LineProcess(f"{__package__}._worker", _ENVIRONMENT)
+                try:
+                    self._files = self._files or TemporaryDirectory(
+                        prefix="visualhfsm-grade-", ignore_cleanup_errors=True
+                    )
+                except OSError as error:
+                    raise ComputerFailed(f"it has no folder for temporary files: {error.strerror}") from error
+                environment = {**_ENVIRONMENT, "TMPDIR": self._files.name}
+                process = LineProcess(f"{__package__}._worker", environment)
                 self._all.append(process)
             self._here.process = process
         return process
