@@ -67,7 +67,7 @@ def move(
             help="Time limit for reaching a waypoint.",
         ),
     ] = 5.0,
-    wait: Annotated[
+    server_wait: Annotated[
         float,
         typer.Option(
             metavar="SECONDS", min=0.0, callback=finite, help="How long to wait at the start for the server."
@@ -85,7 +85,7 @@ def move(
     from ._progress import Progress
     from ._route import Route
 
-    patience = Patience(wait)
+    patience = Patience(server_wait)
     with patience.until_served(partial(initialize, settings)) as communicator:
         ball = patience.until_served(
             partial(Ball.connect, communicator, color), lambda: "Safety" in communicator.identities()

@@ -65,10 +65,10 @@ _Seconds = Annotated[
         help="Stop after this time, by the component's clock.",
     ),
 ]
-_Wait = Annotated[
+_ServerWait = Annotated[
     float,
     typer.Option(
-        "--wait",
+        "--server-wait",
         min=0.0,
         callback=cli.finite,
         metavar="SECONDS",
@@ -213,7 +213,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
         on_error: _OnError = None,
         on_refused: _OnRefused = None,
         seconds: _Seconds = None,
-        wait: _Wait = 30.0,
+        server_wait: _ServerWait = 30.0,
         begin_at: _BeginAt = None,
         breakpoint: _Breakpoints = None,
         stay_halted: _StayHalted = False,
@@ -228,7 +228,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
             raise typer.BadParameter("a dry run is not recorded")
         if ros["ros"] and dry_run is not None:
             raise typer.BadParameter("a dry run is not shown in ROS")
-        patience = Patience(wait)
+        patience = Patience(server_wait)
         with patience.until_served(partial(initialize, settings)) as communicator, ExitStack() as stack:
             made, node = make_component(component, parameters), None
             if dry_run is None:

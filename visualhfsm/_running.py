@@ -57,7 +57,7 @@ _CLOSE_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT to SIGTERM, and from there to SIGKILL, when the editor ends."""
 
 _DRY_RUN: Final = "visualhfsm.simulation._dry_run"
-_WAIT: Final = ("--wait", "2")
+_WAIT: Final = ("--server-wait", "2")
 """A run waits no longer for a robot: the page says that there is none, and starts one."""
 """The module that runs a component without a robot."""
 

@@ -147,7 +147,7 @@ TRIALS: Final = {
     "name": "walk",
     "share": {"successes": 1, "trials": 2, "lowest": 0.1, "highest": 0.9},
     "planned": 2,
-    **dict.fromkeys(("histograms", "dependences", "maps", "ways", "worst"), ()),
+    **dict.fromkeys(("looks", "histograms", "dependences", "maps", "ways", "worst"), ()),
 }
 """A series of two trials, as the page of one shows it."""
 

@@ -28,7 +28,7 @@ def serve(endpoint: str) -> ComponentProcess:
 
 
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint: str) -> None:
-    command = module("ballmover", "green", "--connect", endpoint, "--timeout", "0.2", "--wait", "0")
+    command = module("ballmover", "green", "--connect", endpoint, "--timeout", "0.2", "--server-wait", "0")
     with ComponentProcess(command) as mover:
         assert mover.wait(RUN_LIMIT) == 1
         assert mover.output.count("\n") == 1

@@ -62,7 +62,7 @@ def start(file: Path, endpoint: str, *arguments: str) -> ComponentProcess:
 
 
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path: Path, endpoint: str) -> None:
-    code, output = run(turning(tmp_path), endpoint, "--timeout", "0.3", "--wait", "0")
+    code, output = run(turning(tmp_path), endpoint, "--timeout", "0.3", "--server-wait", "0")
     assert code == 1
     assert output.count("\n") == 1
     assert endpoint in output

@@ -42,4 +42,4 @@ class Patience:
     def _report(self, why: SystemException) -> None:
         if not self._reported:
             self._reported = True
-            _logger.warning("waiting for the server (--wait %g): %s", self._seconds, why)
+            _logger.warning("waiting for the server (--server-wait %g): %s", self._seconds, why)

@@ -52,7 +52,7 @@ STANDARD_OPTIONS: Final = frozenset(
     {
         *("realm", "connect", "listen", "mode", "authority", "certificate", "key"),
         *("clock", "timeout", "config", "show_config", "log_level", "log_file", "log_format"),
-        *("on_error", "on_refused", "seconds", "begin_at", "breakpoint", "stay_halted"),
+        *("on_error", "on_refused", "seconds", "server_wait", "begin_at", "breakpoint", "stay_halted"),
         *("record", "record_images", "help"),
         *("ros", "ros_domain", "ros_connect", "ros_namespace", "remap"),
     }

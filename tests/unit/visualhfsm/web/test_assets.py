@@ -104,6 +104,13 @@ def test_what_the_page_loads_before_the_first_need_stays_light() -> None:
     assert total < LIGHT, f"{total} bytes, compressed; the heaviest: {heaviest}"
 
 
+def test_style_sheets_are_sent_without_their_comments(static: Path) -> None:
+    (static / "theme.css").write_text(":root { /* of all */ --ink: #fff; }\n/* a\n b */\np { color: red; }\n")
+    assert gzip.decompress(sent(Assets(static), "theme.css")) == (
+        b":root {  --ink: #fff; }\n\n\np { color: red; }\n"
+    )
+
+
 def test_modules_are_sent_without_their_comments(static: Path) -> None:
     (static / "keys.js").write_text("/**\n * Keys of an editor.\n */\n\nexport const first = 1; // kept\n")
     assert gzip.decompress(sent(Assets(static), "keys.js")) == (
