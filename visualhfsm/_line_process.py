@@ -21,6 +21,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from visualhfsm._environment import child_environment
+from zenoh_ice.text import signal_name
 
 _MEMORY: Final = 4 << 30
 """Limit of the memory of a process that answers questions, in bytes."""
@@ -198,14 +199,12 @@ def _end_of(process: subprocess.Popen[bytes] | None) -> tuple[int | None, str]:
         until = time.monotonic() + _KILL_LIMIT
         while (found := _end_signal(process)) is None and time.monotonic() < until:
             time.sleep(_END_PERIOD)
-    return found, f"it was ended by {signal_name(found)}" if found else "it has ended"
+    return found, f"it was ended by {explain_signal(found)}" if found else "it has ended"
 
 
-def signal_name(number: int) -> str:
+def explain_signal(number: int) -> str:
     """Return the name of a signal, for SIGILL with what it means."""
-    if number not in signal.valid_signals():
-        return f"signal {number}"
-    name = signal.Signals(number).name if number in [*signal.Signals] else f"signal {number}"
+    name = signal_name(number)
     lacks = "the processor of this computer lacks an instruction that a package needs, such as those of AVX"
     return f"{name} ({lacks})" if number == signal.SIGILL else name
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 from collections.abc import Sequence
 from typing import Final
 
@@ -33,3 +34,11 @@ def without_source(error: Exception) -> str:
 def few(names: Sequence[str], most: int = 3) -> str:
     """Return the first of some names, and how many more there are."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def signal_name(number: int) -> str:
+    """Return the name of a signal, such as SIGKILL, or `signal 40` if it has none."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # of the real-time signals, only the first and the last have names
+        return f"signal {number}"

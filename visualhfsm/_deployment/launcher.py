@@ -20,8 +20,9 @@ from typing import NamedTuple
 import typer
 
 from visualhfsm._deployment.stack import ON_PURPOSE, ProcessSpec, Restarts, Stack, StackError, program_path
-from zenoh_ice.application.child import ChildProcess, signal_name
+from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.application.logs import rotating
+from zenoh_ice.text import signal_name
 
 __all__ = ["Launcher", "free_endpoint", "start"]
 

@@ -40,7 +40,7 @@ from ._compile import LARGEST_COMPONENT, LIMIT, READY
 from ._contained_component import LARGEST_DOCUMENT, Shown, make_component, read_submission
 from ._errors import ComputerFailed, ComputerTooBusy, GradingError
 from ._requests import Requests
-from ._session import Allowance, ContainedError, Session, why_not_begun
+from ._session import Allowance, ContainedError, Session, ended_by, why_not_begun
 from ._walls import Walls
 
 _COMPILE_LIMIT: Final = 600.0
@@ -162,7 +162,7 @@ class Containment:
             if written.read(len(READY)) != READY:
                 raise ComputerFailed(why_not_begun(done.returncode, said))
             text = written.read(LARGEST_COMPONENT + 1)
-            if abs(done.returncode) & 127 in (signal.SIGXCPU, signal.SIGKILL):
+            if ended_by(done.returncode) in (signal.SIGXCPU, signal.SIGKILL):
                 raise DocumentInvalid(f"{name} takes more than {LIMIT} s to compile")
             if done.returncode or len(text) > LARGEST_COMPONENT:
                 words = said.decode("utf-8", "replace").strip()

@@ -38,7 +38,7 @@ from hfsm_runtime.contained.protocol import (
 )
 from hfsm_runtime.source_map import PLACE
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
-from visualhfsm._line_process import signal_name
+from visualhfsm._line_process import explain_signal
 from zenoh_ice import exceptions, typed
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.text import printable
@@ -356,18 +356,23 @@ class Session:
             code = self._process.wait(1.0)
         except subprocess.TimeoutExpired:
             return f"broke off the conversation in {where}: {error}"
-        number = -code if code < 0 else code - 128 if code > 128 else 0
+        number = ended_by(code)
         if number == signal.SIGXCPU:
             return f"used too much time of the processor, in {where}"
         if number in signal.valid_signals():
-            return f"its process was killed by {signal_name(number)} in {where}"
+            return f"its process was killed by {explain_signal(number)} in {where}"
         return f"its process ended by itself with exit code {code} in {where}"
+
+
+def ended_by(code: int) -> int:
+    """Return the signal that ended a program, which walls report as 128 and more; 0 if none did."""
+    return -code if code < 0 else code - 128 if code > 128 else 0
 
 
 def why_not_begun(code: int, said: bytes) -> str:
     """Return why a program behind walls ended before it got anything of a submission."""
-    number = -code if code < 0 else code - 128 if code > 128 else 0
-    how = f"was ended by {signal_name(number)}" if number else f"ended with exit code {code}"
+    number = ended_by(code)
+    how = f"was ended by {explain_signal(number)}" if number else f"ended with exit code {code}"
     lines = said.decode("utf-8", "replace").strip().splitlines()
     return f"the program that is to run their code {how}" + (f": {printable(lines[-1])}" if lines else "")
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from zenoh_ice.application import tether_command
 
-__all__ = ["ChildProcess", "signal_name"]
+__all__ = ["ChildProcess"]
 
 _DRAIN: Final = 0.5
 """Seconds in which the output must end after the process; a grandchild may hold the pipe open."""
@@ -142,11 +142,3 @@ class ChildProcess(asyncio.SubprocessProtocol):
     def connection_lost(self, error: Exception | None) -> None:  # noqa: ARG002
         """Note that all of its output has arrived."""
         self._closed.set()
-
-
-def signal_name(number: int) -> str:
-    """Return the name of a signal, such as SIGKILL, or `signal 40` if it has none."""
-    try:
-        return signal.Signals(number).name
-    except ValueError:  # of the real-time signals, only the first and the last have names
-        return f"signal {number}"

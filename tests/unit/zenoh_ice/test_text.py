@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 
 from tests.support.any_text import any_text
-from zenoh_ice.text import LONGEST_TEXT, cut, encodable, few, printable, without_source
+from zenoh_ice.text import LONGEST_TEXT, cut, encodable, few, printable, signal_name, without_source
 
 
 def test_a_long_text_is_cut_and_says_so() -> None:
@@ -41,3 +41,8 @@ def test_places_in_the_sources_of_zenoh_are_left_out() -> None:
 def test_of_many_names_the_first_are_named() -> None:
     assert few(["a", "b", "c"]) == "a, b, c"
     assert few(["a", "b", "c", "d", "e"]) == "a, b, c and 2 more"
+
+
+@pytest.mark.parametrize(("number", "name"), [(9, "SIGKILL"), (40, "signal 40"), (99, "signal 99")])
+def test_a_signal_without_a_name_has_its_number(number: int, name: str) -> None:
+    assert signal_name(number) == name

@@ -16,6 +16,7 @@ from typing import Final
 from visualhfsm.nao._doctor.findings import Finding, fail, note, ok, warn
 from zenoh_ice.application.processor import lacks_of_mujoco
 from zenoh_ice.settings import LOOPBACK_6, has_address, has_only_ipv6
+from zenoh_ice.text import signal_name
 
 __all__ = ["check_machine"]
 
@@ -135,7 +136,7 @@ def _check_rendering() -> Finding:
         return fail(f"the simulator cannot be loaded: {last.removeprefix(_IMPORT)}", _REPAIR)
     if done.returncode > 0:
         return fail(f"GL: the simulated cameras have no pictures: {last}", _GL_PACKAGES)
-    name = signal.Signals(-done.returncode).name
+    name = signal_name(-done.returncode)
     if done.stdout:
         return fail(f"GL: the driver ended the process by {name}", _SOFTWARE_GL)
     if done.returncode == -signal.SIGILL:
