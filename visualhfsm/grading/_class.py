@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import os
-import pickle
-import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import replace
 from functools import partial
@@ -14,13 +11,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, Self, TypeVar
 
-import msgspec
-
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._errors import VisualHfsmError
-from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, NotReadyError, TooSlowError
-from zenoh_ice import typed
+from visualhfsm._line_process import KilledError, NoAnswerError, NotReadyError, TooSlowError
+from visualhfsm._task_processes import EndedError, TaskProcesses
 
 from ._errors import ComputerFailed, GradingError
 from ._exercise import Exercise
@@ -46,11 +41,6 @@ _HARMLESS: Final = (
 _ENDED: Final = Message("grading has been ended")
 _POLL_PERIOD: Final = 0.2
 """s between two looks at whether a signal has come."""
-_ENVIRONMENT: Final[Mapping[str, str]] = {
-    "PYTHONHASHSEED": "0",  # the order of sets
-    "OPENBLAS_NUM_THREADS": "1",  # other submissions use the other processors
-    "OMP_NUM_THREADS": "1",
-}
 
 
 class Graders:
@@ -139,12 +129,7 @@ class _Processes:
     """A process for each thread, which lasts from submission to submission."""
 
     def __init__(self) -> None:
-        self._here = threading.local()
-        self._lock = threading.Lock()
-        self._all: list[LineProcess] = []
-        self._files: TemporaryDirectory[str] | None = None
-        """What they unpack and write: one that is killed removes nothing."""
-        self._closed = False
+        self._processes: Final = TaskProcesses(f"{__package__}._worker", Answer, "visualhfsm-grade-")
 
     def grade(self, exercise: Exercise, task: Task) -> Marks:
         """Return the marks of a submission, whatever its document does.
@@ -180,7 +165,7 @@ class _Processes:
             except TooSlowError:  # what its code may take is limited elsewhere
                 what, how = "grade it again", f"the computer was too busy to grade it in {patience:g} s"
             except NotReadyError as error:
-                if self._closed:
+                if self._processes.closed:
                     raise GradingError(_ENDED) from error
                 raise ComputerFailed(f"the program that grades: {error}") from error
             except KilledError as error:
@@ -192,7 +177,7 @@ class _Processes:
                 if answer.marks is None:
                     raise GradingError(Message.verbatim(answer.refused))
                 return answer.marks
-            if self._closed:
+            if self._processes.closed:
                 raise GradingError(_ENDED)
         raise _ProgramEnded(what, how)
 
@@ -215,35 +200,12 @@ class _Processes:
 
     def close(self) -> None:
         """End all processes."""
-        with self._lock:
-            self._closed = True
-            processes = [*self._all]
-        for process in processes:
-            process.close()
-        if self._files is not None:
-            self._files.cleanup()
+        self._processes.close()
 
     def _ask(self, task: Task, patience: float) -> Answer:
-        answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
         try:
-            return typed.from_json(answer, Answer)
-        except msgspec.MsgspecError as error:
-            raise NoAnswerError(f"it wrote something else: {error}") from error
-
-    def _process(self) -> LineProcess:
-        process: LineProcess | None = getattr(self._here, "process", None)
-        if process is None:
-            with self._lock:
-                if self._closed:
-                    raise GradingError(_ENDED)
-                try:
-                    self._files = self._files or TemporaryDirectory(
-                        prefix="visualhfsm-grade-", ignore_cleanup_errors=True
-                    )
-                except OSError as error:
-                    raise ComputerFailed(f"it has no folder for temporary files: {error.strerror}") from error
-                environment = {**_ENVIRONMENT, "TMPDIR": self._files.name}
-                process = LineProcess(f"{__package__}._worker", environment)
-                self._all.append(process)
-            self._here.process = process
-        return process
+            return self._processes.ask(task, patience)
+        except EndedError as error:
+            raise GradingError(_ENDED) from error
+        except OSError as error:
+            raise ComputerFailed(f"it has no folder for temporary files: {error.strerror}") from error
