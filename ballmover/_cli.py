@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from zenoh_ice.application.cli import finite, stop_on_signals, with_settings
+from zenoh_ice.application.cli import SERVER_WAIT, ServerWait, finite, stop_on_signals, with_settings
 from zenoh_ice.settings import Settings
 
 from ._color import Color
@@ -67,12 +67,7 @@ def move(
             help="Time limit for reaching a waypoint.",
         ),
     ] = 5.0,
-    server_wait: Annotated[
-        float,
-        typer.Option(
-            metavar="SECONDS", min=0.0, callback=finite, help="How long to wait at the start for the server."
-        ),
-    ] = 30.0,
+    server_wait: ServerWait = SERVER_WAIT,
 ) -> None:
     """Carry a ball of the simulated world along waypoints in space."""
     points = read_waypoints(waypoints) if waypoints else built_in_waypoints(color)

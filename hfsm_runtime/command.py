@@ -65,16 +65,6 @@ _Seconds = Annotated[
         help="Stop after this time, by the component's clock.",
     ),
 ]
-_ServerWait = Annotated[
-    float,
-    typer.Option(
-        "--server-wait",
-        min=0.0,
-        callback=cli.finite,
-        metavar="SECONDS",
-        help="How long to wait at the start for the servers that the component needs.",
-    ),
-]
 _BeginAt = Annotated[
     str | None,
     typer.Option(
@@ -213,7 +203,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
         on_error: _OnError = None,
         on_refused: _OnRefused = None,
         seconds: _Seconds = None,
-        server_wait: _ServerWait = 30.0,
+        server_wait: cli.ServerWait = cli.SERVER_WAIT,
         begin_at: _BeginAt = None,
         breakpoint: _Breakpoints = None,
         stay_halted: _StayHalted = False,

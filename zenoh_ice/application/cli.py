@@ -144,6 +144,20 @@ def finite(value: float | None) -> float | None:
     return value
 
 
+ServerWait = Annotated[
+    float,
+    typer.Option(
+        "--server-wait",
+        metavar="SECONDS",
+        min=0.0,
+        callback=finite,
+        help="How long to wait at the start for the servers that are needed.",
+    ),
+]
+"""An option of a command that may start before its servers: see `patience.Patience`."""
+SERVER_WAIT: Final = 30.0
+
+
 def report_ready(text: str = "") -> Watchdog:
     """Print `text`, if any, and notify systemd, if it started the command, that the command is ready.
 
