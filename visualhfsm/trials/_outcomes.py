@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Final, Self
+from typing import BinaryIO, Final, Self, TypeVar
 
 import msgspec
 
@@ -26,6 +26,7 @@ from ._quantities import Value
 
 SUFFIX: Final = ".outcomes.jsonl"
 _LONGEST_HEADER: Final = 10_000  # bytes
+_Line = TypeVar("_Line", "Outcome", "Look")
 _LOOK: Final = b'{"runs":'
 """What a line begins with that has a `Look`."""
 _PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
@@ -206,19 +207,8 @@ def read_outcomes(path: Path) -> Iterator[Outcome]:
         for number, line in enumerate(file, 2):
             if not line.endswith(b"\n"):
                 return  # a crash cut it off
-            if line.startswith(_LOOK):
-                continue
-            try:
-                yield typed.from_json(line, Outcome)
-            except msgspec.MsgspecError as error:
-                raise TrialsError(
-                    Message(
-                        "{path}:{number}: no outcome of a trial: {reason}",
-                        path=str(path),
-                        number=number,
-                        reason=reason(error),
-                    )
-                ) from error
+            if not line.startswith(_LOOK):
+                yield _decoded(line, Outcome, path, number)
 
 
 def read_looks(path: Path) -> tuple[int, ...]:
@@ -238,18 +228,23 @@ def read_looks(path: Path) -> tuple[int, ...]:
                 if not seen:
                     looks.pop()
                 seen = False
-                try:
-                    looks.append(typed.from_json(line, Look).runs)
-                except msgspec.MsgspecError as error:
-                    raise TrialsError(
-                        Message(
-                            "{path}:{number}: no outcome of a trial: {reason}",
-                            path=str(path),
-                            number=number,
-                            reason=reason(error),
-                        )
-                    ) from error
+                looks.append(_decoded(line, Look, path, number).runs)
     return tuple(dict.fromkeys(looks))
+
+
+def _decoded(line: bytes, kind: type[_Line], path: Path, number: int) -> _Line:
+    """Return what a line of a file has. Raises TrialsError."""
+    try:
+        return typed.from_json(line, kind)
+    except msgspec.MsgspecError as error:
+        raise TrialsError(
+            Message(
+                "{path}:{number}: no outcome of a trial: {reason}",
+                path=str(path),
+                number=number,
+                reason=reason(error),
+            )
+        ) from error
 
 
 def _reading(path: Path) -> BinaryIO:
