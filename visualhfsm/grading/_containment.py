@@ -192,7 +192,9 @@ class _Code:
         self._session: Session | None = None
         self._requests: Requests | None = None
         self._sizes: Final[dict[tuple[int, str], int]] = {}
-        """Bytes of the variables that are shown."""
+        """Bytes of each variable that is shown."""
+        self._size = 0
+        """Bytes of all of them."""
         self._broken = ""
         """What the session said at its end."""
         self._too_busy = False
@@ -273,9 +275,10 @@ class _Code:
         A byte becomes up to 64 of them, as that of an empty dictionary.
         """
         assert self._session is not None
-        before, size = self._sizes.get((automaton, name), 0), len(name) + len(encoded)
-        if sum(self._sizes.values()) - before + size <= _MOST_SHOWN:
-            self._sizes[automaton, name] = size
+        size = len(name) + len(encoded)
+        total = self._size - self._sizes.get((automaton, name), 0) + size
+        if total <= _MOST_SHOWN:
+            self._size, self._sizes[automaton, name] = total, size
             self.shown[automaton][name] = CellType(self._session.value(encoded, "its variables"))
 
     def close(self) -> None:
