@@ -8,7 +8,6 @@ document. The program that grades stays small, and nothing is left: no file, no 
 
 from __future__ import annotations
 
-import csv
 import os
 import re
 import subprocess
@@ -23,6 +22,7 @@ import pytest
 
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import RUN_LIMIT
+from tests.support.marks import marks_in
 from tests.support.places import ROOT
 from tests.support.processes import module
 from tests.support.soak import SOAKS, cases
@@ -260,8 +260,7 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Class:
     with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL) as grading:
         watched, memory = _watch(grading)
         assert grading.returncode == 0
-    with (folder / "marks/marks.csv").open(encoding="utf-8-sig", newline="") as file:
-        rows = {row["name"]: row for row in csv.DictReader(file)}
+    rows = marks_in(folder / "marks")
     alive = [each.pid for each in watched if each.is_running() and each.status() != psutil.STATUS_ZOMBIE]
     return Class(folder, rows, memory, [path.name for path in temporary.iterdir()], alive)
 

@@ -5,7 +5,6 @@ A file `sitecustomize.py`, which every Python of the command loads, breaks the c
 
 from __future__ import annotations
 
-import csv
 import os
 import shutil
 import subprocess
@@ -17,6 +16,7 @@ import pytest
 
 from tests.support.documents import document, state, sub
 from tests.support.limits import RUN_LIMIT
+from tests.support.marks import marks_in
 from tests.support.places import ROOT
 from tests.support.processes import module
 from tests.support.soak import cases
@@ -186,8 +186,7 @@ def test_a_document_that_ends_the_program_that_grades_costs_its_own_marks(tmp_pa
     (tmp_path / "handed-in/ana.xml").rename(tmp_path / "handed-in/bad.xml")
     done = grade(tmp_path, ENDS_THE_READER)
     assert done.returncode == 0, done.stderr
-    with (tmp_path / "marks/marks.csv").open(encoding="utf-8-sig", newline="") as file:
-        rows = {row["name"]: row for row in csv.DictReader(file)}
+    rows = marks_in(tmp_path / "marks")
     assert (rows["bad"]["points"], rows["ben"]["points"]) == ("0", "10")
     assert "reading it ended the program that grades: it was ended by SIGSEGV" in rows["bad"]["reasons"]
     assert [*tmp_path.glob("visualhfsm-*")] == []

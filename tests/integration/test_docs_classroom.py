@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import shlex
 import shutil
@@ -17,6 +16,7 @@ import pytest
 
 from tests.support.commands import run_here
 from tests.support.limits import RUN_LIMIT
+from tests.support.marks import marks_in
 from tests.support.pages import DOCS, blocks_of
 from tests.support.places import ROOT
 from visualhfsm._command import app
@@ -123,8 +123,7 @@ def test_documents_are_collected_and_graded(machine: Machine) -> None:
         app, "visualhfsm", "grade", "look", "handed-in/look", "--unsafe", "--workers", "1", cwd=machine.folder
     )
     assert done.returncode == 0, done.stderr
-    with (machine.folder / "marks/marks.csv").open(encoding="utf-8-sig", newline="") as file:
-        points = {row["name"]: row["points"] for row in csv.DictReader(file)}
+    points = {name: row["points"] for name, row in marks_in(machine.folder / "marks").items()}
     assert points == {"ana": "10", "ben": "0"}
 
 

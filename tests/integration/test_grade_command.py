@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import html
 import os
 import re
@@ -17,6 +16,7 @@ import pytest
 
 from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
+from tests.support.marks import marks_in
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, module
 from tests.support.soak import cases, repeated
@@ -57,8 +57,7 @@ def brief(folder: Path) -> str:
 def grade(folder: Path, *options: str, contained: bool = False) -> dict[str, dict[str, str]]:
     walls = () if contained else ("--unsafe",)
     visualhfsm(folder, "grade", "exercises/look", "handed-in", *walls, *options)
-    with (folder / "marks" / "marks.csv").open(encoding="utf-8-sig", newline="") as file:
-        return {row["name"]: row for row in csv.DictReader(file)}
+    return marks_in(folder / "marks")
 
 
 BROKEN: Final = {
