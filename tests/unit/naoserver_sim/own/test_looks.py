@@ -11,8 +11,8 @@ from naoserver.body import LARGEST_DESCRIPTION, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
 from naoserver.looks.of_body import looks_of, plain_looks
-from naoserver_sim._model_file import LARGEST_FILE
-from naoserver_sim._own_looks import MOST_TRIANGLES, MOST_VERTICES
+from naoserver_sim._own.looks import MOST_TRIANGLES, MOST_VERTICES
+from naoserver_sim._own.model_file import LARGEST_FILE
 from naoserver_sim.model import build_model
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
