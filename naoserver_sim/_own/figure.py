@@ -47,7 +47,7 @@ def touching(mj: mujoco.MjModel) -> tuple[list[int], bool]:
 
 def _is_solid(mj: mujoco.MjModel, geom: int) -> bool:
     kinds = mujoco.mjtGeom
-    return mj.geom_type[geom] not in (kinds.mjGEOM_PLANE, kinds.mjGEOM_HFIELD, kinds.mjGEOM_SDF)
+    return int(mj.geom_type[geom]) not in (kinds.mjGEOM_PLANE, kinds.mjGEOM_HFIELD, kinds.mjGEOM_SDF)
 
 
 class Figure:
@@ -75,7 +75,7 @@ class Figure:
     def joints(self) -> Iterator[int]:
         """Yield the hinges and slides."""
         for joint in range(self.mj.njnt):
-            if self.mj.jnt_type[joint] in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+            if int(self.mj.jnt_type[joint]) in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
                 yield joint
 
     @cached_property

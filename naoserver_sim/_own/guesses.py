@@ -128,10 +128,10 @@ class _Guesser:
             self._guess_walk()
         for name in self._parts.unsaid:
             torque = self._figure.torque(self._parts.joints[name], mounted=mounted)
-            found.add(torque, "not in the model: by the mass that it carries", "joint", name, "max_torque")
+            found.add(torque, "torque by the mass that it carries", "joint", name, "max_torque")
         for name in self._parts.slow:
             if "max_velocity" not in found.document.get("joint", {}).get(name, {}):
-                found.add(SPEED, "not in the model", "joint", name, "max_velocity")
+                found.add(SPEED, "usual speed", "joint", name, "max_velocity")
 
     def _mount(self) -> tuple[bool, str]:
         """Return whether the robot is fixed to the floor, and why."""
@@ -262,7 +262,7 @@ class _Guesser:
         units = [
             (int(mj.site_bodyid[site]), data.site_xpos[site], mj.site(site).name)
             for number in range(mj.nsensor)
-            if mj.sensor_type[number] in kinds and (site := int(mj.sensor_objid[number])) >= 0
+            if int(mj.sensor_type[number]) in kinds and (site := int(mj.sensor_objid[number])) >= 0
         ]
         bodies = {frame.link: body for body, frame in self._parts.frames.items()}
         for sensor in self._model.sensors:
@@ -368,12 +368,10 @@ class _Guesser:
     def _drive_forwards(self, wheel: Wheel) -> None:
         """Let a wheel drive forwards at positive angles, and at some speed."""
         if wheel.axis[1] < 0.0:
-            self._found.add(
-                True, "its axis points right: so it drives forwards", "joint", wheel.joint, "reversed"
-            )
+            self._found.add(True, "its axis points right", "joint", wheel.joint, "reversed")
         if wheel.joint in self._parts.slow:
             speed = round(_DRIVES / wheel.radius, 3)
-            self._found.add(speed, f"not in the model: {_DRIVES:g} m/s", "joint", wheel.joint, "max_velocity")
+            self._found.add(speed, f"speed for {_DRIVES:g} m/s", "joint", wheel.joint, "max_velocity")
 
 
 def _pair(left: Wheel, right: Wheel) -> bool:

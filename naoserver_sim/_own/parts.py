@@ -153,7 +153,7 @@ class _Reader:
         self._motors: dict[int, list[int]] = {}
         for motor in range(mj.nu):
             kinds = mujoco.mjtTrn
-            if mj.actuator_trntype[motor] in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
+            if int(mj.actuator_trntype[motor]) in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
                 self._motors.setdefault(int(mj.actuator_trnid[motor, 0]), []).append(motor)
         self._gears = gears
         tables = {

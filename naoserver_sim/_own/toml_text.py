@@ -81,7 +81,13 @@ def _entry(name: str, value: object, why: str) -> Iterator[str]:
     if len(line) > _WIDTH and isinstance(value, (list, tuple)):
         yield from _comment(why)
         yield f"{key(name)} = ["
-        yield from (f"  {value_text(item)}," for item in value)
+        row = "  "
+        for item in map(value_text, value):
+            if len(row) + len(item) >= _WIDTH:
+                yield row.rstrip()
+                row = "  "
+            row += f"{item}, "
+        yield row.rstrip()
         yield "]"
     elif why and len(line) + len(why) + 4 > _WIDTH:
         yield from _comment(why)
