@@ -78,6 +78,12 @@ def read_own_body(path: Path) -> Body:
         raise RobotError(f"{where}: {' '.join(str(problem).split())}") from None
     described["name"] = own.name or path.stem
     parts, frames = parts_of(mj, model, own, where)
+    given = described.get("couplings", [])
+    followers = [pair.get("follower") for pair in given]
+    parts["couplings"] = [pair for pair in parts["couplings"] if pair["follower"] not in followers] + given
+    parts |= {key: described[key] for key in ("loops", "mounted") if key in described}
+    for note in parts.pop("notes"):
+        _log.warning("%s", note)
     described |= parts
     described["shapes"] += _soles(described)
     for camera in described.get("cameras", ()):
