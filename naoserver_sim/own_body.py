@@ -143,6 +143,8 @@ class _Model:
         for sensor in self.file.sensors:
             if sensor.kind == "camera":
                 _add_camera(self.file.spec, sensor)
+        for number, joint in enumerate(self.file.spec.joints):
+            joint.name = joint.name or f"{joint.parent.name or 'joint'} joint {number}"
         try:
             self.mj: Final = self.file.spec.compile()
         except (ValueError, mujoco.FatalError) as problem:
@@ -169,7 +171,11 @@ class _Description:
         if self.parts.unsaid:
             raise RobotError(_unsaid(self.parts.unsaid, source))
         described["name"] = own.name
-        described |= self.parts.tables
+        given = described.get("couplings", [])
+        followers = [pair.get("follower") for pair in given]
+        tables = self.parts.tables
+        couplings = [pair for pair in tables["couplings"] if pair["follower"] not in followers]
+        described = tables | described | {"couplings": couplings + given}
         described["shapes"] = described["shapes"] + _soles(described)
         for camera in described.get("cameras", ()):
             camera |= {key: value for key, value in _CAMERA.items() if key not in camera}

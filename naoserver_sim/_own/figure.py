@@ -156,14 +156,16 @@ class Figure:
         arms = np.linalg.norm(self.data.xipos[bodies] - self.data.xanchor[joint], axis=1)
         return GRAVITY * float(masses @ arms)
 
+    def standing(self, joint: int, *, mounted: bool) -> float:
+        """Return the torque in N m, or force in N, that a joint which the robot stands on may need for that."""
+        weight, height = self._above(joint, mounted=mounted)
+        crouched = _OF_A_LEG * float(self.data.xanchor[joint, 2] - self.box[0][2])
+        return weight * (1.0 if self._slides(joint) else max(crouched, _LEANS * height))
+
     def torque(self, joint: int, *, mounted: bool) -> float:
         """Return a largest torque in N m, or force in N, that fits the mass that a joint carries."""
-        wanted = _SAFETY * self.load(joint)
-        weight, height = self._above(joint, mounted=mounted)
-        if weight:
-            crouched = _OF_A_LEG * float(self.data.xanchor[joint, 2] - self.box[0][2])
-            wanted = max(wanted, weight * (1.0 if self._slides(joint) else max(crouched, _LEANS * height)))
-        return float(f"{max(wanted, _LEAST):.2g}")
+        wanted = max(_SAFETY * self.load(joint), self.standing(joint, mounted=mounted), _LEAST)
+        return float(f"{wanted:.2g}")
 
     def tips(self, joint: int, *, mounted: bool) -> float:
         """Return the torque in N m for each rad by which the robot falls about a joint that carries it."""
@@ -171,7 +173,7 @@ class Figure:
         return 0.0 if self._slides(joint) else weight * height
 
     def _above(self, joint: int, *, mounted: bool) -> tuple[float, float]:
-        """Return the weight in N of what stands on a joint, and how high in m it is above; 0 if nothing does."""
+        """Return the weight in N of what stands on a joint, and how high in m that is above it; or zeros."""
         bodies = self.carried(int(self.mj.jnt_bodyid[joint]))
         if mounted or not self.stands(*bodies):
             return 0.0, 0.0

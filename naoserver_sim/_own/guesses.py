@@ -1,4 +1,4 @@
-"""What the parts of a user's robot are for, guessed from their names, places and shapes, each with a reason."""
+"""What the parts of a user's robot are for: guessed from names, places and shapes, each with a reason."""
 
 from __future__ import annotations
 
@@ -136,6 +136,8 @@ class _Guesser:
     def _mount(self) -> tuple[bool, str]:
         """Return whether the robot is fixed to the floor, and why."""
         mj, figure = self._mj, self._figure
+        if self._parts.tables.get("mounted"):
+            return True, "its root is welded to the world"
         roots = [body for body in range(1, mj.nbody) if mj.body_parentid[body] == 0]
         own = [int(mj.jnt_type[mj.body_jntadr[body]]) for body in roots if mj.body_jntnum[body]]
         if mujoco.mjtJoint.mjJNT_FREE in own:

@@ -19,9 +19,11 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
-from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Gear
+from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Coupling, Gear
 from naoserver_sim._body import KINDS
+from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loops_of
 from naoserver_sim._own.figure import Figure
+from naoserver_sim._own.hulls import hull_of
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
 
@@ -43,6 +45,8 @@ _QUICKEST: Final = 150.0
 """Highest natural frequency of such a servo in rad/s: steps of the physics take 2.5 ms."""
 _LARGEST_ROTOR: Final = 0.1
 """Largest inertia of a rotor in kg m2 that is added for it, if the model has none."""
+_DIGITS: Final = 5
+"""Digits behind the point, in m, of the corners of hulls: short enough for thousands of them."""
 _FRICTION: Final = 1.0
 """MuJoCo's friction of a shape that names none."""
 _LEVEL: Final = 0.9999
@@ -150,11 +154,8 @@ class _Reader:
         self._fixed: list[dict[str, Any]] = []
         self._joints: list[dict[str, Any]] = []
         self._names: dict[str, set[str]] = {"link": set(), "joint": set()}
-        self._motors: dict[int, list[int]] = {}
-        for motor in range(mj.nu):
-            kinds = mujoco.mjtTrn
-            if int(mj.actuator_trntype[motor]) in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
-                self._motors.setdefault(int(mj.actuator_trnid[motor, 0]), []).append(motor)
+        self._moves = couplings_of(mj, where, model.lines)
+        self._followers = {pair.follower for pair in self._moves.couplings}
         self._gears = gears
         tables = {
             "links": self._links,
@@ -178,6 +179,7 @@ class _Reader:
             if int(mj.cam_bodyid[camera]) in frames and mj.cam_bodyid[camera]:
                 self._add_view(camera)
         del frames[0]
+        self._couple()
         if not self._parts.figure.says_what_touches:
             self._parts.notes.append(
                 f"{self._where}: no link has a shape that touches, so what is seen of it touches"
@@ -186,6 +188,29 @@ class _Reader:
             shape for geom in self._parts.figure.solid for shape in self._shapes(geom)
         ]
         return self._parts
+
+    def _couple(self) -> None:
+        """Add the joints that move together, and what closes loops of links."""
+        mj, parts = self._mj, self._parts
+        names = {mj.joint(joint).name: name for name, joint in parts.joints.items()}
+        refs = {name: float(mj.qpos0[mj.jnt_qposadr[joint]]) for name, joint in parts.joints.items()}
+        couplings = []
+        for pair in self._moves.couplings:
+            leader, follower = names[pair.leader], names[pair.follower]
+            # An equality counts from where the joints are in the model, and angles from 0.
+            offset = pair.offset + refs[follower] - pair.ratio * refs[leader]
+            back, on = (self._sign(follower), self._sign(leader))
+            couplings.append(Coupling(leader, follower, ratio=back * on * pair.ratio, offset=back * offset))
+        keep_in_range(self._joints, couplings, self._where)
+        loops = loops_of(mj, parts.frames, self._where, self._model.lines)
+        parts.tables["couplings"] = msgspec.to_builtins(couplings)
+        parts.tables["loops"] = msgspec.to_builtins(loops.loops)
+        if loops.mounted:
+            parts.tables["mounted"] = True
+        parts.notes.extend((*self._moves.notes, *loops.notes))
+
+    def _sign(self, joint: str) -> float:
+        return -1.0 if joint in self._own.joint and self._own.joint[joint].reversed else 1.0
 
     def _base(self, bodies: list[int]) -> str:
         """Add the link that carries all others if that is no body of the model; return its name, or ''."""
@@ -213,7 +238,7 @@ class _Reader:
         origin = np.zeros(3) if free else mj.body_pos[body] - offset
         turn: list[float] = mj.body_quat[body].tolist()
         offset = np.zeros(3)
-        axes = [] if free else [axis for joint in _joints(mj, body) for axis in self._axes(joint, name)]
+        axes = [] if free else [axis for joint in _joints(mj, body) for axis in self._axes(joint)]
         for number, axis in enumerate(axes):
             at = mj.jnt_pos[axis.joint].copy()
             origin = origin + _rotated(turn, at - offset)
@@ -262,11 +287,10 @@ class _Reader:
         line = next((self._model.lines[each, name] for each in kinds if (each, name) in self._model.lines), 0)
         return f"{self._where}:{line}: " if line else f"{self._where}: "
 
-    def _axes(self, joint: int, link: str) -> Iterator[_Axis]:
+    def _axes(self, joint: int) -> Iterator[_Axis]:
         """Yield the axes about which a joint turns, or along which it slides."""
         mj = self._mj
-        said = mj.joint(joint).name
-        name, dof = said or f"{link} joint", int(mj.jnt_dofadr[joint])
+        name, dof = mj.joint(joint).name, int(mj.jnt_dofadr[joint])
         limits = tuple(mj.jnt_range[joint].tolist()) if mj.jnt_limited[joint] else None
         if mj.jnt_type[joint] != _BALL:
             slides = bool(mj.jnt_type[joint] == _SLIDE)
@@ -276,14 +300,14 @@ class _Reader:
             yield _Axis(joint, name, mj.jnt_axis[joint].copy(), dof, limits, ref, slides)
             return
         half = (-limits[1], limits[1]) if limits else (-math.pi, math.pi)
-        self._parts.notes.append(f"{self._at('joint', said)}ball joint {name!r} is served as three hinges")
+        self._parts.notes.append(f"{self._at('joint', name)}ball joint {name!r} is served as three hinges")
         for number, letter in enumerate("xyz"):
             yield _Axis(joint, self._fit("joint", f"{name} {letter}"), np.eye(3)[number], dof + number, half)
 
     def _add_joint(self, of: _Axis, place: dict[str, Any]) -> None:
         """Add what a model says of a joint, corrected by the TOML file, and its servo."""
         own = self._own.joint.get(of.name, OwnJoint())
-        sign = -1.0 if own.reversed else 1.0
+        sign = self._sign(of.name)
         found: dict[str, Any] = {"name": of.name, "axis": (sign * of.axis).tolist(), "sliding": of.sliding}
         if of.range is not None:
             found["lower"], found["upper"] = sorted(sign * limit for limit in of.range)
@@ -295,11 +319,12 @@ class _Reader:
         found |= {key: value for key, value in corrected.items() if value is not None and key != "reversed"}
         if "max_velocity" not in found:
             found["max_velocity"] = SPEED
-            if found.get("max_torque") != 0.0:
+            if found.get("max_torque") != 0.0 and self._mj.joint(of.joint).name not in self._followers:
                 self._parts.slow.append(of.name)
         if "max_torque" not in found:
             found["max_torque"] = self._parts.figure.torque(of.joint, mounted=self._mounted)
-            self._parts.unsaid[of.name] = found["max_torque"]
+            if self._mj.joint(of.joint).name not in self._followers:
+                self._parts.unsaid[of.name] = found["max_torque"]
         gear = self._given.get(of.name)
         if gear is None:
             gear = of.name
@@ -311,11 +336,11 @@ class _Reader:
         if (said := self._model.speeds.get(self._mj.joint(of.joint).name)) is not None:
             return said
         mj = self._mj
-        for motor in self._motors.get(of.joint, ()):
+        for motor, lever in self._pulls(of):
             by_speed = mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
             by_speed = by_speed and not mj.actuator_biasprm[motor, 1] and mj.actuator_biasprm[motor, 2] < 0.0
             if by_speed and mj.actuator_ctrllimited[motor]:
-                gear = abs(float(mj.actuator_gear[motor, 0])) or 1.0
+                gear = lever * abs(float(mj.actuator_gear[motor, 0])) or 1.0
                 return float(np.abs(mj.actuator_ctrlrange[motor]).max()) / gear or None
         return None
 
@@ -325,8 +350,8 @@ class _Reader:
         limits = []
         if mj.jnt_actfrclimited[joint]:
             limits.append(float(np.abs(mj.jnt_actfrcrange[joint]).max()))
-        for motor in self._motors.get(joint, ()):
-            gear = abs(float(mj.actuator_gear[motor, 0]))
+        for motor, lever in self._pulls(of):
+            gear = lever * abs(float(mj.actuator_gear[motor, 0]))
             if mj.actuator_forcelimited[motor]:
                 limits.append(gear * float(np.abs(mj.actuator_forcerange[motor]).max()))
             elif mj.actuator_ctrllimited[motor] and mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE:
@@ -339,11 +364,15 @@ class _Reader:
             return least
         return None if self._is_driven(of) else 0.0
 
+    def _pulls(self, of: _Axis) -> tuple[Pull, ...]:
+        """Return what moves a joint."""
+        return self._moves.pulls.get(self._mj.joint(of.joint).name, ())
+
     def _is_driven(self, of: _Axis) -> bool:
         """Return whether a joint without a torque has a motor all the same."""
         name = self._mj.joint(of.joint).name
-        if self._model.kind == "mjcf":
-            return self._mj.nu == 0 or of.joint in self._motors
+        if self._mj.nu:
+            return bool(self._pulls(of))
         if self._model.actuated:
             return name in self._model.actuated
         return not _FREE_RUNNING.search(name)
@@ -358,11 +387,12 @@ class _Reader:
             "inertia": rotor,
         }
         if not torque:
-            return gear | {"stiffness": float(np.ravel(mj.jnt_stiffness[joint])[0])}
-        for motor in self._motors.get(joint, ()):
+            rest = float(mj.qpos_spring[mj.jnt_qposadr[joint]]) if mj.jnt_type[joint] != _BALL else 0.0
+            return gear | {"stiffness": float(np.ravel(mj.jnt_stiffness[joint])[0]), "rest": rest}
+        for motor, lever in self._pulls(of):
             affine = mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
             if affine and mj.actuator_biasprm[motor, 1] < 0.0:
-                square = float(mj.actuator_gear[motor, 0]) ** 2
+                square = (lever * float(mj.actuator_gear[motor, 0])) ** 2
                 stiffness, damping = (-square * mj.actuator_biasprm[motor, 1:3]).tolist()
                 return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
         load = figure.load(joint)
@@ -399,7 +429,7 @@ class _Reader:
         self._parts.views.append(View(name, link, (x, y, z), tilt, fovy))
 
     def _shapes(self, geom: int) -> Iterator[dict[str, Any]]:
-        """Yield the contact shape of a geom: of a mesh, the box around it."""
+        """Yield the contact shape of a geom: of a mesh its hull, or a box if it is flat."""
         mj = self._mj
         body = int(mj.geom_bodyid[geom])
         if body not in self._parts.frames:
@@ -408,13 +438,14 @@ class _Reader:
         place = mj.geom_pos[geom] - offset
         turn: list[float] = mj.geom_quat[geom].tolist()
         kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
-        if kind is not None:
-            size = mj.geom_size[geom][: SHAPE_SIZES[kind]]
+        shape: dict[str, Any] = {"link": link}
+        if len(points := hull_of(mj, geom)):
+            shape |= {"kind": "hull", "points": np.round(points - offset, _DIGITS).tolist()}
         else:
-            kind, size = "box", mj.geom_aabb[geom, 3:]
+            size = mj.geom_aabb[geom, 3:] if kind is None else mj.geom_size[geom][: SHAPE_SIZES[kind]]
             place = place + _rotated(turn, mj.geom_aabb[geom, :3])
-        size = np.maximum(size, 1e-4).tolist()
-        shape = {"link": link, "kind": kind, "size": size, "position": place.tolist(), "turn": turn}
+            shape |= {"kind": kind or "box", "size": np.maximum(size, 1e-4).tolist()}
+            shape |= {"position": place.tolist(), "turn": turn}
         friction = float(mj.geom_friction[geom, 0])
         yield shape if friction == _FRICTION else shape | {"friction": max(friction, 1e-3)}
 
