@@ -178,6 +178,9 @@ def _add_link(
         of = link.inertia
         inertial = {"mass": link.mass, "ipos": link.com}
         inertial["fullinertia"] = [of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz]
+    if joint is None and body.mounted and link.mass < body.mass / 2:
+        # It cannot move, but what is light beside all that it carries would give way at its mount.
+        inertial = {"mass": body.mass, "inertia": [body.mass] * 3}
     if joint is None:
         added = spec.worldbody.add_body(name=link.name, explicitinertial=True, **inertial)
         added.add_freejoint(name=BASE)

@@ -252,7 +252,9 @@ def _put_on_floor(model: Model, data: mujoco.MjData) -> None:
     start = model.world.robot
     mujoco.mju_mulQuat(data.qpos[base + 3 : base + 7], np.array(about_z(start.heading)), level)
     mujoco.mj_forward(mj, data)
-    data.qpos[base + 2] -= _height(model, data) - _GAP
+    # The root of an arm is on the floor, too, even if its lowest shape is a hand.
+    lowest = min(_height(model, data), float(data.qpos[base + 2])) if body.mounted else _height(model, data)
+    data.qpos[base + 2] -= lowest - _GAP
     if body.soles:
         left, right = (data.body(foot.link).xpos[:2] for foot in body.soles)
         data.qpos[base : base + 2] = data.body(body.root.name).xpos[:2] - (left + right) / 2 + start.position

@@ -28,7 +28,7 @@ ASPECT: Final = 4 / 3
 """Width of a picture by its height."""
 FIELD_OF_VIEW: Final = 1.0
 """Horizontal one in rad of a camera of which the model does not say it."""
-_APART: Final = 0.05
+_APART: Final = 0.03
 """Distance in m up to which links named after a camera are parts of one."""
 _CAMERA: Final = re.compile(r"(?:^|[_\W])(?:cam|camera|rgb|rgbd)(?=[_\W\d]|$)|[Cc]amera", re.ASCII)
 _OPTICAL: Final = re.compile(r"optical|depth|infra|imu|gyro|accel", re.IGNORECASE)
@@ -43,9 +43,6 @@ _BESIDE: Final = 0.2
 """Angle in rad by which a leg may point ahead of its foot."""
 _CORNERS: Final = 12
 """Most corners of a sole's outline."""
-_STANDING: Final = 0.5
-_LYING: Final = 0.28
-"""Loads on the soles as shares of the weight, as for our own robots."""
 _DRIVES: Final = 0.5
 """Speed in m/s of a cart of whose wheels nobody says how fast they turn."""
 _USED: Final = 0.9
@@ -138,6 +135,8 @@ class _Guesser:
         mj, figure = self._mj, self._figure
         if self._parts.tables.get("mounted"):
             return True, "its root is welded to the world"
+        if not len(figure.points(*range(1, mj.nbody))):
+            return True, "no link has a shape that touches the floor: it would fall for ever"
         roots = [body for body in range(1, mj.nbody) if mj.body_parentid[body] == 0]
         own = [int(mj.jnt_type[mj.body_jntadr[body]]) for body in roots if mj.body_jntnum[body]]
         if mujoco.mjtJoint.mjJNT_FREE in own:
@@ -148,8 +147,6 @@ class _Guesser:
             return False, ""
         if self._model.kind == "mjcf":
             return True, "its root has no free joint"
-        if not len(figure.points(*range(1, mj.nbody))):
-            return True, "it has no shape that touches the floor, and would fall for ever"
         return self._topples()
 
     def _topples(self) -> tuple[bool, str]:
@@ -231,6 +228,7 @@ class _Guesser:
         cameras = [
             (view.link, view.position, view.tilt, 2 * math.atan(ASPECT * math.tan(view.fovy / 2)), view.name)
             for view in self._parts.views
+            if math.hypot(*view.position) < self._limbs.size  # else it watches the robot
         ] or [(link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW, link) for link in self._named(_CAMERA)]
         carriers = {joint["child"]: joint["parent"] for joint in self._parts.tables["fixed_joints"]}
         cameras.sort(key=lambda camera: camera[0] not in heads and carriers.get(camera[0]) not in heads)
@@ -299,9 +297,6 @@ class _Guesser:
             return
         for number, sole in enumerate(soles):
             self._found.add(sole, "the lowest link of the leg", "soles", number)
-        weight = GRAVITY * float(self._mj.body_mass[1:].sum())
-        falls = {"standing_load": round(_STANDING * weight, 1), "lying_load": round(_LYING * weight, 1)}
-        self._found.add(falls, f"{_STANDING:g} and {_LYING:g} of its weight", "falls")
         self._found.doubts.append("it has no walk, and hence no balance: [walk] says how it steps")
 
     def _sole(self, limb: Limb) -> dict[str, Any] | None:
@@ -397,12 +392,14 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body) -> None:
         (_link(model, int(pair) >> 16), _link(model, int(pair) & 0xFFFF)) for pair in mj.exclude_signature
     ]
     apart = {_sorted(*pair) for pair in pairs}
-    names = sorted(masks)
+    names, near = sorted(masks), set()
     said = model.figure.says_what_touches
     for first, one in enumerate(names):
         for other in names[first + 1 :]:
             (types, affinities), (others, their) = masks[one], masks[other]
-            if said and not (types & their or others & affinities) and not are_neighbors(body, one, other):
+            if are_neighbors(body, one, other):
+                near.add((one, other))
+            elif said and not (types & their or others & affinities):
                 apart.add((one, other))
     mine = build_model(load_world("empty"), skin=False, body=body)
     data = mujoco.MjData(mine.mj)
@@ -413,7 +410,9 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body) -> None:
         if contact.dist < -_OVERLAP and {first, second} <= masks.keys():
             apart.add(_sorted(first, second))
     pairs = sorted(pair for pair in apart if pair[0] != pair[1] and set(pair) <= masks.keys())
-    alone = [link for link in names if sum(link in pair for pair in pairs) == len(names) - 1 > 0]
+    parted = near.union(pairs)
+    alone = [link for link in names if sum(link in pair for pair in parted) == len(names) - 1]
+    alone = [link for link in alone if any(link in pair for pair in pairs)]
     if alone:
         found.add(alone, "they touch no other link in the model", "intangible")
     if rest := [list(pair) for pair in pairs if not set(pair) & set(alone)]:

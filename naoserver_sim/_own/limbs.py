@@ -84,7 +84,10 @@ class Limbs:
         self.size: Final = max(float((high - low).max()), 1e-3)
         self._trunk: list[int] = []
         self.wheels: Final = [wheel for joint in sorted(self._names) if (wheel := self._wheel(joint))]
-        self.limbs: Final = [self._limb(chain) for chain in self._split(self._below.get(None, []))]
+        chains = list(self._split(self._below.get(None, [])))
+        standing = sum(len(chain) > 1 and self.figure.stands(*self._moved_by(chain[0])) for chain in chains)
+        self._on_legs: Final = standing > 1 and not self._trunk_stands()
+        self.limbs: Final = [self._limb(chain) for chain in chains]
         if self._trunk:
             names = tuple(self._names[joint] for joint in self._trunk)
             end = int(self._mj.jnt_bodyid[self._trunk[-1]])
@@ -122,6 +125,10 @@ class Limbs:
     def _all(self, joint: int) -> list[int]:
         """Return a joint and all that follow it."""
         return [joint, *(each for child in self._below.get(joint, []) for each in self._all(child))]
+
+    def _moved_by(self, joint: int) -> list[int]:
+        """Return the bodies that a joint moves."""
+        return self.figure.carried(int(self._mj.jnt_bodyid[joint]))
 
     def _split(self, starts: Sequence[int]) -> Iterator[list[int]]:
         """Yield the chains of joints that begin at the trunk, whose own joints are those before its forks."""
@@ -180,8 +187,8 @@ class Limbs:
             if found := [match[0] for name in names if (match := word.search(name))]:
                 words = ", ".join(dict.fromkeys(found))
                 return kind, f"{words} in its names"
-        bodies = self.figure.carried(int(self._mj.jnt_bodyid[joints[0]]))
-        if len(joints) > 1 and self.figure.stands(*bodies) and not self._trunk_stands():
+        bodies = self._moved_by(joints[0])
+        if self._on_legs and self.figure.stands(*bodies):
             return "leg", "it stands on the floor"
         seen = {view.link for view in self._parts.views}
         if len(joints) <= _SHORT and any(self._parts.frames[body].link in seen for body in bodies):
@@ -190,9 +197,7 @@ class Limbs:
 
     def _trunk_stands(self) -> bool:
         """Return whether what no joint moves is on the floor."""
-        moved = {
-            body for joint in self._names for body in self.figure.carried(int(self._mj.jnt_bodyid[joint]))
-        }
+        moved = {body for joint in self._names for body in self._moved_by(joint)}
         return self.figure.stands(*(body for body in range(1, self._mj.nbody) if body not in moved))
 
     def _wheel(self, joint: int) -> Wheel | None:
@@ -201,7 +206,7 @@ class Limbs:
         low, high = mj.jnt_range[joint]
         turns = mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
         whole = not mj.jnt_limited[joint] or high - low > _WHOLE
-        bodies = figure.carried(int(mj.jnt_bodyid[joint]))
+        bodies = self._moved_by(joint)
         axis, anchor = figure.axis(joint), data.xanchor[joint]
         if not (turns and whole and abs(axis[2]) < _HORIZONTAL and figure.stands(*bodies)):
             return None

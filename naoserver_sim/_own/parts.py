@@ -225,7 +225,7 @@ class _Reader:
         level = _matrix(mj.body_quat[root])[2, 2] > _LEVEL
         if level and not moved and not more:
             return ""
-        name = self._fit("link", "base" if free else "world")
+        name = self._fit("link", "base" if free else "ground")
         self._links.append({"name": name, "mass": 0.0})
         return name
 
@@ -395,9 +395,9 @@ class _Reader:
                 square = (lever * float(mj.actuator_gear[motor, 0])) ** 2
                 stiffness, damping = (-square * mj.actuator_biasprm[motor, 1:3]).tolist()
                 return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
-        load = figure.load(joint)
+        load, standing = figure.load(joint), figure.standing(joint, mounted=self._mounted)
         stiffness = max(
-            min(torque, _STRONGEST * load + _SPARE) / _GIVES,
+            min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES,
             load / _SAGS,
             _FIRM * figure.tips(joint, mounted=self._mounted),
         )
@@ -411,6 +411,8 @@ class _Reader:
     def _add_view(self, camera: int) -> None:
         """Add a camera of the model; one that is not level, or looks aside, gets a link that is turned so."""
         mj = self._mj
+        if mj.cam_mode[camera] != mujoco.mjtCamLight.mjCAMLIGHT_FIXED:
+            return  # a spectator's
         link, offset = self._parts.frames[int(mj.cam_bodyid[camera])]
         name = mj.cam(camera).name or f"camera {camera + 1}"
         position = mj.cam_pos[camera] - offset
