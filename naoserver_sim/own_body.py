@@ -44,11 +44,8 @@ from naoserver_sim._own.model_file import ModelFile, Sensor, read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from zenoh_ice.text import printable
-from zenoh_ice.toml_file import convert, parse_toml, read_text
-from zenoh_ice.toml_file import place as toml_place
+from zenoh_ice.toml_file import convert, parse_toml, place, read_text
 
-MODELS: Final = (".urdf", ".xacro", ".xml", ".mjcf")
-"""The endings of models that are read without a TOML file."""
 _THICKNESS: Final = 0.01
 """Half thickness in m of the box on which a foot stands."""
 _CAMERA: Final = {
@@ -58,8 +55,10 @@ _CAMERA: Final = {
     "tilt": 0.0,
 }
 _FROM_THE_MODEL: Final = {"links", "joints", "fixed_joints", "gears", "shapes", "looks"}
-_MOST_REPORTED: Final = 10
-"""Lines about the model, and as many about the guesses, at most."""
+_MOST_REPORTED: Final = 5
+"""Notes about the model that are logged, at most."""
+_MOST_SAID: Final = 14
+"""Lines about the guesses, at most."""
 _LONGEST_NAME: Final = 64
 """Characters of a name in a `Body`."""
 _AHEAD: Final = (0.5, 0.5, -0.5, -0.5)
@@ -72,42 +71,37 @@ All keys are in docs/reference/bodies.md."""
 _log = logging.getLogger(__name__)
 
 
-def is_own_body(name: str | Path) -> bool:
-    """Return whether a body is given by a file of one's own, and not by the name of one of ours."""
-    return Path(name).suffix.lower() in (".toml", ".json", *MODELS)
+def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], None] = _log.info) -> Body:
+    """Return the body that a file describes: TOML beside its model, a model alone, or facts in JSON or TOML.
 
-
-def read_own_body(path: Path, say: Callable[[str], None] = _log.info) -> Body:
-    """Return the body that a file describes: TOML beside its model, a model alone, or facts in JSON.
-
-    What a model alone was taken for is told to `say`, in some ten lines; what is not kept of a model is
-    logged. Raises RobotError with file, line and name when files cannot be read or do not fit together.
+    `text` is what the file is to have, if not what it has. What a model alone was taken for is told to `say`,
+    in some ten lines; what is not kept of a model is logged. Raises RobotError with file, line and name when
+    files cannot be read or do not fit together.
     """
+    if path.suffix.lower() not in (".toml", ".json"):
+        return _said(*_guessed(path, path.name), say)
+    text = read_text(path, RobotError) if text is None else text
     if path.suffix.lower() == ".json":
-        return read_body(read_text(path, RobotError), str(path))
-    if path.suffix.lower() != ".toml":
-        model = _Model(path, path.parent)
-        guesses = _guessed(model, path.name, _name(path))
-        body = _dressed(_Description(guesses.document, model, str(path)), [*guesses.doubts])
-        for line in [_summary(body), *guesses.lines()]:
-            say(f"{path.name}: {line}")
-        return body
-    text = read_text(path, RobotError)
+        return read_body(text, str(path))
     own = parse_toml(text, OwnFile, str(path), RobotError)
-    place = (path.parent / own.model).resolve()
-    if not place.is_relative_to(path.parent.resolve()):
-        at = toml_place(str(path), text, "model")
+    document = tomllib.loads(text)
+    if not own.model:
+        return convert(document, Body, str(path), RobotError, text=text)
+    if not (path.parent / own.model).resolve().is_relative_to(path.parent.resolve()):
+        at = place(str(path), text, "model")
         raise RobotError(f"{at} = {own.model!r}: it must be in the folder of this file, or in one below it")
     model = _Model(path.parent / own.model, path.parent / own.meshes)
-    document = {"name": _name(path)} | tomllib.loads(text)
-    return _dressed(_Description(document, model, str(path), text), [])
+    return _dressed(_Description({"name": _name(path)} | document, model, str(path), text), [])
 
 
-def write_own_body(source: Path, target: Path, *, force: bool = False) -> None:
-    """Write the body of a file as TOML, each guess with its reason, or as facts in JSON, to edit or to serve.
+def write_own_body(
+    source: Path, target: Path, *, force: bool = False, say: Callable[[str], None] = _log.info
+) -> None:
+    """Write the body of a file: as TOML to edit, each guess with its reason, or as facts in JSON to serve.
 
-    Raises RobotError when `source` cannot be read or guessed from, or when `target` has another ending, is
-    not at or above the model, or exists, without `force`.
+    What a model alone was taken for is told to `say`. Raises RobotError when `source` cannot be read, or not
+    be guessed from, and when `target` has another ending, exists without `force`, or is not in the folder of
+    the model or one above.
     """
     kind = target.suffix.lower()
     if kind not in (".toml", ".json"):
@@ -115,19 +109,20 @@ def write_own_body(source: Path, target: Path, *, force: bool = False) -> None:
     if target.exists() and not force:
         raise RobotError(f"{target} exists: --force overwrites it")
     if kind == ".json":
-        text = write_body(read_own_body(source)) + "\n"
+        text = write_body(read_own_body(source, say=say)) + "\n"
     elif source.suffix.lower() in (".toml", ".json"):
         raise RobotError(
-            f"{source}: only of a model alone a TOML file can be written: it guesses what is missing"
+            f"{source}: a TOML file is written of a model alone: what {source.name} says is no guess"
         )
     else:
-        place = os.path.relpath(source.resolve(), target.parent.resolve())
-        if place.startswith(".."):
+        where = os.path.relpath(source.resolve(), target.parent.resolve())
+        if where.startswith(".."):
             raise RobotError(
                 f"{target}: write it to the folder of {source.name}, or to one above: it names the model"
             )
-        guesses = _guessed(_Model(source, source.parent), Path(place).as_posix(), _name(source))
-        text = toml_text(guesses.document, guesses.reasons, _HEAD.format(model=source.name, file=target.name))
+        found, description = _guessed(source, Path(where).as_posix())
+        _said(found, description, say)
+        text = toml_text(found.document, found.reasons, _HEAD.format(model=source.name, file=target.name))
     try:
         target.write_text(text, "utf-8")
     except OSError as problem:
@@ -188,13 +183,28 @@ class _Description:
             )
 
 
-def _guessed(model: _Model, name: str, called: str) -> Guesses:
-    """Return the TOML file that a model alone is taken for."""
-    found = Guesses({"model": name, "name": called})
+def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
+    """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
+    model = _Model(path, path.parent)
+    found = Guesses({"model": name, "name": _name(path)})
     parts = parts_of(model.mj, model.file, OwnFile(model=name), model.where, mounted=False)
     guess(model.file, parts, found)
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body)
-    return found
+    return found, _Description(found.document, model, model.where)
+
+
+def _said(found: Guesses, description: _Description, say: Callable[[str], None]) -> Body:
+    """Return a guessed body, after saying what was guessed."""
+    body = _dressed(description, found.doubts)
+    way = "mounted" if body.mounted else "free to move"
+    name = Path(description.source).name
+    say(f"{name}: {len(body.links)} links, {len(body.joints)} joints, {body.mass:.3g} kg, {way}")
+    lines = list(found.lines())
+    for line in lines[:_MOST_SAID]:
+        say(f"{name}: {line}")
+    if (more := len(lines) - _MOST_SAID) > 0:
+        say(f"{name}: and {more} more guesses, which --write-body writes")
+    return body
 
 
 def _dressed(of: _Description, doubts: list[str]) -> Body:
@@ -219,11 +229,6 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
     return dressed
 
 
-def _summary(body: Body) -> str:
-    way = "mounted" if body.mounted else "free to move"
-    return f"{len(body.links)} links, {len(body.joints)} joints, {body.mass:.3g} kg, {way}"
-
-
 def _name(path: Path) -> str:
     """Return the name of a body of a file: its own, as far as a body can have it."""
     return "".join(letter if letter.isprintable() else "?" for letter in path.stem)[:_LONGEST_NAME]
@@ -243,13 +248,13 @@ def _add_camera(spec: mujoco.MjSpec, sensor: Sensor) -> None:
     body = spec.body(sensor.link)
     if body is None:
         return
-    place, turn = sensor.pose[:3], np.zeros(4)
+    turn = np.zeros(4)
     mujoco.mju_euler2Quat(turn, np.array(sensor.pose[3:]), "XYZ")
     along = np.zeros(4)
     mujoco.mju_mulQuat(along, turn, np.array(_AHEAD))
     width = sensor.horizontal_fov or FIELD_OF_VIEW
     height = 2 * math.atan(math.tan(width / 2) / ASPECT)
-    body.add_camera(name=sensor.name, pos=place, quat=along, fovy=math.degrees(height))
+    body.add_camera(name=sensor.name, pos=sensor.pose[:3], quat=along, fovy=math.degrees(height))
 
 
 def _soles(described: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -259,7 +264,7 @@ def _soles(described: Mapping[str, Any]) -> list[dict[str, Any]]:
         outline = np.array(sole.get("outline", [[0.0, 0.0]]), np.float64)
         low, high = outline.min(axis=0), outline.max(axis=0)
         size = [*((high - low) / 2).tolist(), _THICKNESS]
-        place = [*((high + low) / 2).tolist(), _THICKNESS - sole.get("height", 0.0)]
-        box = {"link": sole.get("link", ""), "kind": "box", "size": size, "position": place}
+        middle = [*((high + low) / 2).tolist(), _THICKNESS - sole.get("height", 0.0)]
+        box = {"link": sole.get("link", ""), "kind": "box", "size": size, "position": middle}
         boxes.append(box | {"name": f"{side}_sole"})
     return boxes

@@ -114,7 +114,7 @@ class Figure:
             points = _CORNERS * size
         elif kind in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
             around = points if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else _RIM * size[0]
-            points = np.concatenate([around + (0.0, 0.0, end) for end in (-size[1], size[1])])
+            points = np.concatenate([around + np.array((0.0, 0.0, end)) for end in (-size[1], size[1])])
         return points
 
     def points(self, *bodies: int) -> Array:
@@ -157,7 +157,7 @@ class Figure:
         return GRAVITY * float(masses @ arms)
 
     def standing(self, joint: int, *, mounted: bool) -> float:
-        """Return the torque in N m, or force in N, that a joint which the robot stands on may need for that."""
+        """Return the torque in N m, or force in N, that a joint may need for what stands on it."""
         weight, height = self._above(joint, mounted=mounted)
         crouched = _OF_A_LEG * float(self.data.xanchor[joint, 2] - self.box[0][2])
         return weight * (1.0 if self._slides(joint) else max(crouched, _LEANS * height))

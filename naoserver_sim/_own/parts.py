@@ -82,7 +82,8 @@ class OwnServo(Gear, frozen=True, kw_only=True):
 class OwnFile(Struct, frozen=True, kw_only=True):
     """What the TOML file has besides the parts of a `Body`."""
 
-    model: str
+    model: str = ""
+    """Without one, the file has all facts itself."""
     meshes: str = "."
     name: str = ""
     joint: dict[str, OwnJoint] = {}
