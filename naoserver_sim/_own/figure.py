@@ -64,7 +64,8 @@ class Figure:
                 if mj.jnt_limited[joint]:
                     low, high = mj.jnt_range[joint]
                     self.data.qpos[mj.jnt_qposadr[joint]] = min(max(0.0, low), high)
-        mujoco.mj_forward(mj, self.data)
+        mujoco.mj_kinematics(mj, self.data)
+        mujoco.mj_comPos(mj, self.data)
         self.solid, self.says_what_touches = touching(mj)
 
     def _key(self) -> int | None:
@@ -190,6 +191,7 @@ class Figure:
     def inertias(self) -> tuple[Array, Array]:
         """The inertia that each degree of freedom moves, with the others held and with the others free."""
         mj = self.mj
+        mujoco.mj_makeM(mj, self.data)
         full = np.zeros((mj.nv, mj.nv))
         mujoco.mj_fullM(mj, self.data, full)
         return np.diag(full).copy(), 1.0 / np.diag(np.linalg.inv(full))

@@ -134,15 +134,15 @@ class _Guesser:
         """Return whether the robot is fixed to the floor, and why."""
         mj, figure = self._mj, self._figure
         if self._parts.tables.get("mounted"):
-            return True, "its root is welded to the world"
+            return True, "the world carries it in its model"
         if not len(figure.points(*range(1, mj.nbody))):
             return True, "no link has a shape that touches the floor: it would fall for ever"
         roots = [body for body in range(1, mj.nbody) if mj.body_parentid[body] == 0]
         own = [int(mj.jnt_type[mj.body_jntadr[body]]) for body in roots if mj.body_jntnum[body]]
         if mujoco.mjtJoint.mjJNT_FREE in own:
             return False, ""
-        if own or len(roots) > 1 or ("link", "world") in self._model.lines:
-            return True, "its root is the world"
+        if ("link", "world") in self._model.lines:
+            return True, "its root is the link 'world'"
         if len(self._limbs.of("leg")) > 1 or len(self._limbs.wheels) > 1:
             return False, ""
         if self._model.kind == "mjcf":

@@ -227,6 +227,8 @@ class _Reader:
         if level and not moved and not more:
             return ""
         name = self._fit("link", "base" if free else "ground")
+        if not free:
+            self._parts.tables["mounted"] = True
         self._links.append({"name": name, "mass": 0.0})
         return name
 

@@ -216,7 +216,7 @@ def test_a_humanoid_of_ones_own_walks_though_its_hinges_have_no_ranges(written):
         (
             ' effort="15"',
             "",
-            r"arm\.urdf: joint 'elbow' has no largest torque: give one, \[joint\.elbow\] max_torque",
+            r"my_robot\.toml: joint 'elbow' has no largest torque: add this, .*\n\[joint\]\nelbow = { max_torque = 2 }",
         ),
         ('type="revolute"', 'type="floating"', r"arm\.urdf"),
         ("</robot>", "", r"arm\.urdf:\d+: not XML"),
@@ -293,9 +293,22 @@ def test_a_huge_file_is_not_read(written):
 
 
 def test_more_than_one_tree_is_refused(written):
-    model = '<mujoco><worldbody><body name="a"><geom size="1"/></body><body name="b"><geom size="1"/></body></worldbody></mujoco>'
+    free = '<body name="{}"><freejoint/><geom size="1"/></body>'
+    model = f"<mujoco><worldbody>{free.format('a')}{free.format('b')}</worldbody></mujoco>"
     with pytest.raises(RobotError, match="a robot is one tree of links; here are 2: a, b"):
         read_own_body(written(model, 'model = "arm.urdf"'))
+
+
+def test_trees_that_the_world_carries_are_one_robot_on_the_ground(written):
+    model = "<mujoco><worldbody>{}</worldbody></mujoco>".format(
+        "".join(
+            f'<body name="{name}" pos="0 {y} 1"><geom size="1"/></body>' for name, y in (("a", 1), ("b", -1))
+        )
+    )
+    body = read_own_body(written(model, 'model = "arm.urdf"'))
+    assert [link.name for link in body.links] == ["ground", "a", "b"]
+    assert [joint.origin for joint in body.fixed_joints] == [(0.0, 1.0, 1.0), (0.0, -1.0, 1.0)]
+    assert body.mounted
 
 
 LINK = '<worldbody><body name="a"><geom size="1"/></body></worldbody>'
