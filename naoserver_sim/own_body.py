@@ -209,6 +209,12 @@ def _said(found: Guesses, description: _Description, say: Callable[[str], None])
 
 def _dressed(of: _Description, doubts: list[str]) -> Body:
     """Return the body with its looks, unless they are too large; log what is not kept of its model."""
+    if not of.body.shapes and not of.body.mounted:
+        doubts = [
+            *doubts,
+            "no link has a shape that touches: it falls through the floor for ever, unless it is `mounted`,"
+            " or `meshes` names the folder of its meshes",
+        ]
     left_out = [
         f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.file.left_out.items()
     ]
