@@ -45,6 +45,8 @@ _ITERATIONS: Final = 50
 """Most iterations of the solver's line search with a heavy body on its feet: with fewer its feet creep."""
 _GAP: Final = 0.0002
 """Height in m from which the robot is lowered to the floor."""
+_CLEARANCE: Final = 0.05
+"""Least height in m above the floor of what a mounted robot moves, at the start."""
 _FARTHEST_FLOOR: Final = 10.0
 """Largest distance in m of the floor from a robot whose root is at the origin."""
 
@@ -252,9 +254,7 @@ def _put_on_floor(model: Model, data: mujoco.MjData) -> None:
     start = model.world.robot
     mujoco.mju_mulQuat(data.qpos[base + 3 : base + 7], np.array(about_z(start.heading)), level)
     mujoco.mj_forward(mj, data)
-    # The root of an arm is on the floor, too, even if its lowest shape is a hand.
-    lowest = min(_height(model, data), float(data.qpos[base + 2])) if body.mounted else _height(model, data)
-    data.qpos[base + 2] -= lowest - _GAP
+    data.qpos[base + 2] -= _height(model, data) - _GAP
     if body.soles:
         left, right = (data.body(foot.link).xpos[:2] for foot in body.soles)
         data.qpos[base : base + 2] = data.body(body.root.name).xpos[:2] - (left + right) / 2 + start.position
@@ -274,9 +274,12 @@ def _height(model: Model, data: mujoco.MjData) -> float:
         return float(min(left.xpos[2], right.xpos[2]) - mj.geom(sole("left")).size[2])
     own = np.flatnonzero((mj.body_rootid[mj.geom_bodyid] == model.base.body) & (mj.geom_contype != 0))
     floor, ends = mj.geom("floor").id, np.zeros(6)
-    return min(
-        (mujoco.mj_geomDistance(mj, data, floor, geom, _FARTHEST_FLOOR, ends) for geom in own), default=0.0
-    )
+    heights = [mujoco.mj_geomDistance(mj, data, floor, geom, _FARTHEST_FLOOR, ends) for geom in own]
+    if model.body.mounted:
+        # What moves on a mount is clear of the floor; the mount itself is on the floor, or has no shape.
+        moving = mj.body_weldid[mj.geom_bodyid[own]] != mj.body_weldid[model.base.body]
+        heights = [*(np.array(heights) - _CLEARANCE * moving), data.qpos[model.base.qpos + 2]]
+    return float(min(heights, default=0.0))
 
 
 def _index(

@@ -164,7 +164,9 @@ class _Description:
         mounted = bool(described.get("mounted"))
         self.parts: Final = parts_of(model.mj, model.file, own, model.where, mounted=mounted)
         if self.parts.unsaid:
-            raise RobotError(_unsaid(self.parts.unsaid, source))
+            figure = self.parts.figure
+            torques = {name: figure.torque(of, mounted=mounted) for name, of in self.parts.unsaid.items()}
+            raise RobotError(_unsaid(torques, source))
         described["name"] = own.name
         given = described.get("couplings", [])
         followers = [pair.get("follower") for pair in given]

@@ -20,6 +20,8 @@ _OF_A_LEG: Final = 0.5
 """Share of a leg's length by which the weight of the robot is beside its joints when it crouches."""
 _LEANS: Final = 0.1
 """Share of the height of the center of mass by which it may be ahead of an ankle."""
+_ACCELERATION: Final = 10.0
+"""Acceleration in rad/s2 that such a torque gives to what the joint carries, at least."""
 _LEAST: Final = 0.2
 """Least such torque in N m, or force in N: bearings and grips need some."""
 _ON_THE_FLOOR: Final = 0.05
@@ -165,7 +167,8 @@ class Figure:
 
     def torque(self, joint: int, *, mounted: bool) -> float:
         """Return a largest torque in N m, or force in N, that fits the mass that a joint carries."""
-        wanted = max(_SAFETY * self.load(joint), self.standing(joint, mounted=mounted), _LEAST)
+        quick = _ACCELERATION * float(self.inertias[0][self.mj.jnt_dofadr[joint]])
+        wanted = max(_SAFETY * self.load(joint), self.standing(joint, mounted=mounted), quick, _LEAST)
         return float(f"{wanted:.2g}")
 
     def tips(self, joint: int, *, mounted: bool) -> float:

@@ -23,6 +23,11 @@ from naoserver_sim.world import load_world
 
 Path = tuple[str | int, ...]
 
+_ORDER: Final = (
+    *("model", "name", "mounted", "rest", "intangible", "overlapping", "groups", "hinges", "cameras", "walk"),
+    *("couplings", "soles", "inertial_unit", "postures", "joint"),
+)
+"""The keys of the file."""
 _MOST_CAMERAS: Final = 4
 ASPECT: Final = 4 / 3
 """Width of a picture by its height."""
@@ -123,12 +128,13 @@ class _Guesser:
         if not mounted:
             self._guess_soles()
             self._guess_walk()
-        for name in self._parts.unsaid:
-            torque = self._figure.torque(self._parts.joints[name], mounted=mounted)
+        for name, joint in self._parts.unsaid.items():
+            torque = self._figure.torque(joint, mounted=mounted)
             found.add(torque, "torque by the mass that it carries", "joint", name, "max_torque")
         for name in self._parts.slow:
             if "max_velocity" not in found.document.get("joint", {}).get(name, {}):
                 found.add(SPEED, "usual speed", "joint", name, "max_velocity")
+        found.document = {key: found.document[key] for key in _ORDER if key in found.document}
 
     def _mount(self) -> tuple[bool, str]:
         """Return whether the robot is fixed to the floor, and why."""

@@ -43,6 +43,8 @@ _FIRM: Final = 1.5
 """Stiffness of a leg's joint, as a multiple of that with which the robot would just not fall about it."""
 _QUICKEST: Final = 150.0
 """Highest natural frequency of such a servo in rad/s: steps of the physics take 2.5 ms."""
+_SLOWEST: Final = 10.0
+"""Lowest such frequency."""
 _LARGEST_ROTOR: Final = 0.1
 """Largest inertia of a rotor in kg m2 that is added for it, if the model has none."""
 _DIGITS: Final = 5
@@ -113,8 +115,8 @@ class Parts:
     """The link of each body of the model."""
     joints: dict[str, int] = field(default_factory=dict)
     """The joint of the model that each hinge and slide is."""
-    unsaid: dict[str, float] = field(default_factory=dict)
-    """The joints whose largest torque nobody says, each with one that fits what it carries."""
+    unsaid: dict[str, int] = field(default_factory=dict)
+    """The joints whose largest torque nobody says, with those of the model."""
     slow: list[str] = field(default_factory=list)
     """The joints whose speed nobody says."""
     views: list[View] = field(default_factory=list)
@@ -327,7 +329,7 @@ class _Reader:
         if "max_torque" not in found:
             found["max_torque"] = self._parts.figure.torque(of.joint, mounted=self._mounted)
             if self._mj.joint(of.joint).name not in self._followers:
-                self._parts.unsaid[of.name] = found["max_torque"]
+                self._parts.unsaid[of.name] = of.joint
         gear = self._given.get(of.name)
         if gear is None:
             gear = of.name
@@ -398,13 +400,14 @@ class _Reader:
                 square = (lever * float(mj.actuator_gear[motor, 0])) ** 2
                 stiffness, damping = (-square * mj.actuator_biasprm[motor, 1:3]).tolist()
                 return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
+        held, free = (float(each[dof]) for each in figure.inertias)
         load, standing = figure.load(joint), figure.standing(joint, mounted=self._mounted)
         stiffness = max(
             min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES,
             load / _SAGS,
             _FIRM * figure.tips(joint, mounted=self._mounted),
+            _SLOWEST**2 * held,
         )
-        held, free = (float(each[dof]) for each in figure.inertias)
         wanted = stiffness / _QUICKEST**2 - free
         added = 0.0 if rotor else min(max(wanted, 0.0), _LARGEST_ROTOR)
         stiffness = min(stiffness, _QUICKEST**2 * (free + added))
