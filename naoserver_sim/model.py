@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -35,6 +36,8 @@ from naoserver_sim._surroundings import (
 )
 from naoserver_sim.appearance import add_appearance
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
+
+_log = logging.getLogger(__name__)
 
 _WIDEST_IMAGE: Final = 1280
 """Pixels in a row of the largest image that scene.xml provides for."""
@@ -212,10 +215,27 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
     for device in (model.robot, *model.balls.values()):
         data.ctrl[device.own_motors] = data.qpos[device.qpos[device.leading]]
     if not balances:
+        mujoco.set_mju_user_warning(_log.debug)  # by default, it writes a file into the current directory
         mujoco.mj_step(mj, data, nstep=round(_SETTLING_TIME / mj.opt.timestep))
+        _require_still_sound(model, data)
     data.time = 0.0
     mujoco.mj_forward(mj, data)
     return data
+
+
+def _require_still_sound(model: Model, data: mujoco.MjData) -> None:
+    """Raise RobotError when the robot flew apart while it settled."""
+    kinds = mujoco.mjtWarning
+    for kind in (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC):
+        if data.warning[kind].number:
+            dof = min(int(data.warning[kind].lastinfo), model.mj.nv - 1)
+            joint = model.mj.joint(int(model.mj.dof_jntid[dof])).name
+            at = "its root" if joint == BASE else f"joint {joint!r}"
+            raise RobotError(
+                f"body {model.body.name} cannot be simulated: at the start it flies apart, first at {at}. Its links"
+                " may be too light for the stiffness of their servos: give these softer gains, [servo.NAME], or more"
+                " `inertia`; or shapes overlap that must not: name them in `overlapping`"
+            )
 
 
 def build_standing(

@@ -27,6 +27,7 @@ import logging
 import math
 import os
 import tomllib
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -38,6 +39,7 @@ import numpy as np
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
+from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.guesses import ASPECT, FIELD_OF_VIEW, Guesses, guess, guess_overlaps
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, Sensor, read_model
@@ -140,8 +142,13 @@ class _Model:
                 _add_camera(self.file.spec, sensor)
         for number, joint in enumerate(self.file.spec.joints):
             joint.name = joint.name or f"{joint.parent.name or 'joint'} joint {number}"
+        with warnings.catch_warnings(record=True) as self.warnings:
+            warnings.simplefilter("always")
+            self.figure: Final = Figure(self._compiled())
+
+    def _compiled(self) -> mujoco.MjModel:
         try:
-            self.mj: Final = self.file.spec.compile()
+            return self.file.spec.compile()
         except (ValueError, mujoco.FatalError) as problem:
             raise RobotError(f"{self.where}: {' '.join(str(problem).split())}") from None
 
@@ -162,7 +169,7 @@ class _Description:
                 f"{source}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
             )
         mounted = bool(described.get("mounted"))
-        self.parts: Final = parts_of(model.mj, model.file, own, model.where, mounted=mounted)
+        self.parts: Final = parts_of(model.figure, model.file, own, model.where, mounted=mounted)
         if self.parts.unsaid:
             figure = self.parts.figure
             torques = {name: figure.torque(of, mounted=mounted) for name, of in self.parts.unsaid.items()}
@@ -189,7 +196,7 @@ def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
     """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
     model = _Model(path, path.parent)
     found = Guesses({"model": name, "name": _name(path)})
-    parts = parts_of(model.mj, model.file, OwnFile(model=name), model.where, mounted=False)
+    parts = parts_of(model.figure, model.file, OwnFile(model=name), model.where, mounted=False)
     guess(model.file, parts, found)
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body)
     return found, _Description(found.document, model, model.where)
@@ -223,13 +230,14 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
     notes = [
         *of.model.file.notes,
         *of.parts.notes,
+        *(f"{of.model.where}: {warning.message}" for warning in of.model.warnings),
         *(f"{of.model.where}: {note}" for note in left_out + doubts),
     ]
     for note in notes[:_MOST_REPORTED]:
         _log.warning("%s", note)
     if (more := len(notes) - _MOST_REPORTED) > 0:
         _log.warning("%s: and %d more such notes", of.model.where, more)
-    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.mj, of.parts.frames, of.body))
+    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.figure.mj, of.parts.frames, of.body))
     if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:
         message = "%s is drawn by its contact shapes: its looks have %d bytes, and at most %d are served"
         _log.warning(message, of.source, size, LARGEST_DESCRIPTION)

@@ -52,6 +52,8 @@ _DRIVES: Final = 0.5
 """Speed in m/s of a cart of whose wheels nobody says how fast they turn."""
 _USED: Final = 0.9
 """Share of the speed of its wheels at which a cart drives or turns."""
+_MANY: Final = 3
+"""Links that a link does not touch, from which that is not said of each."""
 _OVERLAP: Final = 0.0005
 """Depth in m from which shapes overlap."""
 _MOST_NAMED: Final = 3
@@ -418,7 +420,7 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body) -> None:
     pairs = sorted(pair for pair in apart if pair[0] != pair[1] and set(pair) <= masks.keys())
     parted = near.union(pairs)
     alone = [link for link in names if sum(link in pair for pair in parted) == len(names) - 1]
-    alone = [link for link in alone if any(link in pair for pair in pairs)]
+    alone = [link for link in alone if sum(link in pair for pair in pairs) >= _MANY]
     if alone:
         found.add(alone, "they touch no other link in the model", "intangible")
     if rest := [list(pair) for pair in pairs if not set(pair) & set(alone)]:

@@ -193,7 +193,8 @@ class Limbs:
         seen = {view.link for view in self._parts.views}
         if len(joints) <= _SHORT and any(self._parts.frames[body].link in seen for body in bodies):
             return "head", "it carries a camera"
-        return ("arm", "a chain of joints that stands on nothing") if len(joints) > 1 else ("", "")
+        moved = [joint for joint in joints if self._names[joint] in self.driven]
+        return ("arm", "a chain of joints that stands on nothing") if len(moved) > 1 else ("", "")
 
     def _trunk_stands(self) -> bool:
         """Return whether what no joint moves is on the floor."""

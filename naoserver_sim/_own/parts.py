@@ -23,7 +23,6 @@ from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Coupling, Gear
 from naoserver_sim._body import KINDS
 from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loops_of
 from naoserver_sim._own.figure import Figure
-from naoserver_sim._own.hulls import hull_of
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
 
@@ -136,18 +135,17 @@ class _Axis(NamedTuple):
     sliding: bool = False
 
 
-def parts_of(mj: mujoco.MjModel, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> Parts:
+def parts_of(figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> Parts:
     """Return the parts of a compiled model. Raises RobotError, naming the part, for what a body cannot be."""
-    return _Reader(mj, model, own, where, mounted=mounted).read()
+    return _Reader(figure, model, own, where, mounted=mounted).read()
 
 
 class _Reader:
     """Read a compiled model, body by body."""
 
-    def __init__(
-        self, mj: mujoco.MjModel, model: ModelFile, own: OwnFile, where: str, *, mounted: bool
-    ) -> None:
-        self._mj, self._model, self._own, self._where, self._mounted = mj, model, own, where, mounted
+    def __init__(self, figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> None:
+        mj = self._mj = figure.mj
+        self._model, self._own, self._where, self._mounted = model, own, where, mounted
         gears: dict[str, Any] = {
             name: {key: value for key, value in msgspec.to_builtins(servo).items() if key != "joints"}
             for name, servo in own.servo.items()
@@ -166,7 +164,7 @@ class _Reader:
             "fixed_joints": self._fixed,
             "gears": gears,
         }
-        self._parts = Parts(tables, Figure(mj))
+        self._parts = Parts(tables, figure)
 
     def read(self) -> Parts:
         mj, frames = self._mj, self._parts.frames
@@ -447,7 +445,7 @@ class _Reader:
         turn: list[float] = mj.geom_quat[geom].tolist()
         kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
         shape: dict[str, Any] = {"link": link}
-        if len(points := hull_of(mj, geom)):
+        if len(points := self._parts.figure.hulls[geom]):
             shape |= {"kind": "hull", "points": np.round(points - offset, _DIGITS).tolist()}
         else:
             size = mj.geom_aabb[geom, 3:] if kind is None else mj.geom_size[geom][: SHAPE_SIZES[kind]]
