@@ -232,9 +232,9 @@ def _require_still_sound(model: Model, data: mujoco.MjData) -> None:
             joint = model.mj.joint(int(model.mj.dof_jntid[dof])).name
             at = "its root" if joint == BASE else f"joint {joint!r}"
             raise RobotError(
-                f"body {model.body.name} cannot be simulated: at the start it flies apart, first at {at}. Its links"
-                " may be too light for the stiffness of their servos: give these softer gains, [servo.NAME], or more"
-                " `inertia`; or shapes overlap that must not: name them in `overlapping`"
+                f"body {model.body.name} cannot be simulated: at the start it flies apart, first at {at}."
+                " Links may be too light for their servos: give these softer gains or more `inertia`, by"
+                " [servo.NAME]; or shapes push each other apart: name them in `overlapping`"
             )
 
 

@@ -65,6 +65,10 @@ _LONGEST_NAME: Final = 64
 """Characters of a name in a `Body`."""
 _AHEAD: Final = (0.5, 0.5, -0.5, -0.5)
 """Rotation of MuJoCo's camera that looks along x, with z up."""
+_HELD_BY_NOTHING: Final = (
+    "no link has a shape that touches: it falls through the floor for ever, unless it is `mounted`,"
+    " or `meshes` names the folder of its meshes"
+)
 _HEAD: Final = """\
 What naoserver-sim took {model} for. Each guess has its reason beside it: correct what is wrong,
 and delete what the robot has not. Serve it by: naoserver-sim --body {file}
@@ -219,11 +223,7 @@ def _said(found: Guesses, description: _Description, say: Callable[[str], None])
 def _dressed(of: _Description, doubts: list[str]) -> Body:
     """Return the body with its looks, unless they are too large; log what is not kept of its model."""
     if not of.body.shapes and not of.body.mounted:
-        doubts = [
-            *doubts,
-            "no link has a shape that touches: it falls through the floor for ever, unless it is `mounted`,"
-            " or `meshes` names the folder of its meshes",
-        ]
+        doubts = [*doubts, _HELD_BY_NOTHING]
     left_out = [
         f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.file.left_out.items()
     ]

@@ -58,7 +58,7 @@ def _is_solid(mj: mujoco.MjModel, geom: int) -> bool:
 
 
 class Figure:
-    """A robot at rest: in a keyframe of its model, or with its joints as near to 0 as their ranges let them."""
+    """A robot at rest: in a keyframe of its model, or with its joints as near to 0 as can be."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
         self.mj: Final = mj
@@ -100,7 +100,7 @@ class Figure:
 
     @cached_property
     def hulls(self) -> dict[int, Array]:
-        """Corners of the hulls of the meshes that touch, in m in the frames of their bodies; of others none."""
+        """Corners of the hull of each mesh that touches, in m in its body's frame; of other geoms none."""
         return {geom: hull_of(self.mj, geom) for geom in self.solid}
 
     @cached_property

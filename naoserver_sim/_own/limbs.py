@@ -19,9 +19,9 @@ Side = Literal["left", "right", ""]
 
 _WORDS: Final[Mapping[Kind, re.Pattern[str]]] = {
     "leg": re.compile(
-        r"hip\b|knee|ankle|thigh|calf|shank|shin\b|foot|\blegs?\b|\b[lr][fhrb] ?h(?:aa|fe)|kfe"
+        r"(?:\b|left|right)hip\b|knee|ankle|thigh|calf|shank|shin\b|foot|\blegs?\b|\b[lr][fhrb] ?h(?:aa|fe)|kfe"
     ),
-    "arm": re.compile(r"arm\b|shoulder|elbow|wrist|hand\b|gripper|finger"),
+    "arm": re.compile(r"(?:\b|fore|upper|lower|left|right)arm\b|shoulder|elbow|wrist|hand\b|gripper|finger"),
     "head": re.compile(r"head|neck|gimbal|\bptu\b|\bpan\b|\btilt\b"),
 }
 """Words in the names of joints and links, in the order in which they count."""

@@ -1,14 +1,16 @@
 """A body of the user's own, from a URDF or MJCF and a TOML file."""
 
 import math
+import re
 
 import pytest
 
+from naoserver.body import write_body
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.parts import Axis
 from naoserver_sim._own.model_file import LARGEST_FILE
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim.own_body import read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML
 from tests.support.present import present
@@ -363,3 +365,89 @@ def test_a_model_of_too_many_files_is_refused(written):
     meshes = "".join(f'<mesh name="m{number}" file="{number}.stl"/>' for number in range(1001))
     with pytest.raises(RobotError, match=r"arm\.urdf:1: more than 1000 files"):
         read_own_body(written(f"<mujoco><asset>{meshes}</asset>{LINK}</mujoco>", 'model = "arm.urdf"'))
+
+
+def test_all_torques_that_are_missing_are_named_at_once_to_be_pasted(written):
+    model = ARM.replace(' effort="15"', "").replace(' effort="20"', "").replace('"turn"', '"${ns}turn"')
+    path = written(model, ARM_TOML)
+    with pytest.raises(
+        RobotError, match="2 joints have no largest torque: add this, whose figures fit"
+    ) as refused:
+        read_own_body(path)
+    pasted = str(refused.value).partition("\n")[2]
+    assert '"${ns}turn" = { max_torque = ' in pasted
+    path.write_text(f"{ARM_TOML}\n{pasted}\n")
+    assert read_own_body(path).joint["elbow"].max_torque == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_joint_may_be_counted_the_other_way_round(written):
+    plain = read_own_body(written(ARM, ARM_TOML)).joint["elbow"]
+    turned = read_own_body(written(ARM, f"{ARM_TOML}\n[joint.elbow]\nreversed = true\nlower = -1.0\n")).joint[
+        "elbow"
+    ]
+    assert turned.axis == tuple(-part for part in plain.axis)
+    assert (turned.lower, turned.upper) == (-1.0, 2.0)
+
+
+@pytest.mark.parametrize("name", ["/etc/arm.urdf", "../arm.urdf", "away/arm.urdf"])
+def test_a_model_out_of_the_folder_of_its_file_is_not_read(written, tmp_path, name):
+    (tmp_path / "away").symlink_to(tmp_path.parent)
+    with pytest.raises(
+        RobotError, match=r"my_robot\.toml:1: model = '.*': it must be in the folder of this file"
+    ):
+        read_own_body(written(ARM, f'model = "{name}"\n'))
+
+
+def test_a_robot_that_nothing_holds_is_named(written, caplog):
+    model = re.sub("<collision>.*</collision>", "", ARM)
+    read_own_body(written(model, 'model = "arm.urdf"'))
+    assert "no link has a shape that touches: it falls through the floor for ever" in caplog.text
+    caplog.clear()
+    read_own_body(written(model, ARM_TOML))
+    assert "falls through the floor" not in caplog.text
+
+
+def test_facts_are_written_and_served(written, tmp_path):
+    path = written(CART, CART_TOML, "cart.xml")
+    write_own_body(path, tmp_path / "cart.json")
+    assert write_body(read_own_body(tmp_path / "cart.json")) == write_body(read_own_body(path))
+
+
+def test_a_file_is_overwritten_by_force_alone(written, tmp_path):
+    written(ARM, "")
+    with pytest.raises(RobotError, match=r"my_robot\.toml exists: --force overwrites it"):
+        write_own_body(tmp_path / "arm.urdf", tmp_path / "my_robot.toml")
+    write_own_body(tmp_path / "arm.urdf", tmp_path / "my_robot.toml", force=True)
+    assert read_own_body(tmp_path / "my_robot.toml").joint_names == ("turn", "elbow")
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "problem"),
+    [
+        ("arm.urdf", "robot.txt", r"robot\.txt: a body is written as \.toml or \.json"),
+        ("arm.urdf", "deeper/robot.toml", r"write it to the folder of arm\.urdf, or to one above"),
+        ("arm.urdf", "missing/robot.json", r"robot\.json: cannot be written: No such file"),
+        ("my_robot.toml", "robot.toml", r"my_robot\.toml: a TOML file is written of a model alone"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(written, tmp_path, source, target, problem):
+    written(ARM, ARM_TOML)
+    (tmp_path / "deeper").mkdir()
+    with pytest.raises(RobotError, match=problem):
+        write_own_body(tmp_path / source, tmp_path / target)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.urdf", "deeper", "my_robot.toml"]
+
+
+def test_a_robot_that_flies_apart_is_refused(written):
+    """Its pin is much too light for the gains that the model gives its servo."""
+    model = """<mujoco><worldbody><body name="base"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="1"/>
+      <body name="pin" pos="0 0 0.1"><joint name="spin" axis="0 0 1"/>
+        <geom type="sphere" size="0.001" pos="0.002 0 0" mass="1e-5"/></body></body></worldbody>
+      <actuator><position joint="spin" kp="1e7" kv="1e-9" forcerange="-1e9 1e9"/></actuator></mujoco>"""
+    path = written(
+        model, 'model = "arm.urdf"\npostures.A = { stance = "standing", angles.spin = 1.0 }\nrest = "A"'
+    )
+    with pytest.raises(
+        RobotError, match="cannot be simulated: at the start it flies apart, first at joint 'spin'"
+    ):
+        SimulatedRobot(clock=VirtualClock(), body=read_own_body(path))
