@@ -93,6 +93,12 @@ def read_own_body(path: Path) -> Body:
     body = convert(described, Body, str(path), RobotError, text=text)
     if (size := len(write_body(body))) > LARGEST_DESCRIPTION:
         raise RobotError(f"{path}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}")
+    if not (body.shapes or body.mounted):
+        missing = f" ({len(model.left_out)} meshes are left out)" if model.left_out else ""
+        raise RobotError(
+            f"{path}: no link of {body.name} has a shape that touches{missing}: it would fall through the"
+            ' floor; name the folder of its meshes, meshes = "...", or fix it to its place, mounted = true'
+        )
     _report(model.left_out, where)
     dressed = msgspec.structs.replace(body, looks=looks_in(mj, frames, body))
     if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:

@@ -308,7 +308,7 @@ class FakeDevice:
         firm, limp = Ramp(1.0, 1.0), Ramp(0.0, 0.0)
         self._stiffnesses = {joint.name: limp if joint.passive else firm for joint in joints}
         self._time = clock.now()
-        self._motions: dict[str, _Motion] = {}
+        self._motions = {joint.name: _Motion(self._time, 0.0, 0.0) for joint in joints}
         self._reading: JointReading | None = None
         """The newest reading; None after a command."""
         self.place({joint.name: posture.get(joint.name, 0.0) for joint in joints})
