@@ -131,7 +131,7 @@ class ConditionWatch:
         under = f"under the floor: its root is at {height:.1f} m, since no shape of a link holds it"
         self._compare("under", is_under, name, (Severity.Error, under), "above the floor again")
         is_away = not is_under and (height > _CEILING or speed > _FASTEST)
-        away = f"flung away: its root is at {height:.1f} m, at {speed:.0f} m/s, as if overlapping shapes burst apart"
+        away = f"flung away: its root is at {height:.1f} m, at {speed:.0f} m/s, as if its shapes burst apart"
         self._compare("flung", is_away, name, (Severity.Error, away), "no longer flung away")
 
     def _look_at_limits(self, reading: JointReading) -> None:

@@ -35,6 +35,7 @@ import numpy as np
 from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
+from naoserver_sim._own.hulls import coarsen_hulls
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
@@ -72,6 +73,7 @@ def read_own_body(path: Path) -> Body:
         )
     model = read_model(path.parent / own.model, path.parent / own.meshes)
     where = str(path.parent / own.model)
+    coarsen_hulls(model.spec)
     try:
         mj = model.spec.compile()
     except (ValueError, mujoco.FatalError) as problem:
@@ -94,7 +96,7 @@ def read_own_body(path: Path) -> Body:
     if (size := len(write_body(body))) > LARGEST_DESCRIPTION:
         raise RobotError(f"{path}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}")
     if not (body.shapes or body.mounted):
-        missing = f" ({len(model.left_out)} meshes are left out)" if model.left_out else ""
+        missing = ", for its meshes are left out" if model.left_out else ""
         raise RobotError(
             f"{path}: no link of {body.name} has a shape that touches{missing}: it would fall through the"
             ' floor; name the folder of its meshes, meshes = "...", or fix it to its place, mounted = true'

@@ -405,13 +405,7 @@ class FakeDevice:
         """Let coupled joints move together: as the leader, or else as a follower that is commanded."""
         for pair in self._couplings:
             if pair.follower in commanded and pair.leader not in commanded:
-                back = Coupling(
-                    leader=pair.follower,
-                    follower=pair.leader,
-                    ratio=1.0 / pair.ratio,
-                    offset=-pair.offset / pair.ratio,
-                )
-                self._motions[pair.leader] = self._motions[pair.follower].by(back)
+                self._motions[pair.leader] = self._motions[pair.follower].by(pair.reversed())
         for pair in self._couplings:
             self._motions[pair.follower] = self._motions[pair.leader].by(pair)
 

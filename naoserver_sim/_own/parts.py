@@ -122,7 +122,7 @@ def parts_of(
     parts = {"links": links, "joints": joints, "fixed_joints": fixed, "gears": gears, "shapes": shapes}
     parts |= {
         "couplings": msgspec.to_builtins(moves.couplings),
-        "loops": msgspec.to_builtins(loops.loops),
+        "loops": loops.loops,
         "notes": [*moves.notes, *loops.notes],
     }
     return parts | ({"mounted": True} if loops.mounted else {}), frames

@@ -21,11 +21,12 @@ def _link(name: str, mass: float, com: Vector) -> Link:
 
 def _joint(name: str, links: tuple[str, str], origin: Vector, **facts: Any) -> Joint:
     parent, child = links
-    given = {"lower": -1.5, "upper": 1.5, "max_velocity": 2.0, "max_torque": 5.0, "gear": "servo"} | facts
+    common = {"lower": -1.5, "upper": 1.5, "max_velocity": 2.0, "max_torque": 5.0, "gear": "servo"}
+    given: dict[str, Any] = common | facts
     return Joint(name=name, parent=parent, child=child, axis=(0.0, 1.0, 0.0), origin=origin, **given)
 
 
-_PASSIVE: Final = {"max_torque": 0.0, "gear": "bearing"}
+_PASSIVE: Final[dict[str, Any]] = {"max_torque": 0.0, "gear": "bearing"}
 
 LINKAGE: Final = Body(
     name="Linkage",

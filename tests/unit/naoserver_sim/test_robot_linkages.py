@@ -1,6 +1,7 @@
 """The simulation keeps passive joints, couplings, closed chains and hulls, in virtual time."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -65,9 +66,9 @@ def test_a_passive_joint_has_no_motor_and_is_read_as_any_other(rig):
 
 @pytest.mark.parametrize("command", ["positions", "velocities", "stiffnesses"])
 def test_a_command_to_a_passive_joint_is_refused(rig, command):
-    more = {"positions": [{"swing": 1.0}], "velocities": [], "stiffnesses": [0.1]}[command]
+    more: dict[str, list[object]] = {"positions": [{"swing": 1.0}], "velocities": [], "stiffnesses": [0.1]}
     with pytest.raises(KeyError, match="swing"):
-        getattr(rig.robot, f"command_{command}")({"swing": 0.5}, *more)
+        getattr(rig.robot, f"command_{command}")({"swing": 0.5}, *more[command])
 
 
 @pytest.mark.parametrize("target", [{"grip": 0.4}, {"pinch": -0.7}, {"grip": 0.4, "pinch": 0.0}])
@@ -121,7 +122,7 @@ def settled(body, seconds=2.0):
 def hanging(gear, *, loops=()):
     """Return a mounted body with a rod that hangs ahead on a passive joint, and a driven one below it."""
     inertia = LINKAGE.links[0].inertia
-    facts = {"axis": (0.0, 1.0, 0.0), "lower": -2.0, "upper": 2.0, "max_velocity": 1.0}
+    facts: dict[str, Any] = {"axis": (0.0, 1.0, 0.0), "lower": -2.0, "upper": 2.0, "max_velocity": 1.0}
     return Body(
         name="Hanging",
         links=tuple(
