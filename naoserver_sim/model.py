@@ -69,7 +69,7 @@ class DeviceIndex:
     offsets: Array
     """Angle of each joint in rad where its motor is at 0."""
     leading: NDArray[np.intp]
-    """Places of the joints with motors of their own."""
+    """Places of the joints with separate motors."""
 
     @property
     def own_motors(self) -> NDArray[np.intp]:

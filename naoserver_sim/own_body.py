@@ -41,6 +41,7 @@ from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
 from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.guesses import ASPECT, FIELD_OF_VIEW, Guesses, guess, guess_overlaps
+from naoserver_sim._own.hulls import coarsen_hulls
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, Sensor, read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
@@ -65,10 +66,6 @@ _LONGEST_NAME: Final = 64
 """Characters of a name in a `Body`."""
 _AHEAD: Final = (0.5, 0.5, -0.5, -0.5)
 """Rotation of MuJoCo's camera that looks along x, with z up."""
-_HELD_BY_NOTHING: Final = (
-    "no link has a shape that touches: it falls through the floor for ever, unless it is `mounted`,"
-    " or `meshes` names the folder of its meshes"
-)
 _HEAD: Final = """\
 What naoserver-sim took {model} for. Each guess has its reason beside it: correct what is wrong,
 and delete what the robot has not. Serve it by: naoserver-sim --body {file}
@@ -144,6 +141,7 @@ class _Model:
         for sensor in self.file.sensors:
             if sensor.kind == "camera":
                 _add_camera(self.file.spec, sensor)
+        coarsen_hulls(self.file.spec)
         for number, joint in enumerate(self.file.spec.joints):
             joint.name = joint.name or f"{joint.parent.name or 'joint'} joint {number}"
         with warnings.catch_warnings(record=True) as self.warnings:
@@ -194,6 +192,12 @@ class _Description:
             raise RobotError(
                 f"{source}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}"
             )
+        if not (self.body.shapes or self.body.mounted):
+            missing = ", for its meshes are left out" if model.file.left_out else ""
+            raise RobotError(
+                f"{source}: no link of {own.name} has a shape that touches{missing}: it would fall through the"
+                ' floor; name the folder of its meshes, meshes = "...", or fix it to its place, mounted = true'
+            )
 
 
 def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
@@ -222,8 +226,6 @@ def _said(found: Guesses, description: _Description, say: Callable[[str], None])
 
 def _dressed(of: _Description, doubts: list[str]) -> Body:
     """Return the body with its looks, unless they are too large; log what is not kept of its model."""
-    if not of.body.shapes and not of.body.mounted:
-        doubts = [*doubts, _HELD_BY_NOTHING]
     left_out = [
         f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.file.left_out.items()
     ]

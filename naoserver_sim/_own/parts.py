@@ -205,7 +205,7 @@ class _Reader:
         keep_in_range(self._joints, couplings, self._where)
         loops = loops_of(mj, parts.frames, self._where, self._model.lines)
         parts.tables["couplings"] = msgspec.to_builtins(couplings)
-        parts.tables["loops"] = msgspec.to_builtins(loops.loops)
+        parts.tables["loops"] = list(loops.loops)
         if loops.mounted:
             parts.tables["mounted"] = True
         parts.notes.extend((*self._moves.notes, *loops.notes))
