@@ -195,8 +195,9 @@ class _Description:
         if not (self.body.shapes or self.body.mounted):
             missing = ", for its meshes are left out" if model.file.left_out else ""
             raise RobotError(
-                f"{source}: no link of {own.name} has a shape that touches{missing}: it would fall through the"
-                ' floor; name the folder of its meshes, meshes = "...", or fix it to its place, mounted = true'
+                f"{source}: no link of {own.name} has a shape that touches{missing}: it would fall through"
+                ' the floor; name the folder of its meshes, meshes = "...", or fix it to its place,'
+                " mounted = true"
             )
 
 
@@ -254,11 +255,13 @@ def _name(path: Path) -> str:
 
 def _unsaid(torques: Mapping[str, float], source: str) -> str:
     """Return what is wrong when nobody says the largest torques of some joints."""
-    what = f"joint {next(iter(torques))!r} has" if len(torques) == 1 else f"{len(torques)} joints have"
-    return (
-        f"{source}: {what} no largest torque: add this, whose figures fit the masses that they carry:\n"
-        f"{torques_to_paste(torques)}"
-    )
+    if len(torques) == 1:
+        what = f"joint {next(iter(torques))!r} has no largest torque: add this, which fits the mass that it carries"
+    else:
+        what = (
+            f"{len(torques)} joints have no largest torque: add these, which fit the masses that they carry"
+        )
+    return f"{source}: {what}:\n{torques_to_paste(torques)}"
 
 
 def _add_camera(spec: mujoco.MjSpec, sensor: Sensor) -> None:

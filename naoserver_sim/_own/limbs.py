@@ -19,7 +19,8 @@ Side = Literal["left", "right", ""]
 
 _WORDS: Final[Mapping[Kind, re.Pattern[str]]] = {
     "leg": re.compile(
-        r"(?:\b|left|right)hip\b|knee|ankle|thigh|calf|shank|shin\b|foot|\blegs?\b|\b[lr][fhrb] ?h(?:aa|fe)|kfe"
+        r"(?:\b|left|right)hip\b|knee|ankle|thigh|calf|shank|shin\b|foot|\blegs?\b"
+        r"|\b[lr][fhrb] ?h(?:aa|fe)|kfe"
     ),
     "arm": re.compile(r"(?:\b|fore|upper|lower|left|right)arm\b|shoulder|elbow|wrist|hand\b|gripper|finger"),
     "head": re.compile(r"head|neck|gimbal|\bptu\b|\bpan\b|\btilt\b"),

@@ -431,7 +431,7 @@ def test_all_torques_that_are_missing_are_named_at_once_to_be_pasted(written):
     model = ARM.replace(' effort="15"', "").replace(' effort="20"', "").replace('"turn"', '"${ns}turn"')
     path = written(model, ARM_TOML)
     with pytest.raises(
-        RobotError, match="2 joints have no largest torque: add this, whose figures fit"
+        RobotError, match="2 joints have no largest torque: add these, which fit"
     ) as refused:
         read_own_body(path)
     pasted = str(refused.value).partition("\n")[2]
