@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import copy
 import logging
-import math
 import os
 import tomllib
 import warnings
@@ -40,10 +39,10 @@ from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
 from naoserver_sim._own.figure import Figure
-from naoserver_sim._own.guesses import ASPECT, FIELD_OF_VIEW, Guesses, guess, guess_overlaps
+from naoserver_sim._own.guesses import Guesses, guess, guess_overlaps
 from naoserver_sim._own.hulls import coarsen_hulls
 from naoserver_sim._own.looks import looks_in
-from naoserver_sim._own.model_file import ModelFile, Sensor, read_model
+from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from zenoh_ice.text import printable
@@ -64,8 +63,6 @@ _MOST_SAID: Final = 14
 """Lines about the guesses, at most."""
 _LONGEST_NAME: Final = 64
 """Characters of a name in a `Body`."""
-_AHEAD: Final = (0.5, 0.5, -0.5, -0.5)
-"""Rotation of MuJoCo's camera that looks along x, with z up."""
 _HEAD: Final = """\
 What naoserver-sim took {model} for. Each guess has its reason beside it: correct what is wrong,
 and delete what the robot has not. Serve it by: naoserver-sim --body {file}
@@ -138,9 +135,6 @@ class _Model:
     def __init__(self, path: Path, meshes: Path) -> None:
         self.where: Final = str(path)
         self.file: Final[ModelFile] = read_model(path, meshes)
-        for sensor in self.file.sensors:
-            if sensor.kind == "camera":
-                _add_camera(self.file.spec, sensor)
         coarsen_hulls(self.file.spec)
         for number, joint in enumerate(self.file.spec.joints):
             joint.name = joint.name or f"{joint.parent.name or 'joint'} joint {number}"
@@ -256,26 +250,13 @@ def _name(path: Path) -> str:
 def _unsaid(torques: Mapping[str, float], source: str) -> str:
     """Return what is wrong when nobody says the largest torques of some joints."""
     if len(torques) == 1:
-        what = f"joint {next(iter(torques))!r} has no largest torque: add this, which fits the mass that it carries"
+        (name,) = torques
+        what = f"joint {name!r} has no largest torque: add this, which fits the mass that it carries"
     else:
         what = (
             f"{len(torques)} joints have no largest torque: add these, which fit the masses that they carry"
         )
     return f"{source}: {what}:\n{torques_to_paste(torques)}"
-
-
-def _add_camera(spec: mujoco.MjSpec, sensor: Sensor) -> None:
-    """Add a camera that a URDF names, which looks along the x axis of its place."""
-    body = spec.body(sensor.link)
-    if body is None:
-        return
-    turn = np.zeros(4)
-    mujoco.mju_euler2Quat(turn, np.array(sensor.pose[3:]), "XYZ")
-    along = np.zeros(4)
-    mujoco.mju_mulQuat(along, turn, np.array(_AHEAD))
-    width = sensor.horizontal_fov or FIELD_OF_VIEW
-    height = 2 * math.atan(math.tan(width / 2) / ASPECT)
-    body.add_camera(name=sensor.name, pos=sensor.pose[:3], quat=along, fovy=math.degrees(height))
 
 
 def _soles(described: Mapping[str, Any]) -> list[dict[str, Any]]:

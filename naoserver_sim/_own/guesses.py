@@ -16,7 +16,7 @@ from naoserver_sim._body import are_neighbors
 from naoserver_sim._own.figure import GRAVITY, Array
 from naoserver_sim._own.limbs import Limb, Limbs, Wheel
 from naoserver_sim._own.model_file import ModelFile
-from naoserver_sim._own.parts import SPEED, Parts
+from naoserver_sim._own.parts import ASPECT, FIELD_OF_VIEW, SPEED, Parts
 from naoserver_sim._support_polygon import convex_hull
 from naoserver_sim.model import build_model
 from naoserver_sim.world import load_world
@@ -29,10 +29,6 @@ _ORDER: Final = (
 )
 """The keys of the file."""
 _MOST_CAMERAS: Final = 4
-ASPECT: Final = 4 / 3
-"""Width of a picture by its height."""
-FIELD_OF_VIEW: Final = 1.0
-"""Horizontal one in rad of a camera of which the model does not say it."""
 _APART: Final = 0.03
 """Distance in m up to which links named after a camera are parts of one."""
 _CAMERA: Final = re.compile(r"(?:^|[_\W])(?:cam|camera|rgb|rgbd)(?=[_\W\d]|$)|[Cc]amera", re.ASCII)

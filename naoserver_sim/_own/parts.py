@@ -30,14 +30,14 @@ Array = NDArray[np.float64]
 
 SPEED: Final = 3.0
 """Highest speed in rad/s or m/s of a joint of which neither the model nor the TOML file says it."""
-_GIVES: Final = 0.1
-"""Angle in rad by which a servo gives way at its largest torque, if nothing says how stiff it is."""
+_GIVES: Final = {False: 0.1, True: 0.005}
+"""Angle in rad, or way in m, by which a servo gives way at its largest torque, if nothing says it."""
 _STRONGEST: Final = 20.0
 """Largest such torque, as a multiple of what gravity asks of it: more would only make light links tremble."""
 _SPARE: Final = 2.0
 """What is added to it, in N m: grips and wheels need more than gravity asks."""
-_SAGS: Final = 0.01
-"""Angle in rad by which the weight that a joint carries may bend such a servo."""
+_SAGS: Final = {False: 0.01, True: 0.001}
+"""Angle in rad, or way in m, by which the weight that a joint carries may bend such a servo."""
 _FIRM: Final = 1.5
 """Stiffness of a leg's joint, as a multiple of that with which the robot would just not fall about it."""
 _QUICKEST: Final = 150.0
@@ -48,6 +48,10 @@ _LARGEST_ROTOR: Final = 0.1
 """Largest inertia of a rotor in kg m2 that is added for it, if the model has none."""
 _DIGITS: Final = 5
 """Digits behind the point, in m, of the corners of hulls: short enough for thousands of them."""
+ASPECT: Final = 4 / 3
+"""Width of a picture by its height."""
+FIELD_OF_VIEW: Final = 1.0
+"""Horizontal one in rad of a camera of which the model does not say it."""
 _FRICTION: Final = 1.0
 """MuJoCo's friction of a shape that names none."""
 _LEVEL: Final = 0.9999
@@ -176,10 +180,8 @@ class _Reader:
         for body in bodies:
             if int(mj.body_parentid[body]) in frames:
                 self._add_body(body)
-        for camera in range(mj.ncam):
-            if int(mj.cam_bodyid[camera]) in frames and mj.cam_bodyid[camera]:
-                self._add_view(camera)
         del frames[0]
+        self._add_views()
         self._couple()
         if not self._parts.figure.says_what_touches:
             self._parts.notes.append(
@@ -401,8 +403,8 @@ class _Reader:
         held, free = (float(each[dof]) for each in figure.inertias)
         load, standing = figure.load(joint), figure.standing(joint, mounted=self._mounted)
         stiffness = max(
-            min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES,
-            load / _SAGS,
+            min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES[of.sliding],
+            load / _SAGS[of.sliding],
             _FIRM * figure.tips(joint, mounted=self._mounted),
             _SLOWEST**2 * held,
         )
@@ -412,26 +414,40 @@ class _Reader:
         damping = 2.0 * math.sqrt(stiffness * (held + added))
         return gear | {"inertia": rotor + added, "stiffness": stiffness, "damping": damping}
 
-    def _add_view(self, camera: int) -> None:
-        """Add a camera of the model; one that is not level, or looks aside, gets a link that is turned so."""
-        mj = self._mj
-        if mj.cam_mode[camera] != mujoco.mjtCamLight.mjCAMLIGHT_FIXED:
-            return  # a spectator's
-        link, offset = self._parts.frames[int(mj.cam_bodyid[camera])]
-        name = mj.cam(camera).name or f"camera {camera + 1}"
-        position = mj.cam_pos[camera] - offset
-        right, up, back = _matrix(mj.cam_quat[camera]).T
-        ahead = -back
+    def _add_views(self) -> None:
+        """Add the cameras that are fixed to links: those of an MJCF, and those that a URDF names."""
+        mj, frames = self._mj, self._parts.frames
+        for camera in range(mj.ncam):
+            body = int(mj.cam_bodyid[camera])
+            if body in frames and mj.cam_mode[camera] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED:
+                right, up, back = _matrix(mj.cam_quat[camera]).T
+                axes = np.stack((-back, -right, up), axis=1)
+                name, place = mj.cam(camera).name or f"camera {camera + 1}", mj.cam_pos[camera]
+                self._add_view(name, body, place, axes, math.radians(float(mj.cam_fovy[camera])))
+        bodies = {mj.body(body).name: body for body in frames}
+        for sensor in self._model.sensors:
+            if sensor.kind == "camera" and sensor.link in bodies:
+                turn = np.zeros(4)
+                mujoco.mju_euler2Quat(turn, np.array(sensor.pose[3:]), "XYZ")
+                width = sensor.horizontal_fov or FIELD_OF_VIEW
+                height = 2 * math.atan(math.tan(width / 2) / ASPECT)
+                place = np.array(sensor.pose[:3])
+                self._add_view(sensor.name, bodies[sensor.link], place, _matrix(turn), height)
+
+    def _add_view(self, name: str, body: int, place: Array, axes: Array, fovy: float) -> None:
+        """Add a camera whose view, left and up are `axes`; if it looks aside, on a link that is turned so."""
+        link, offset = self._parts.frames[body]
+        position = place - offset
+        ahead = axes[:, 0]
         tilt = math.atan2(-ahead[2], ahead[0])
-        if -right[1] < _ALIGNED:
-            axes, turn = np.stack((ahead, -right, up), axis=1), np.zeros(4)
-            mujoco.mju_mat2Quat(turn, axes.flatten())
+        if axes[1, 1] < _ALIGNED:
+            turn = np.zeros(4)
+            mujoco.mju_mat2Quat(turn, np.ascontiguousarray(axes).flatten())
             view = self._fit("link", f"{name} view")
             self._fix(view, link, position, turn.tolist())
             self._links.append({"name": view, "mass": 0.0})
             link, position, tilt = view, np.zeros(3), 0.0
         x, y, z = position.tolist()
-        fovy = math.radians(float(mj.cam_fovy[camera]))
         self._parts.views.append(View(name, link, (x, y, z), tilt, fovy))
 
     def _shapes(self, geom: int) -> Iterator[dict[str, Any]]:
