@@ -44,6 +44,8 @@ _QUICKEST: Final = 150.0
 """Highest natural frequency of such a servo in rad/s: steps of the physics take 2.5 ms."""
 _SLOWEST: Final = 10.0
 """Lowest such frequency."""
+_LIGHTEST: Final = 1e-4
+"""Least inertia in kg m2 that moves with a joint without a motor: with less, closed chains fly apart."""
 _LARGEST_ROTOR: Final = 0.1
 """Largest inertia of a rotor in kg m2 that is added for it, if the model has none."""
 _DIGITS: Final = 5
@@ -391,7 +393,11 @@ class _Reader:
             "friction": float(mj.dof_frictionloss[dof]),
             "inertia": rotor,
         }
+        held, free = (float(each[dof]) for each in figure.inertias)
         if not torque:
+            if free < _LIGHTEST:
+                gear["inertia"] = rotor + _LIGHTEST - free
+                gear["friction_damping"] = max(gear["friction_damping"], _LIGHTEST * _SLOWEST)
             rest = float(mj.qpos_spring[mj.jnt_qposadr[joint]]) if mj.jnt_type[joint] != _BALL else 0.0
             return gear | {"stiffness": float(np.ravel(mj.jnt_stiffness[joint])[0]), "rest": rest}
         for motor, lever in self._pulls(of):
@@ -400,7 +406,6 @@ class _Reader:
                 square = (lever * float(mj.actuator_gear[motor, 0])) ** 2
                 stiffness, damping = (-square * mj.actuator_biasprm[motor, 1:3]).tolist()
                 return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
-        held, free = (float(each[dof]) for each in figure.inertias)
         load, standing = figure.load(joint), figure.standing(joint, mounted=self._mounted)
         stiffness = max(
             min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES[of.sliding],
