@@ -58,7 +58,7 @@ def _is_solid(mj: mujoco.MjModel, geom: int) -> bool:
 
 
 class Figure:
-    """A robot at rest: in a keyframe of its model, or with its joints as near to 0 as can be."""
+    """A robot at rest: in a keyframe of its model, or with its joints at 0, or amid ranges without a 0."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
         self.mj: Final = mj
@@ -68,9 +68,9 @@ class Figure:
             self.data.qpos[:] = mj.key_qpos[self.key]
         else:
             for joint in self.joints():
-                if mj.jnt_limited[joint]:
-                    low, high = mj.jnt_range[joint]
-                    self.data.qpos[mj.jnt_qposadr[joint]] = min(max(0.0, low), high)
+                low, high = mj.jnt_range[joint]
+                inside = low <= 0.0 <= high or not mj.jnt_limited[joint]
+                self.data.qpos[mj.jnt_qposadr[joint]] = 0.0 if inside else (low + high) / 2
         mujoco.mj_kinematics(mj, self.data)
         mujoco.mj_comPos(mj, self.data)
         self.solid, self.says_what_touches = touching(mj)

@@ -42,6 +42,10 @@ _SOLE: Final = 0.01
 """Height in m up to which points of a foot belong to its sole, and its least width."""
 _BESIDE: Final = 0.2
 """Angle in rad by which a leg may point ahead of its foot."""
+_FLAT: Final = 0.3
+"""Most that the axis of a joint rises which turns an arm up, as a sine."""
+_RAISED: Final = 0.8
+"""Angle in rad by which an arm is raised that lies on the floor."""
 _CORNERS: Final = 12
 """Most corners of a sole's outline."""
 _DRIVES: Final = 0.5
@@ -176,42 +180,69 @@ class _Guesser:
         )
 
     def _guess_rest(self, *, mounted: bool) -> None:
-        """Take the keyframe in which the robot waits for its rest, or let it stand on its feet."""
-        figure = self._figure
-        angles = figure.data.qpos
-        if figure.key is not None:
-            said = self._mj.key(figure.key).name
-            name, why = said[:1].upper() + said[1:], f"keyframe {said!r} of the model"
-        elif not mounted and (stance := self._stance()) is not None:
-            angles, name, why = stance, "Stand", "its feet are below its hips"
-        else:
-            return
-        posture = {joint["name"]: 0.0 for joint in self._parts.tables["joints"]}
-        for joint in self._parts.tables["joints"]:
-            if (of := self._parts.joints.get(joint["name"])) is not None:
-                angle = float(angles[self._mj.jnt_qposadr[of]])
-                lower, upper = joint.get("lower", -math.inf), joint.get("upper", math.inf)
-                posture[joint["name"]] = min(max(round(angle, 4), lower), upper)
-        self._found.add(name, why, "rest")
-        self._found.add({"stance": "standing", "angles": posture}, why, "postures", name)
-
-    def _stance(self) -> Array | None:
-        """Return the state in which each foot is below its hip; None where legs are so, or cannot be."""
+        """Take the keyframe in which the robot waits for its rest; or stand it on its feet, or raise its arm."""
         mj, figure = self._mj, self._figure
         angles: Array = figure.data.qpos.copy()
+        name, why = "Rest", "joints whose range has no 0 are in its middle"
+        if figure.key is not None:
+            said = mj.key(figure.key).name
+            name, why = said[:1].upper() + said[1:], f"keyframe {said!r} of the model"
+        elif mounted and self._raise(angles):
+            why = "its arm is off the floor"
+        elif not mounted and self._stand(angles):
+            name, why = "Stand", "its feet are below its hips"
+        posture, moved = {}, figure.key is not None
+        for joint in self._parts.tables["joints"]:
+            lower, upper = joint.get("lower", -math.inf), joint.get("upper", math.inf)
+            of = self._parts.joints.get(joint["name"])
+            angle = 0.0 if of is None else float(angles[mj.jnt_qposadr[of]])
+            posture[joint["name"]] = min(max(round(angle, 4), lower), upper)
+            moved |= posture[joint["name"]] != min(max(0.0, lower), upper)
+        if moved:
+            self._found.add(name, why, "rest")
+            self._found.add({"stance": "standing", "angles": posture}, why, "postures", name)
+
+    def _raise(self, angles: Array) -> bool:
+        """Turn an arm that lies on the floor up; return whether there is one."""
+        mj, figure = self._mj, self._figure
+        raised = False
+        for limb in self._limbs.limbs:
+            for joint in (self._parts.joints[name] for name in limb.joints if name in self._driven):
+                bodies = figure.carried(int(mj.jnt_bodyid[joint]))
+                points = figure.points(*bodies)
+                flat = (
+                    abs(figure.axis(joint)[2]) < _FLAT and mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
+                )
+                if not flat or not len(points) or points[:, 2].min() > figure.box[0][2] + figure.near:
+                    continue
+                masses = mj.body_mass[bodies]
+                arm = masses @ (figure.data.xipos[bodies] - figure.data.xanchor[joint])
+                up = float(np.sign(np.cross(figure.axis(joint), arm)[2])) or 1.0
+                low, high = mj.jnt_range[joint] if mj.jnt_limited[joint] else (-math.inf, math.inf)
+                at = int(mj.jnt_qposadr[joint])
+                angles[at] = min(max(angles[at] + up * _RAISED, low), high)
+                raised = True
+                break
+        return raised
+
+    def _stand(self, angles: Array) -> bool:
+        """Turn legs so that each foot is below its hip; return whether that is needed, and can be."""
+        mj, figure, turned = self._mj, self._figure, angles.copy()
         for limb in self._limbs.of("leg"):
             joints = [self._parts.joints[name] for name in limb.joints]
             bodies = figure.carried(int(mj.jnt_bodyid[joints[0]]))
             points = figure.points(*bodies)
             hips = [joint for joint in joints if abs(figure.axis(joint)[1]) > _ALONG]
             if not hips or not len(points) or not figure.stands(*bodies):
-                return None
+                return False
             foot = points[points[:, 2] < points[:, 2].min() + _SOLE].mean(axis=0)
             ahead, _, up = foot - figure.data.xanchor[hips[0]]
             turn = math.atan2(ahead, -up) * float(np.sign(figure.axis(hips[0])[1]))
-            angles[mj.jnt_qposadr[hips[0]]] += turn
-        changes = np.abs(angles - figure.data.qpos).max(initial=0.0)
-        return angles if changes > _BESIDE else None
+            turned[mj.jnt_qposadr[hips[0]]] += turn
+        if np.abs(turned - angles).max(initial=0.0) < _BESIDE:
+            return False
+        angles[:] = turned
+        return True
 
     def _guess_neck(self) -> None:
         """Find the joints that turn a head to the left and down."""
