@@ -28,6 +28,8 @@ _LEAST: Final = 0.2
 """Least such torque in N m, or force in N: bearings and grips need some."""
 _ON_THE_FLOOR: Final = 0.05
 """Height above the floor, as a share of the robot's, up to which a part stands on it."""
+_BENT: Final = 0.3
+"""Share of a range that has no 0, from its end nearer to 0: knees bend that far."""
 _ROUND: Final = 12
 """Points on the rim of what is round."""
 _HOME: Final = ("home", "stand", "standing", "rest", "init")
@@ -58,7 +60,7 @@ def _is_solid(mj: mujoco.MjModel, geom: int) -> bool:
 
 
 class Figure:
-    """A robot at rest: in a keyframe of its model, or with its joints at 0, or amid ranges without a 0."""
+    """A robot at rest: in a keyframe of its model, or with its joints at 0, or within a range without it."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
         self.mj: Final = mj
@@ -69,8 +71,9 @@ class Figure:
         else:
             for joint in self.joints():
                 low, high = mj.jnt_range[joint]
-                inside = low <= 0.0 <= high or not mj.jnt_limited[joint]
-                self.data.qpos[mj.jnt_qposadr[joint]] = 0.0 if inside else (low + high) / 2
+                if mj.jnt_limited[joint] and not low <= 0.0 <= high:
+                    bent = low + _BENT * (high - low) if low > 0.0 else high - _BENT * (high - low)
+                    self.data.qpos[mj.jnt_qposadr[joint]] = bent
         mujoco.mj_kinematics(mj, self.data)
         mujoco.mj_comPos(mj, self.data)
         self.solid, self.says_what_touches = touching(mj)
@@ -171,8 +174,11 @@ class Figure:
     def standing(self, joint: int, *, mounted: bool) -> float:
         """Return the torque in N m, or force in N, that a joint may need for what stands on it."""
         weight, height = self._above(joint, mounted=mounted)
-        crouched = _OF_A_LEG * float(self.data.xanchor[joint, 2] - self.box[0][2])
-        return weight * (1.0 if self._slides(joint) else max(crouched, _LEANS * height))
+        if not weight or self._slides(joint):
+            return weight
+        points = self.points(*self.carried(int(self.mj.jnt_bodyid[joint])))
+        length = float(np.linalg.norm(points - self.data.xanchor[joint], axis=1).max())
+        return weight * max(_OF_A_LEG * length, _LEANS * height)
 
     def torque(self, joint: int, *, mounted: bool) -> float:
         """Return a largest torque in N m, or force in N, that fits the mass that a joint carries."""

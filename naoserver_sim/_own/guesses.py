@@ -180,10 +180,10 @@ class _Guesser:
         )
 
     def _guess_rest(self, *, mounted: bool) -> None:
-        """Take the keyframe in which the robot waits for its rest; or stand it on its feet, or raise its arm."""
+        """Let it begin in a keyframe of its model; or stand it on its feet, or raise its arm."""
         mj, figure = self._mj, self._figure
         angles: Array = figure.data.qpos.copy()
-        name, why = "Rest", "joints whose range has no 0 are in its middle"
+        name, why = "Rest", "joints whose range has no 0 are within it"
         if figure.key is not None:
             said = mj.key(figure.key).name
             name, why = said[:1].upper() + said[1:], f"keyframe {said!r} of the model"
@@ -231,7 +231,7 @@ class _Guesser:
         for limb in self._limbs.of("leg"):
             joints = [self._parts.joints[name] for name in limb.joints]
             bodies = figure.carried(int(mj.jnt_bodyid[joints[0]]))
-            points = figure.points(*bodies)
+            points = figure.points(*figure.carried(int(mj.jnt_bodyid[joints[-1]])))
             hips = [joint for joint in joints if abs(figure.axis(joint)[1]) > _ALONG]
             if not hips or not len(points) or not figure.stands(*bodies):
                 return False

@@ -38,6 +38,8 @@ _SPARE: Final = 2.0
 """What is added to it, in N m: grips and wheels need more than gravity asks."""
 _SAGS: Final = {False: 0.01, True: 0.001}
 """Angle in rad, or way in m, by which the weight that a joint carries may bend such a servo."""
+_BENDS: Final = 0.5
+"""Share of that angle by which a leg's joint gives way at what it may need to stand."""
 _FIRM: Final = 1.5
 """Stiffness of a leg's joint, as a multiple of that with which the robot would just not fall about it."""
 _QUICKEST: Final = 150.0
@@ -410,6 +412,7 @@ class _Reader:
         stiffness = max(
             min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES[of.sliding],
             load / _SAGS[of.sliding],
+            standing / (_BENDS * _GIVES[of.sliding]),
             _FIRM * figure.tips(joint, mounted=self._mounted),
             _SLOWEST**2 * held,
         )
