@@ -6,6 +6,7 @@ Only files in the folders of the model, of its ROS package and of its meshes are
 from __future__ import annotations
 
 import io
+import itertools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -52,16 +53,21 @@ class MeshFile:
 
 
 def packages_near(model: Path) -> dict[str, Path]:
-    """Return the folders of ROS packages around a model: its own, those beside it, and folders around it."""
-    around = [folder for folder in list(model.resolve().parents)[:_LEVELS] if folder != Path("/")]
-    found = {folder.name: folder for folder in reversed(around)}
-    own = next((folder for folder in around if (folder / "package.xml").is_file()), None)
-    if own is not None:
-        for number, beside in enumerate(_folders(own.parent)):
-            if number < _MOST_SIBLINGS and (beside / "package.xml").is_file():
-                found |= dict.fromkeys((beside.name, _package_name(beside)), beside)
-        found |= dict.fromkeys((own.name, _package_name(own)), own)
-    return found
+    """Return the folders of ROS packages by name: the one in which a model is, and those beside it."""
+    own = _home(model)
+    if own is None:
+        return {}
+    beside = (each for each in itertools.islice(_folders(own.parent), _MOST_SIBLINGS) if _is_package(each))
+    return {name: folder for folder in (*beside, own) for name in (folder.name, _package_name(folder))}
+
+
+def _home(model: Path) -> Path | None:
+    """Return the folder of the ROS package in which a model is."""
+    return next((folder for folder in model.resolve().parents[:_LEVELS] if _is_package(folder)), None)
+
+
+def _is_package(folder: Path) -> bool:
+    return (folder / "package.xml").is_file()
 
 
 def _folders(folder: Path) -> Iterator[Path]:
@@ -94,12 +100,11 @@ class Files:
 
     def __post_init__(self) -> None:
         folder = self.model.parent.resolve()
-        around = [folder, *folder.parents[:_LEVELS]]
-        home = next((up for up in around if (up / "package.xml").is_file()), folder)
+        home = _home(self.model) or folder
         inside = [up / "meshes" for up in (folder, home)]
         beside = [up for name in _BESIDE if not (up := folder.parent / name).is_symlink()]
         self._folders = list(dict.fromkeys((self.meshes.resolve(), folder, *inside, home, *beside)))
-        self._allowed = {self.meshes.resolve(), folder, home, *beside, *self.packages.values()}
+        self._allowed = [self.meshes.resolve(), folder, home, *beside, *self.packages.values()]
 
     def find(self, name: str, source: Path, folder: str = "") -> Path:
         """Return the file that is called `name` in a file `source`, whose names begin in `folder`.
@@ -108,9 +113,13 @@ class Files:
         """
         scheme, rest = _SCHEME.fullmatch(name).groups()  # type: ignore[union-attr]  # all texts match
         parts = PurePosixPath(rest.replace("\\", "/")).parts
-        exact = [source.parent.joinpath(folder, *parts)]
-        if scheme in ("package", "model") and parts and parts[0] in self.packages:
-            exact = [self.packages[parts[0]].joinpath(*parts[1:])]
+        allowed = list(self._allowed)
+        exact = [file.parent.joinpath(folder, *parts) for file in (self.model, source)]
+        if scheme in ("package", "model") and parts:
+            around = {up.name: up for up in reversed(self.model.resolve().parents[:_LEVELS])}
+            if package := self.packages.get(parts[0], around.get(parts[0])):
+                exact = [package.joinpath(*parts[1:])]
+                allowed.append(package)
         elif scheme == "file":
             exact.append(Path("/", *parts))
         known = [part for part in (*PurePosixPath(folder).parts, *parts) if part not in ("/", "//", "..")]
@@ -120,7 +129,7 @@ class Files:
         for path in (*exact, *tails):
             try:
                 real = path.resolve(strict=True)
-                if real.is_file() and any(map(real.is_relative_to, self._allowed)):
+                if real.is_file() and any(map(real.is_relative_to, allowed)):
                     return real
                 outside = outside or (path in exact and real.is_file())
             except (OSError, RuntimeError, ValueError):  # no such file, too long a name, a circle of links

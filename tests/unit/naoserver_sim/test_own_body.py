@@ -7,7 +7,7 @@ import pytest
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.parts import Axis
-from naoserver_sim._own.model_file import LARGEST_FILE
+from naoserver_sim._own.tree import LARGEST_FILE
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML

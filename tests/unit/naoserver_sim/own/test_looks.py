@@ -12,7 +12,7 @@ from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
 from naoserver.looks.of_body import looks_of, plain_looks
 from naoserver_sim._own.looks import MOST_TRIANGLES, MOST_VERTICES
-from naoserver_sim._own.model_file import LARGEST_FILE
+from naoserver_sim._own.meshes import LARGEST_MESH
 from naoserver_sim.model import build_model
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
@@ -231,7 +231,7 @@ def test_of_a_model_with_too_many_visual_shapes_the_contact_shapes_are_seen(writ
 def test_of_a_mesh_that_is_too_large_or_of_another_format_the_contact_shape_is_seen(write, tmp_path, caplog):
     model = ARM.replace("visual/base.stl", "visual/base.dae").replace("collision/base.stl", "big.stl")
     (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes/big.stl").write_bytes(bytes(LARGEST_FILE + 1))
+    (tmp_path / "meshes/big.stl").write_bytes(bytes(LARGEST_MESH + 1))
     body = write(
         model.replace("<sphere", '<box size="1 1 1"/></geometry></collision><collision><geometry><sphere', 1)
     )

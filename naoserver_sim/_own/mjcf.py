@@ -1,0 +1,195 @@
+"""An MJCF that MuJoCo reads, of all its files, and of it the robot alone."""
+
+from __future__ import annotations
+
+import re
+from pathlib import PurePosixPath
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from naoserver.errors import RobotError
+from naoserver.parts import MOST_PARTS
+from naoserver_sim._own.meshes import Files, MeshError
+from naoserver_sim._own.tree import MOST_ELEMENTS, Element, read_tree
+from naoserver_sim._own.urdf import COMPILER, MOUNT
+
+_UNUSED: Final = frozenset(("option", "size", "visual", "statistic", "custom", "texture", "hfield", "skin"))
+"""Elements that say nothing of a robot's links: settings of a simulation, pictures and terrain."""
+_SOFT: Final = ("flexcomp", "flex", "deformable")
+_TREE: Final = ("body", "joint", "freejoint", "geom", "site", "camera")
+"""Elements whose names are unique within a model."""
+_MOST_INCLUDED: Final = 100
+_FREE: Final = mujoco.mjtJoint.mjJNT_FREE
+_INFO: Final = re.compile(r"line (\d+)")
+
+
+def prepare(root: Element, files: Files, notes: list[str]) -> dict[str, str]:
+    """Change the tree of an MJCF to what MuJoCo reads of a robot; return meshes left out, with reasons.
+
+    Raises RobotError, with file and line, for faults that have no repair.
+    """
+    _include(root, files)
+    folder = _set_options(root)
+    root.remove_where(lambda each: each.tag in _UNUSED)
+    for soft in root.remove_where(lambda each: each.tag in _SOFT):
+        notes.append(f"{soft.at}: <{soft.tag}> {soft.name!r} is left out: a robot has rigid links")
+    for element in root.all("material", "geom", "layer"):
+        element.attributes.pop("texture", None)
+    root.remove_where(
+        lambda each: each.tag == "layer" or (each.tag == "geom" and each.get("type") == "hfield")
+    )
+    for world in root.within("worldbody"):
+        _require_distinct(world)
+        _require_few(world)
+    return _keep_meshes(root, files, folder)
+
+
+def _include(root: Element, files: Files) -> None:
+    """Replace each `<include>` by what its file has."""
+    for _ in range(_MOST_INCLUDED):
+        parent = next((each for each in root.all() if any(each.within("include"))), None)
+        if parent is None:
+            return
+        include = next(parent.within("include"))
+        try:
+            part = read_tree(files.find(include.get("file"), include.source))
+        except MeshError as problem:
+            raise RobotError(f"{include.at}: <include> of {include.get('file')[:60]!r}: {problem}") from None
+        place = parent.children.index(include)
+        parent.children[place : place + 1] = part.children
+        if sum(1 for _ in root.all()) > MOST_ELEMENTS:
+            raise RobotError(f"{include.at}: more than {MOST_ELEMENTS} elements")
+    raise RobotError(f"{include.at}: more than {_MOST_INCLUDED} files are included, or one includes itself")
+
+
+def _set_options(root: Element) -> str:
+    """Leave the options that are about links; return the folder in which they say that meshes are."""
+    folder = ""
+    for compiler in root.all("compiler"):
+        if compiler.get("coordinate") == "global":
+            raise RobotError(
+                f"{compiler.at}: coordinate is 'global', which MuJoCo has given up: write local ones"
+            )
+        folder = compiler.get("meshdir") or compiler.get("assetdir") or folder
+        kept = compiler.attributes.items()
+        compiler.attributes = {name: value for name, value in kept if COMPILER.fullmatch(name)}
+        compiler.children.clear()
+    return folder
+
+
+def _require_distinct(world: Element) -> None:
+    """Raise RobotError when two parts of the tree of links have one name."""
+    seen: dict[tuple[str, str], Element] = {}
+    for element in world.all(*_TREE):
+        kind = element.tag.removeprefix("free")
+        first = seen.setdefault((kind, element.name), element)
+        if element.name and first is not element:
+            raise RobotError(f"{element.at}: a second {kind} {element.name!r}; the first is in {first.at}")
+
+
+def _require_few(world: Element) -> None:
+    """Raise RobotError when there are, with all replicas, more parts than MuJoCo should be asked for."""
+
+    def count(element: Element) -> tuple[int, int]:
+        inner = [count(child) for child in element.children]
+        times = 1
+        if element.tag == "replicate":
+            times = int(element.get("count", "1")) if element.get("count", "1").isdecimal() else 1
+        bodies = times * sum(few for few, _ in inner) + (element.tag == "body")
+        return bodies, times * (1 + sum(parts for _, parts in inner))
+
+    bodies, parts = count(world)
+    if bodies > MOST_PARTS:
+        raise RobotError(f"{world.source}: {bodies} links; a robot has at most {MOST_PARTS}")
+    if parts > MOST_ELEMENTS:
+        raise RobotError(f"{world.source}: more than {MOST_ELEMENTS} elements, with all replicas")
+
+
+def _keep_meshes(root: Element, files: Files, folder: str) -> dict[str, str]:
+    """Give the meshes the names that MuJoCo gets; return those left out, without which the shapes go."""
+    left_out: dict[str, str] = {}
+    gone: set[str] = set()
+    for mesh in root.all("mesh"):
+        name = mesh.get("file")
+        if not name:
+            continue
+        mesh.attributes.setdefault("name", PurePosixPath(name).stem)
+        mesh.attributes.pop("content_type", None)
+        try:
+            mesh.attributes["file"], _ = files.mesh(name, mesh.source, folder)
+        except MeshError as problem:
+            left_out[name] = str(problem)
+            gone.add(mesh.name)
+    root.remove_where(
+        lambda each: (
+            (each.tag == "mesh" and each.get("file") in left_out)
+            or (each.tag == "geom" and each.get("mesh") in gone)
+        )
+    )
+    return left_out
+
+
+def choose_robot(spec: mujoco.MjSpec, root: Element, order: list[Element], notes: list[str]) -> bool:
+    """Remove from a model what is no part of its robot, and note it; return False if that needs another read.
+
+    The robot is the tree with the most joints; those that stand on the ground are one robot, on a mount. It
+    is put into `root`, of which `spec` is to be read again. `order` are the elements by their lines.
+    """
+    trees = list(spec.worldbody.bodies)
+    joints = {tree: sum(joint.type != _FREE for joint in tree.find_all("joint")) for tree in trees}
+    main = max(trees, key=lambda tree: joints[tree], default=None)
+    if main is None or not joints[main]:
+        return True
+    robot = [main] if _floats(main) else [tree for tree in trees if joints[tree] and not _floats(tree)]
+    if len(robot) > 1 or (main.joints and not _floats(main)):
+        _mount(root, [_element(tree, order) for tree in robot])
+        return False
+    for tree in trees:
+        if tree is not main:
+            what = "it moves by itself" if _floats(tree) else "no joint of the robot moves it"
+            notes.append(
+                f"{_element(tree, order).at}: body {tree.name!r} beside the robot is left out: {what}"
+            )
+            spec.delete(tree)
+    return True
+
+
+def _floats(tree: mujoco.MjsBody) -> bool:
+    return tree.mocap or any(joint.type == _FREE for joint in tree.joints)
+
+
+def _element(body: mujoco.MjsBody, order: list[Element]) -> Element:
+    line = _INFO.search(body.info)
+    return order[int(line[1]) - 1 if line else 0]
+
+
+def _mount(root: Element, bodies: list[Element]) -> None:
+    """Put what has some bodies on a link that stands on the ground."""
+    worlds = list(root.within("worldbody"))
+    moved = [
+        child for world in worlds for child in world.children if any(b in bodies for b in child.all("body"))
+    ]
+    for world in worlds:
+        world.children = [child for child in world.children if child not in moved]
+    name = MOUNT
+    while any(body.name == name for body in root.all("body")):
+        name += "_"
+    worlds[0].add("body", name=name).children = moved
+
+
+def split_balls(spec: mujoco.MjSpec, at: str) -> list[str]:
+    """Replace each ball joint by three hinges, and return notes on them."""
+    notes = []
+    for ball in [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_BALL]:
+        body, name, kept = ball.parent, ball.name, {"pos": ball.pos.copy(), "armature": ball.armature}
+        reach = float(ball.range[1])
+        spec.delete(ball)
+        for axis in range(3):
+            hinge = body.add_joint(name=f"{name} {'xyz'[axis]}", axis=np.eye(3)[axis], **kept)
+            hinge.range = (-reach, reach)
+        notes.append(
+            f"{at}: the ball joint {name!r} becomes three hinges; what drives or measures it is left out"
+        )
+    return notes
