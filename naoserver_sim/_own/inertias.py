@@ -21,6 +21,8 @@ _FRAME: Final = 1e-3
 """Mass in kg up to which a fixed link without inertia is a mere frame."""
 _LITTLE: Final = 0.02
 """Share of its largest moment by which an inertia may be off without being named by itself."""
+_ROUNDING: Final = 1e-6
+"""Share of the largest moment up to which an inertia is that of a rod or a plate, but for rounding."""
 _LEAST: Final = 1e-14
 """MuJoCo's smallest mass in kg and moment of inertia in kg m2, with a reserve."""
 _NAMED: Final = 6
@@ -28,11 +30,11 @@ _NAMED: Final = 6
 
 
 def balance_inertias(
-    spec: mujoco.MjSpec, at: Callable[[mujoco.MjsBody], str], balance: bool | None
+    spec: mujoco.MjSpec, at: Callable[[mujoco.MjsBody], str], balance: bool | None, *, free: bool
 ) -> Iterator[str]:
     """Repair masses and inertias that no body can have, and yield notes on it; `at` returns a body's place.
 
-    Raises RobotError for a
+    With `free`, the root moves, too. Raises RobotError for a
     mass below 0, and with `balance` False for inertias that no body can have.
     """
     little, light = [], []
@@ -41,7 +43,8 @@ def balance_inertias(
             raise RobotError(
                 f"{at(body)}: the mass of {body.name!r} is {body.mass:g}: write one of at least 0"
             )
-        if _needs_mass(body):
+        moves = len(body.joints) > 0 or (free and body.parent.name == "world")
+        if moves and not _has_mass(body):
             light.append(body.name)
             bound(body)
         if not body.explicitinertial or body.mass < _LEAST:
@@ -53,7 +56,10 @@ def balance_inertias(
             bound(body)
             continue
         off = (moments[2] - moments[0] - moments[1]) / (2.0 * moments[2])
-        if off <= 0.0:
+        if off < -_ROUNDING and moments[0] >= _LEAST:
+            continue
+        if abs(off) <= _ROUNDING and balance is not False:
+            _set_tensor(body, _repaired(tensor))
             continue
         shown = ", ".join(f"{moment:.4g}" for moment in moments)
         what = f"{at(body)}: the inertia of {body.name!r} has the moments {shown}, which no body has"
@@ -68,7 +74,8 @@ def balance_inertias(
     if little:
         yield f"the inertias of {_listed(little)} are repaired: their moments are those of no body"
     if light:
-        yield f"{_listed(light)} without mass or inertia: taken as a ball, of {LEAST_MASS:g} kg where they move"
+        ball = f"taken as a ball, of {LEAST_MASS:g} kg where they move"
+        yield f"{_listed(light)} without mass or inertia: {ball}"
 
 
 def bound(body: mujoco.MjsBody) -> None:
@@ -81,12 +88,6 @@ def bound(body: mujoco.MjsBody) -> None:
         body.ipos = np.zeros(3)
     body.explicitinertial = True
     _set_tensor(body, np.eye(3) * 0.4 * body.mass * radius**2)
-
-
-def _needs_mass(body: mujoco.MjsBody) -> bool:
-    """Return whether a body must have a mass, as it moves, but nothing gives it one."""
-    moves = len(body.joints) > 0 or body.parent.name == "world"
-    return moves and not _has_mass(body)
 
 
 def _has_mass(body: mujoco.MjsBody) -> bool:
@@ -124,8 +125,8 @@ def _repaired(tensor: Array) -> Array:
     """Return the inertia nearest to one that no body has: mass has no negative extent along any axis."""
     moments, axes = np.linalg.eigh(tensor)
     extents = moments.sum() / 2.0 - moments
-    # A reserve, as MuJoCo compares without one.
-    extents = np.maximum(extents, 1e-6 * np.abs(moments).max())
+    # More than 0, as MuJoCo compares without a tolerance.
+    extents = np.maximum(extents, _ROUNDING * np.abs(moments).max())
     repaired: Array = (axes * (extents.sum() - extents)) @ axes.T
     return repaired
 

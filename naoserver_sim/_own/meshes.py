@@ -29,7 +29,7 @@ _MOST_FOLDERS: Final = 16
 _LEVELS: Final = 5
 """How many folders up from the model those of ROS packages are looked for."""
 _MOST_SIBLINGS: Final = 500
-_BESIDE: Final = ("meshes", "mesh", "assets", "dae", "stl", "obj", "visual", "collision", "common")
+_BESIDE: Final = frozenset(("meshes", "mesh", "assets", "dae", "stl", "obj", "visual", "collision", "common"))
 """Folders beside that of the model which are read, too."""
 _SCHEME: Final = re.compile(r"(?:(package|model|file):/*)?(.*)", re.DOTALL)
 _PACKAGE: Final = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
@@ -102,7 +102,7 @@ class Files:
         folder = self.model.parent.resolve()
         home = _home(self.model) or folder
         inside = [up / "meshes" for up in (folder, home)]
-        beside = [up for name in _BESIDE if not (up := folder.parent / name).is_symlink()]
+        beside = [up for name in sorted(_BESIDE) if not (up := folder.parent / name).is_symlink()]
         self._folders = list(dict.fromkeys((self.meshes.resolve(), folder, *inside, home, *beside)))
         self._allowed = [self.meshes.resolve(), folder, home, *beside, *self.packages.values()]
 
@@ -129,12 +129,17 @@ class Files:
         for path in (*exact, *tails):
             try:
                 real = path.resolve(strict=True)
-                if real.is_file() and any(map(real.is_relative_to, allowed)):
+                if real.is_file() and (any(map(real.is_relative_to, allowed)) or self._is_beside(real)):
                     return real
                 outside = outside or (path in exact and real.is_file())
             except (OSError, RuntimeError, ValueError):  # no such file, too long a name, a circle of links
                 continue
         raise MeshError("it lies outside the folder of the model" if outside else "there is no such file")
+
+    def _is_beside(self, path: Path) -> bool:
+        """Return whether a file is in a folder of meshes somewhere beside the model's folder."""
+        around = self.model.resolve().parents[1]
+        return path.is_relative_to(around) and not _BESIDE.isdisjoint(path.relative_to(around).parts[:-1])
 
     def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile]:
         """Return a mesh, and the name by which MuJoCo gets it. Raises MeshError when it cannot be used."""

@@ -12,7 +12,7 @@ import numpy as np
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
 from naoserver_sim._own.meshes import Files, MeshError
-from naoserver_sim._own.tree import MOST_ELEMENTS, Element, read_tree
+from naoserver_sim._own.tree import MOST_ELEMENTS, Element, read_tree, write_tree
 from naoserver_sim._own.urdf import COMPILER, MOUNT
 
 _UNUSED: Final = frozenset(("option", "size", "visual", "statistic", "custom", "texture", "hfield", "skin"))
@@ -32,9 +32,10 @@ def prepare(root: Element, files: Files, notes: list[str]) -> dict[str, str]:
     """
     _include(root, files)
     folder = _set_options(root)
+    left_out = _read_models(root, files, notes)
     root.remove_where(lambda each: each.tag in _UNUSED)
-    for soft in root.remove_where(lambda each: each.tag in _SOFT):
-        notes.append(f"{soft.at}: <{soft.tag}> {soft.name!r} is left out: a robot has rigid links")
+    soft = root.remove_where(lambda each: each.tag in _SOFT)
+    notes += [f"{each.at}: <{each.tag}> {each.name!r} is left out: a robot has rigid links" for each in soft]
     for element in root.all("material", "geom", "layer"):
         element.attributes.pop("texture", None)
     root.remove_where(
@@ -43,7 +44,35 @@ def prepare(root: Element, files: Files, notes: list[str]) -> dict[str, str]:
     for world in root.within("worldbody"):
         _require_distinct(world)
         _require_few(world)
-    return _keep_meshes(root, files, folder)
+    left_out |= _keep_meshes(root, files, folder)
+    for element in root.all():
+        if (name := element.get("file")) and name not in files.assets:
+            raise RobotError(f"{element.at}: <{element.tag}> names the file {name[:60]!r}, which is not read")
+    return left_out
+
+
+def _read_models(root: Element, files: Files, notes: list[str]) -> dict[str, str]:
+    """Prepare the models from which a model takes parts; return their meshes that are left out."""
+    left_out: dict[str, str] = {}
+    for model in [each for each in root.all("model") if each.get("file")]:
+        part = _read(model, files)
+        name = f"model{len(files.assets)}.xml"
+        files.assets[name] = b""  # so that models within each other have different names
+        if len(files.assets) > _MOST_INCLUDED + len(files.names):
+            raise RobotError(f"{model.at}: more than {_MOST_INCLUDED} models within each other")
+        left_out |= prepare(part, files, notes)
+        files.assets[name] = write_tree(part)[0].encode()
+        model.attributes |= {"name": model.name or PurePosixPath(model.get("file")).stem, "file": name}
+        model.attributes.pop("content_type", None)
+    return left_out
+
+
+def _read(naming: Element, files: Files) -> Element:
+    """Return the tree of the file that an element names. Raises RobotError when it may not be read."""
+    try:
+        return read_tree(files.find(naming.get("file"), naming.source))
+    except MeshError as problem:
+        raise RobotError(f"{naming.at}: <{naming.tag}> of {naming.get('file')[:60]!r}: {problem}") from None
 
 
 def _include(root: Element, files: Files) -> None:
@@ -53,12 +82,8 @@ def _include(root: Element, files: Files) -> None:
         if parent is None:
             return
         include = next(parent.within("include"))
-        try:
-            part = read_tree(files.find(include.get("file"), include.source))
-        except MeshError as problem:
-            raise RobotError(f"{include.at}: <include> of {include.get('file')[:60]!r}: {problem}") from None
         place = parent.children.index(include)
-        parent.children[place : place + 1] = part.children
+        parent.children[place : place + 1] = _read(include, files).children
         if sum(1 for _ in root.all()) > MOST_ELEMENTS:
             raise RobotError(f"{include.at}: more than {MOST_ELEMENTS} elements")
     raise RobotError(f"{include.at}: more than {_MOST_INCLUDED} files are included, or one includes itself")
@@ -184,11 +209,11 @@ def split_balls(spec: mujoco.MjSpec, at: str) -> list[str]:
     notes = []
     for ball in [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_BALL]:
         body, name, kept = ball.parent, ball.name, {"pos": ball.pos.copy(), "armature": ball.armature}
-        reach = float(ball.range[1])
+        kept |= {"type": mujoco.mjtJoint.mjJNT_HINGE, "range": (-ball.range[1], ball.range[1])}
+        kept["limited"] = ball.limited if ball.range[1] > 0.0 else False
         spec.delete(ball)
         for axis in range(3):
-            hinge = body.add_joint(name=f"{name} {'xyz'[axis]}", axis=np.eye(3)[axis], **kept)
-            hinge.range = (-reach, reach)
+            body.add_joint(name=f"{name} {'xyz'[axis]}", axis=np.eye(3)[axis], **kept)
         notes.append(
             f"{at}: the ball joint {name!r} becomes three hinges; what drives or measures it is left out"
         )

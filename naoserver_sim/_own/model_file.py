@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import mujoco
 
@@ -24,6 +24,7 @@ _MOST_REMEDIES: Final = 2000
 _TAG: Final = re.compile(r"#(\d+)\s*$")
 _LINE: Final = re.compile(r"line (\d+)")
 _PLACE: Final = re.compile(r"\s*Element '[^']*', line (\d+)\s*$")
+_ATTRIBUTE: Final = re.compile(r"attribute:? '(\w+)'")
 _NAMED: Final = re.compile(r"\s*Element name '.*", re.DOTALL)
 _HULL: Final = 64
 """Most vertices of the hull of a mesh: finding it takes longer than all else."""
@@ -139,7 +140,7 @@ class _Reading:
                 mjcf.choose_robot(spec, self._root, self._order, self._notes)
             _name_all(spec)
             self._notes += mjcf.split_balls(spec, str(self._path))
-            self._notes += balance_inertias(spec, self._at, self._balance)
+            self._weigh(spec)
             for mesh in spec.meshes:
                 mesh.maxhullvert = mesh.maxhullvert if mesh.maxhullvert > 0 else _HULL
             compiled = self._compiled(spec)
@@ -153,7 +154,9 @@ class _Reading:
         for _ in range(_MOST_REMEDIES):
             text, self._order = write_tree(self._root)
             try:
-                return mujoco.MjSpec.from_string(text, assets=self._files.assets)
+                assets = self._files.assets
+                models = {name: content for name, content in assets.items() if name.endswith(".xml")}
+                return mujoco.MjSpec.from_string(text, include=models, assets=assets)
             except (ValueError, mujoco.FatalError) as problem:
                 why = str(problem).strip()
             place = _PLACE.search(why)
@@ -164,7 +167,9 @@ class _Reading:
             ]
             name = f" {element.name!r}" if element.name else ""
             if not section:
-                raise RobotError(f"{element.at}: <{element.tag}>{name} is nothing that MuJoCo reads: {why}")
+                value = element.get(named[1]) if (named := _ATTRIBUTE.search(why)) else ""
+                found = f", which is {value[:60]!r}" if value else ""
+                raise RobotError(f"{element.at}: <{element.tag}>{name} cannot be read: {why}{found}")
             section[0].children.remove(element)
             self._notes.append(
                 f"{element.at}: <{element.tag}>{name} is left out, which MuJoCo refuses: {why}"
@@ -205,7 +210,7 @@ class _Reading:
                 raise RobotError(f"{what} is refused by MuJoCo: {why}: correct it there")
         raise RobotError(f"{self._path}: MuJoCo refuses more than {_MOST_REMEDIES} of its parts")
 
-    def _without(self, spec: mujoco.MjSpec, mesh: Any, why: str) -> None:
+    def _without(self, spec: mujoco.MjSpec, mesh: mujoco.MjsMesh, why: str) -> None:
         """Take a mesh that MuJoCo refuses as a shell; one that already is leaves the model."""
         shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         if mesh.inertia != shell and "volume" in why:
@@ -216,9 +221,13 @@ class _Reading:
         for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
             spec.delete(geom)
         spec.delete(mesh)
-        self._notes += balance_inertias(spec, self._at, self._balance)
+        self._weigh(spec)
 
-    def _at(self, part: Any) -> str:
+    def _weigh(self, spec: mujoco.MjSpec) -> None:
+        free = self._root.tag == "robot"
+        self._notes += balance_inertias(spec, self._at, self._balance, free=free)
+
+    def _at(self, part: mujoco.MjsElement) -> str:
         """Return the file and, if it is known, the line of a part."""
         line = _LINE.search(part.info or "")
         if line:

@@ -134,11 +134,23 @@ def parse_tree(content: bytes, path: Path) -> Element:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as problem:
+        # As MuJoCo's own reader, which reads no further than the root, and takes "--" in comments.
+        if len(around) == 1 and top.children:
+            return top.children[0]
+        if (plain := _without_comments(content)) != content:
+            return parse_tree(plain, path)
         why = expat.ErrorString(problem.code)
         raise RobotError(f"{path}:{problem.lineno}: not XML: {why}") from None
     except (LookupError, ValueError) as problem:  # the encoding that its first line names
         raise RobotError(f"{path}:1: not XML: {problem}") from None
     return top.children[0]
+
+
+def _without_comments(content: bytes) -> bytes:
+    """Return a text without its comments, but with their lines."""
+    first, *parts = content.split(b"<!--")
+    cut = (part.partition(b"-->") for part in parts)
+    return b"".join([first, *(b"\n" * comment.count(b"\n") + rest for comment, _, rest in cut)])
 
 
 def write_tree(root: Element) -> tuple[str, list[Element]]:

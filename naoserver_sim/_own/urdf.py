@@ -29,6 +29,7 @@ _NUMBERS: Final = {
     "color": {"rgba": 4},
 }
 """How many numbers attributes have."""
+_ENDS: Final = ("lower", "upper")
 _SIZES: Final = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
@@ -251,12 +252,14 @@ def _settle(joint: Element, notes: list[str]) -> None:
                 raise RobotError(f"{axis.at}: the axis of joint {joint.name!r} is 0: write its direction")
             axis.attributes["xyz"] = "1 0 0"
     for limit in joint.within("limit"):
-        lower, upper = (numbers(limit, name, 1, "0")[0] for name in ("lower", "upper"))
+        lower, upper = (numbers(limit, name, 1, "0")[0] for name in _ENDS)
         if lower > upper:
             notes.append(
                 f"{limit.at}: joint {joint.name!r} has its lower limit above the upper: they are exchanged"
             )
             limit.attributes |= {"lower": str(upper), "upper": str(lower)}
+        elif lower == upper:  # as exporters write it that know no range
+            limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
 
 
 def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> dict[str, str]:
