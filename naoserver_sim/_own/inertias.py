@@ -46,14 +46,14 @@ def balance_inertias(
         moves = len(body.joints) > 0 or (free and body.parent.name == "world")
         if moves and not _has_mass(body):
             light.append(body.name)
-            bound(body)
+            bound(body, moves=moves)
         if not body.explicitinertial or body.mass < _LEAST:
             continue
         tensor = _tensor(body)
         moments = np.linalg.eigvalsh(tensor)
         if moments[2] < _LEAST:
             light.append(body.name)
-            bound(body)
+            bound(body, moves=moves)
             continue
         off = (moments[2] - moments[0] - moments[1]) / (2.0 * moments[2])
         if off < -_ROUNDING and moments[0] >= _LEAST:
@@ -78,11 +78,10 @@ def balance_inertias(
         yield f"{_listed(light)} without mass or inertia: {ball}"
 
 
-def bound(body: mujoco.MjsBody) -> None:
+def bound(body: mujoco.MjsBody, *, moves: bool) -> None:
     """Give a body the inertia of a ball, and if it moves, the least mass; nothing to a frame without mass."""
     given = body.mass if body.explicitinertial else 0.0
-    fixed = not body.joints and body.parent.name != "world"
-    body.mass = max(given, LEAST_MASS) if not fixed else given if given > _FRAME else 0.0
+    body.mass = max(given, LEAST_MASS) if moves else given if given > _FRAME else 0.0
     radius = (3.0 * body.mass / (4.0 * np.pi * _DENSITY)) ** (1.0 / 3.0)
     if not body.explicitinertial:
         body.ipos = np.zeros(3)

@@ -140,14 +140,21 @@ class _Reading:
                 mjcf.choose_robot(spec, self._root, self._order, self._notes)
             _name_all(spec)
             self._notes += mjcf.split_balls(spec, str(self._path))
-            self._weigh(spec)
+            self._notes += self._weighed(spec)
             for mesh in spec.meshes:
                 mesh.maxhullvert = mesh.maxhullvert if mesh.maxhullvert > 0 else _HULL
             compiled = self._compiled(spec)
+            if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
+                self._notes += more
+                compiled = self._compiled(spec)
         self._notes += [
             f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in dict.fromkeys(warnings)
         ]
         return spec, compiled
+
+    def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
+        """Repair masses and inertias, and return notes on it."""
+        return list(balance_inertias(spec, self._at, self._balance, free=self._root.tag == "robot"))
 
     def _parsed(self) -> mujoco.MjSpec:
         """Return what MuJoCo reads of the tree, without the parts beside a robot that it refuses."""
@@ -200,7 +207,7 @@ class _Reading:
             what = f"{places[int(tag[1])]}: {kind} {part.name!r}"
             if kind == "body" and "mjMINVAL" in why:
                 self._notes.append(f"{what} has no mass: it is taken as a small ball")
-                bound(part)
+                bound(part, moves=True)
             elif kind == "mesh":
                 self._without(spec, part, why)
             elif kind in _BESIDE:
@@ -221,11 +228,6 @@ class _Reading:
         for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
             spec.delete(geom)
         spec.delete(mesh)
-        self._weigh(spec)
-
-    def _weigh(self, spec: mujoco.MjSpec) -> None:
-        free = self._root.tag == "robot"
-        self._notes += balance_inertias(spec, self._at, self._balance, free=free)
 
     def _at(self, part: mujoco.MjsElement) -> str:
         """Return the file and, if it is known, the line of a part."""
