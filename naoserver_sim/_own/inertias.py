@@ -34,15 +34,13 @@ def balance_inertias(
 ) -> Iterator[str]:
     """Repair masses and inertias that no body can have, and yield notes on it; `at` returns a body's place.
 
-    With `free`, the root moves, too. Raises RobotError for a
-    mass below 0, and with `balance` False for inertias that no body can have.
+    With `free`, the root moves, too. Raises RobotError for a mass below 0, and with `balance` False for
+    inertias that no body can have.
     """
     little, light = [], []
     for body in spec.bodies[1:]:
         if body.mass < 0.0:
-            raise RobotError(
-                f"{at(body)}: the mass of {body.name!r} is {body.mass:g}: write one of at least 0"
-            )
+            raise RobotError(f"{at(body)}: the mass of {body.name!r} is {body.mass:g}: write 0 or more")
         moves = len(body.joints) > 0 or (free and body.parent.name == "world")
         if moves and not _has_mass(body):
             light.append(body.name)
@@ -91,18 +89,12 @@ def bound(body: mujoco.MjsBody, *, moves: bool) -> None:
 
 def _has_mass(body: mujoco.MjsBody) -> bool:
     """Return whether a body has a mass, or one that is fixed to it."""
-    if body.explicitinertial:
-        return bool(body.mass >= _LEAST) or _carries(body)
-    return any(_weighs(geom) for geom in body.geoms) or _carries(body)
-
-
-def _carries(body: mujoco.MjsBody) -> bool:
-    return any(not child.joints and _has_mass(child) for child in body.bodies)
+    own = body.mass >= _LEAST if body.explicitinertial else any(map(_weighs, body.geoms))
+    return bool(own) or any(not child.joints and _has_mass(child) for child in body.bodies)
 
 
 def _weighs(geom: mujoco.MjsGeom) -> bool:
-    given = geom.mass if np.isfinite(geom.mass) else geom.density
-    return bool(given > 0.0) and geom.type != mujoco.mjtGeom.mjGEOM_PLANE
+    return bool((geom.mass if np.isfinite(geom.mass) else geom.density) > 0.0)
 
 
 def _tensor(body: mujoco.MjsBody) -> Array:

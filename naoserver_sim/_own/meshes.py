@@ -95,6 +95,8 @@ class Files:
     """The contents by the names that MuJoCo gets."""
     names: dict[str, str] = field(default_factory=dict)
     """How the model calls these files."""
+    left_out: dict[str, str] = field(default_factory=dict)
+    """The meshes that cannot be used, as the model calls them, with the reason."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
     _size: int = 0
 
@@ -141,23 +143,30 @@ class Files:
         around = self.model.resolve().parents[1]
         return path.is_relative_to(around) and not _BESIDE.isdisjoint(path.relative_to(around).parts[:-1])
 
-    def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile]:
-        """Return a mesh, and the name by which MuJoCo gets it. Raises MeshError when it cannot be used."""
-        path = self.find(name, source, folder)
-        if path not in self._read:
-            if len(self._read) == _MOST_FILES:
-                raise MeshError(f"it is one of more than {_MOST_FILES} files")
-            size = path.stat().st_size
-            if size > LARGEST_MESH:
-                raise MeshError(f"larger than {LARGEST_MESH >> 20} MB")
-            if self._size + size > 10 * LARGEST_FILE:
-                raise MeshError(f"all meshes together have more than {10 * LARGEST_FILE >> 20} MB")
-            self._size += size
-            mesh = read_mesh(path)
-            asset = f"{len(self._read)}{mesh.ending}"
-            self._read[path] = asset, mesh
-            self.assets[asset], self.names[asset] = mesh.content, name
-        return self._read[path]
+    def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile] | None:
+        """Return the name by which MuJoCo gets a mesh, and the mesh; None if it is left out."""
+        try:
+            path = self.find(name, source, folder)
+            if path not in self._read:
+                self._add(path, name)
+            return self._read[path]
+        except MeshError as problem:
+            self.left_out[name] = str(problem)
+            return None
+
+    def _add(self, path: Path, name: str) -> None:
+        size = path.stat().st_size
+        self._size += size if size <= LARGEST_MESH else 0
+        if len(self._read) == _MOST_FILES:
+            raise MeshError(f"it is one of more than {_MOST_FILES} files")
+        if size > LARGEST_MESH:
+            raise MeshError(f"larger than {LARGEST_MESH >> 20} MB")
+        if self._size > 10 * LARGEST_FILE:
+            raise MeshError(f"all meshes together have more than {10 * LARGEST_FILE >> 20} MB")
+        mesh = read_mesh(path)
+        asset = f"{len(self._read)}{mesh.ending}"
+        self._read[path] = asset, mesh
+        self.assets[asset], self.names[asset] = mesh.content, name
 
 
 def read_mesh(path: Path) -> MeshFile:

@@ -12,7 +12,7 @@ import numpy as np
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
 from naoserver_sim._own.meshes import Files, MeshError
-from naoserver_sim._own.tree import MOST_ELEMENTS, Element, read_tree, write_tree
+from naoserver_sim._own.tree import MOST_ELEMENTS, Element, number, read_tree
 from naoserver_sim._own.urdf import COMPILER, MOUNT
 
 _UNUSED: Final = frozenset(("option", "size", "visual", "statistic", "custom", "texture", "hfield", "skin"))
@@ -25,54 +25,27 @@ _FREE: Final = mujoco.mjtJoint.mjJNT_FREE
 _INFO: Final = re.compile(r"line (\d+)")
 
 
-def prepare(root: Element, files: Files, notes: list[str]) -> dict[str, str]:
-    """Change the tree of an MJCF to what MuJoCo reads of a robot; return meshes left out, with reasons.
+def prepare(root: Element, files: Files, notes: list[str]) -> None:
+    """Change the tree of an MJCF to what MuJoCo reads of a robot, and note what is left out.
 
     Raises RobotError, with file and line, for faults that have no repair.
     """
     _include(root, files)
     folder = _set_options(root)
-    left_out = _read_models(root, files, notes)
     root.remove_where(lambda each: each.tag in _UNUSED)
     soft = root.remove_where(lambda each: each.tag in _SOFT)
     notes += [f"{each.at}: <{each.tag}> {each.name!r} is left out: a robot has rigid links" for each in soft]
-    for element in root.all("material", "geom", "layer"):
-        element.attributes.pop("texture", None)
-    root.remove_where(
-        lambda each: each.tag == "layer" or (each.tag == "geom" and each.get("type") == "hfield")
-    )
+    root.remove_where(lambda each: each.tag == "layer" or each.get("type") == "hfield")
+    for element in root.all():
+        for name in ("texture", "nsample", "delay", "interp"):
+            element.attributes.pop(name, None)
     for world in root.within("worldbody"):
         _require_distinct(world)
         _require_few(world)
-    left_out |= _keep_meshes(root, files, folder)
+    _keep_meshes(root, files, folder)
     for element in root.all():
         if (name := element.get("file")) and name not in files.assets:
             raise RobotError(f"{element.at}: <{element.tag}> names the file {name[:60]!r}, which is not read")
-    return left_out
-
-
-def _read_models(root: Element, files: Files, notes: list[str]) -> dict[str, str]:
-    """Prepare the models from which a model takes parts; return their meshes that are left out."""
-    left_out: dict[str, str] = {}
-    for model in [each for each in root.all("model") if each.get("file")]:
-        part = _read(model, files)
-        name = f"model{len(files.assets)}.xml"
-        files.assets[name] = b""  # so that models within each other have different names
-        if len(files.assets) > _MOST_INCLUDED + len(files.names):
-            raise RobotError(f"{model.at}: more than {_MOST_INCLUDED} models within each other")
-        left_out |= prepare(part, files, notes)
-        files.assets[name] = write_tree(part)[0].encode()
-        model.attributes |= {"name": model.name or PurePosixPath(model.get("file")).stem, "file": name}
-        model.attributes.pop("content_type", None)
-    return left_out
-
-
-def _read(naming: Element, files: Files) -> Element:
-    """Return the tree of the file that an element names. Raises RobotError when it may not be read."""
-    try:
-        return read_tree(files.find(naming.get("file"), naming.source))
-    except MeshError as problem:
-        raise RobotError(f"{naming.at}: <{naming.tag}> of {naming.get('file')[:60]!r}: {problem}") from None
 
 
 def _include(root: Element, files: Files) -> None:
@@ -82,8 +55,12 @@ def _include(root: Element, files: Files) -> None:
         if parent is None:
             return
         include = next(parent.within("include"))
+        try:
+            part = read_tree(files.find(include.get("file"), include.source))
+        except MeshError as problem:
+            raise RobotError(f"{include.at}: <include> of {include.get('file')[:60]!r}: {problem}") from None
         place = parent.children.index(include)
-        parent.children[place : place + 1] = _read(include, files).children
+        parent.children[place : place + 1] = part.children
         if sum(1 for _ in root.all()) > MOST_ELEMENTS:
             raise RobotError(f"{include.at}: more than {MOST_ELEMENTS} elements")
     raise RobotError(f"{include.at}: more than {_MOST_INCLUDED} files are included, or one includes itself")
@@ -94,9 +71,7 @@ def _set_options(root: Element) -> str:
     folder = ""
     for compiler in root.all("compiler"):
         if compiler.get("coordinate") == "global":
-            raise RobotError(
-                f"{compiler.at}: coordinate is 'global', which MuJoCo has given up: write local ones"
-            )
+            raise RobotError(f"{compiler.at}: coordinate is 'global', which MuJoCo no longer reads")
         folder = compiler.get("meshdir") or compiler.get("assetdir") or folder
         kept = compiler.attributes.items()
         compiler.attributes = {name: value for name, value in kept if COMPILER.fullmatch(name)}
@@ -117,43 +92,29 @@ def _require_distinct(world: Element) -> None:
 def _require_few(world: Element) -> None:
     """Raise RobotError when there are, with all replicas, more parts than MuJoCo should be asked for."""
 
-    def count(element: Element) -> tuple[int, int]:
+    def count(element: Element) -> tuple[float, float]:
         inner = [count(child) for child in element.children]
-        times = 1
-        if element.tag == "replicate":
-            times = int(element.get("count", "1")) if element.get("count", "1").isdecimal() else 1
+        times = number(element.get("count")) or 1.0 if element.tag == "replicate" else 1.0
         bodies = times * sum(few for few, _ in inner) + (element.tag == "body")
         return bodies, times * (1 + sum(parts for _, parts in inner))
 
     bodies, parts = count(world)
     if bodies > MOST_PARTS:
-        raise RobotError(f"{world.source}: {bodies} links; a robot has at most {MOST_PARTS}")
+        raise RobotError(f"{world.source}: {bodies:.0f} links; a robot has at most {MOST_PARTS}")
     if parts > MOST_ELEMENTS:
         raise RobotError(f"{world.source}: more than {MOST_ELEMENTS} elements, with all replicas")
 
 
-def _keep_meshes(root: Element, files: Files, folder: str) -> dict[str, str]:
-    """Give the meshes the names that MuJoCo gets; return those left out, without which the shapes go."""
-    left_out: dict[str, str] = {}
+def _keep_meshes(root: Element, files: Files, folder: str) -> None:
+    """Give the meshes the names that MuJoCo gets; those left out go with their shapes."""
     gone: set[str] = set()
-    for mesh in root.all("mesh"):
-        name = mesh.get("file")
-        if not name:
-            continue
-        mesh.attributes.setdefault("name", PurePosixPath(name).stem)
+    for mesh in [each for each in root.all("mesh") if each.get("file")]:
+        mesh.attributes.setdefault("name", PurePosixPath(mesh.get("file")).stem)
         mesh.attributes.pop("content_type", None)
-        try:
-            mesh.attributes["file"], _ = files.mesh(name, mesh.source, folder)
-        except MeshError as problem:
-            left_out[name] = str(problem)
-            gone.add(mesh.name)
-    root.remove_where(
-        lambda each: (
-            (each.tag == "mesh" and each.get("file") in left_out)
-            or (each.tag == "geom" and each.get("mesh") in gone)
-        )
-    )
-    return left_out
+        found = files.mesh(mesh.get("file"), mesh.source, folder)
+        mesh.attributes["file"] = found[0] if found else ""
+        gone |= set() if found else {mesh.name}
+    root.remove_where(lambda each: each.attributes.get("file") == "" or each.get("mesh") in gone)
 
 
 def choose_robot(spec: mujoco.MjSpec, root: Element, order: list[Element], notes: list[str]) -> bool:
@@ -174,9 +135,8 @@ def choose_robot(spec: mujoco.MjSpec, root: Element, order: list[Element], notes
     for tree in trees:
         if tree is not main:
             what = "it moves by itself" if _floats(tree) else "no joint of the robot moves it"
-            notes.append(
-                f"{_element(tree, order).at}: body {tree.name!r} beside the robot is left out: {what}"
-            )
+            at = _element(tree, order).at
+            notes.append(f"{at}: body {tree.name!r} beside the robot is left out: {what}")
             spec.delete(tree)
     return True
 
@@ -193,9 +153,8 @@ def _element(body: mujoco.MjsBody, order: list[Element]) -> Element:
 def _mount(root: Element, bodies: list[Element]) -> None:
     """Put what has some bodies on a link that stands on the ground."""
     worlds = list(root.within("worldbody"))
-    moved = [
-        child for world in worlds for child in world.children if any(b in bodies for b in child.all("body"))
-    ]
+    children = [child for world in worlds for child in world.children]
+    moved = [child for child in children if any(body in bodies for body in child.all("body"))]
     for world in worlds:
         world.children = [child for child in world.children if child not in moved]
     name = MOUNT
@@ -215,6 +174,6 @@ def split_balls(spec: mujoco.MjSpec, at: str) -> list[str]:
         for axis in range(3):
             body.add_joint(name=f"{name} {'xyz'[axis]}", axis=np.eye(3)[axis], **kept)
         notes.append(
-            f"{at}: the ball joint {name!r} becomes three hinges; what drives or measures it is left out"
+            f"{at}: the ball joint {name!r} becomes three hinges, without what drives or measures it"
         )
     return notes

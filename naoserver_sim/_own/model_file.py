@@ -28,26 +28,12 @@ _ATTRIBUTE: Final = re.compile(r"attribute:? '(\w+)'")
 _NAMED: Final = re.compile(r"\s*Element name '.*", re.DOTALL)
 _HULL: Final = 64
 """Most vertices of the hull of a mesh: finding it takes longer than all else."""
-_KINDS: Final = {
-    "body": "bodies",
-    "joint": "joints",
-    "geom": "geoms",
-    "mesh": "meshes",
-    "site": "sites",
-    "camera": "cameras",
-    "light": "lights",
-    "material": "materials",
-    "actuator": "actuators",
-    "sensor": "sensors",
-    "equality": "equalities",
-    "tendon": "tendons",
-    "contact pair": "pairs",
-    "contact exclusion": "excludes",
-    "keyframe": "keys",
-}
-"""What MuJoCo may refuse, by the lists in which a model has it."""
-_BESIDE: Final = frozenset(_KINDS) - {"body", "joint", "mesh"}
-"""Parts without which a robot is still one."""
+_NEEDED: Final = ("bodies", "joints", "meshes")
+_BESIDE: Final = (
+    *("geoms", "sites", "cameras", "lights", "materials", "actuators", "sensors"),
+    *("equalities", "tendons", "pairs", "excludes", "keys"),
+)
+"""The lists in which a model has parts without which a robot is still one."""
 _SECTIONS: Final = ("contact", "sensor", "actuator", "tendon", "equality", "keyframe")
 """Elements of an MJCF that have only such parts."""
 
@@ -88,40 +74,37 @@ def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> Mode
         raise RobotError(f"{found}; an MJCF begins with <mujoco>, a URDF with <robot>")
     packages = packages_near(path)
     files = Files(path, meshes, packages)
+    notes: list[str] = []
+    facts = urdf.Facts({}, frozenset(), ())
     if root.tag == "mujoco":
-        notes: list[str] = []
-        facts = urdf.Facts({}, frozenset(), ())
-        left_out = mjcf.prepare(root, files, notes)
+        mjcf.prepare(root, files, notes)
     else:
         root, notes = expanded(root, path, packages)
         facts = urdf.facts_of(root)
-        left_out = urdf.prepare(root, files, notes)
-    reading = _Reading(root, files, notes, left_out, balance)
+        urdf.prepare(root, files, notes)
+    reading = _Reading(root, files, notes, balance)
     spec, compiled = reading.read()
     return ModelFile(
         spec,
         facts.speeds,
-        left_out,
-        tuple(notes),
-        reading.lines,
-        "mjcf" if root.tag == "mujoco" else "urdf",
-        facts.actuated,
-        facts.sensors,
-        compiled,
+        files.left_out,
+        notes=tuple(notes),
+        lines=reading.lines,
+        kind="mjcf" if root.tag == "mujoco" else "urdf",
+        actuated=facts.actuated,
+        sensors=facts.sensors,
+        compiled=compiled,
     )
 
 
 class _Reading:
     """What MuJoCo makes of a prepared tree, without what it refuses."""
 
-    def __init__(
-        self, root: Element, files: Files, notes: list[str], left_out: dict[str, str], balance: bool | None
-    ) -> None:
+    def __init__(self, root: Element, files: Files, notes: list[str], balance: bool | None) -> None:
         self._root = root
         self._files = files
         self._path = files.model
         self._notes = notes
-        self._left_out = left_out
         self._balance = balance
         self._order: list[Element] = []
         self.lines = {
@@ -133,12 +116,12 @@ class _Reading:
     def read(self) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
         with _warnings() as warnings:
             spec = self._parsed()
-            if self._root.tag == "mujoco" and not mjcf.choose_robot(
-                spec, self._root, self._order, self._notes
-            ):
-                spec = self._parsed()
-                mjcf.choose_robot(spec, self._root, self._order, self._notes)
-            _name_all(spec)
+            if self._root.tag == "mujoco":
+                while not mjcf.choose_robot(spec, self._root, self._order, self._notes):
+                    spec = self._parsed()
+            for kind, parts in (("link", spec.bodies[1:]), ("joint", spec.joints)):
+                for number, part in enumerate(parts, 1):
+                    part.name = part.name or f"{kind} {number}"
             self._notes += mjcf.split_balls(spec, str(self._path))
             self._notes += self._weighed(spec)
             for mesh in spec.meshes:
@@ -147,9 +130,7 @@ class _Reading:
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self._notes += more
                 compiled = self._compiled(spec)
-        self._notes += [
-            f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in dict.fromkeys(warnings)
-        ]
+        self._notes += [f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in set(warnings)]
         return spec, compiled
 
     def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
@@ -161,31 +142,26 @@ class _Reading:
         for _ in range(_MOST_REMEDIES):
             text, self._order = write_tree(self._root)
             try:
-                assets = self._files.assets
-                models = {name: content for name, content in assets.items() if name.endswith(".xml")}
-                return mujoco.MjSpec.from_string(text, include=models, assets=assets)
+                return mujoco.MjSpec.from_string(text, assets=self._files.assets)
             except (ValueError, mujoco.FatalError) as problem:
                 why = str(problem).strip()
             place = _PLACE.search(why)
             element = self._order[int(place[1]) - 1] if place else self._root
             why = " ".join(_PLACE.sub("", why).removeprefix("XML Error:").split())
-            section = [
-                each for each in self._root.children if each.tag in _SECTIONS and element in each.children
-            ]
+            sections = (each for each in self._root.children if each.tag in _SECTIONS)
+            section = [each for each in sections if element in each.children]
             name = f" {element.name!r}" if element.name else ""
             if not section:
                 value = element.get(named[1]) if (named := _ATTRIBUTE.search(why)) else ""
                 found = f", which is {value[:60]!r}" if value else ""
                 raise RobotError(f"{element.at}: <{element.tag}>{name} cannot be read: {why}{found}")
             section[0].children.remove(element)
-            self._notes.append(
-                f"{element.at}: <{element.tag}>{name} is left out, which MuJoCo refuses: {why}"
-            )
+            self._notes.append(f"{element.at}: <{element.tag}>{name} is left out: {why}")
         raise RobotError(f"{self._path}: MuJoCo refuses more than {_MOST_REMEDIES} of its elements")
 
     def _compiled(self, spec: mujoco.MjSpec) -> mujoco.MjModel:
         """Return the compiled model, without the parts beside a robot that MuJoCo refuses."""
-        parts = [(kind, part) for kind, of in _KINDS.items() for part in getattr(spec, of)]
+        parts = [(of, part) for of in (*_NEEDED, *_BESIDE) for part in getattr(spec, of)]
         places = [self._at(part) for _, part in parts]
         for number, (_, part) in enumerate(parts):
             part.info += f" #{number}"
@@ -203,15 +179,15 @@ class _Reading:
             why = " ".join(_NAMED.sub("", why).removeprefix("Error:").split())
             if tag is None:
                 raise RobotError(f"{self._path}: MuJoCo refuses it: {why}")
-            kind, part = parts[int(tag[1])]
-            what = f"{places[int(tag[1])]}: {kind} {part.name!r}"
-            if kind == "body" and "mjMINVAL" in why:
+            of, part = parts[int(tag[1])]
+            what = f"{places[int(tag[1])]}: {type(part).__name__[3:].lower()} {part.name!r}"
+            if of == "bodies" and "mjMINVAL" in why:
                 self._notes.append(f"{what} has no mass: it is taken as a small ball")
                 bound(part, moves=True)
-            elif kind == "mesh":
+            elif of == "meshes":
                 self._without(spec, part, why)
-            elif kind in _BESIDE:
-                self._notes.append(f"{what} is left out, which MuJoCo refuses: {why}")
+            elif of in _BESIDE:
+                self._notes.append(f"{what} is left out: {why}")
                 spec.delete(part)
             else:
                 raise RobotError(f"{what} is refused by MuJoCo: {why}: correct it there")
@@ -224,7 +200,7 @@ class _Reading:
             mesh.inertia = shell
             return
         name = self._files.names.get(mesh.file, mesh.file or mesh.name)
-        self._left_out[name] = f"MuJoCo cannot use it: {why}"
+        self._files.left_out[name] = f"MuJoCo cannot use it: {why}"
         for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
             spec.delete(geom)
         spec.delete(mesh)
@@ -250,21 +226,3 @@ def _warnings() -> Iterator[list[str]]:
         yield texts
     finally:
         mujoco.set_mju_user_warning(before)
-
-
-def _name_all(spec: mujoco.MjSpec) -> None:
-    """Give each body and joint without a name one."""
-    taken = {part.name for part in (*spec.bodies, *spec.joints)}
-    for number, body in enumerate(spec.bodies[1:], 1):
-        joints = [joint for joint in body.joints if joint.type != mujoco.mjtJoint.mjJNT_FREE]
-        body.name = body.name or _free(f"link{number}", taken)
-        for joint in joints:
-            joint.name = joint.name or _free(f"{body.name}_joint", taken)
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """Return a name that is not taken, and take it."""
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name

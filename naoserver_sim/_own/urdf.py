@@ -9,7 +9,7 @@ from typing import Final, Literal, NamedTuple
 
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
-from naoserver_sim._own.meshes import Files, MeshError
+from naoserver_sim._own.meshes import Files
 from naoserver_sim._own.tree import Element, numbers
 
 _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
@@ -88,33 +88,27 @@ def _sensors(root: Element) -> Iterator[Sensor]:
     links = {link.name for link in root.within("link")}
     for holder in root.children:
         for sensor in holder.all("sensor") if holder.tag in ("gazebo", "sensor", "link") else ():
-            parent = next(sensor.within("parent"), None)
-            link = parent.get("link") if parent else holder.get("reference") or holder.name
-            camera = next(sensor.within("camera"), None)
-            kind = sensor.get("type").lower()
-            if link not in links or not (camera or "camera" in kind or "imu" in kind):
+            named = {part.tag: part for part in sensor.all()}
+            link = (
+                named["parent"].get("link") if "parent" in named else holder.get("reference") or holder.name
+            )
+            imu = "imu" in sensor.get("type").lower()
+            if link not in links or not (imu or "camera" in named or "camera" in sensor.get("type").lower()):
                 continue
-            fov = [each.text for each in sensor.all("horizontal_fov")]
-            fov += [each.get("hfov") for each in sensor.all("image") if each.get("hfov")]
-            pose = next(sensor.within("pose"), None)
-            origin = next(sensor.within("origin"), None)
-            place = (pose.text if pose else "") or "0 0 0 0 0 0"
-            if origin:
-                place = f"{origin.get('xyz', '0 0 0')} {origin.get('rpy', '0 0 0')}"
-            given = Element(
-                "pose", {"pose": place, "fov": fov[0] if fov else "1"}, sensor.source, sensor.line
-            )
-            yield Sensor(
-                "imu" if "imu" in kind else "camera",
-                sensor.name,
-                link,
-                tuple(numbers(given, "pose", 6)),
-                numbers(given, "fov", 1)[0] if fov and "imu" not in kind else None,
-            )
+            origin, pose = named.get("origin"), named.get("pose")
+            place = f"{origin.get('xyz', '0 0 0')} {origin.get('rpy', '0 0 0')}" if origin else ""
+            fov = named["image"].get("hfov") if "image" in named else ""
+            fov = named["horizontal_fov"].text if "horizontal_fov" in named else fov
+            given = {"pose": place or (pose and pose.text) or "0 0 0 0 0 0", "horizontal_fov": fov or "1"}
+            said = Element(sensor.tag, given, sensor.source, sensor.line)
+            (angle,) = numbers(said, "horizontal_fov", 1)
+            pose_in_link = tuple(numbers(said, "pose", 6))
+            kind: Literal["camera", "imu"] = "imu" if imu else "camera"
+            yield Sensor(kind, sensor.name, link, pose_in_link, angle if fov and not imu else None)
 
 
-def prepare(root: Element, files: Files, notes: list[str]) -> dict[str, str]:
-    """Change the tree of a URDF to what MuJoCo reads, and note repairs; return meshes left out, with reasons.
+def prepare(root: Element, files: Files, notes: list[str]) -> None:
+    """Change the tree of a URDF to what MuJoCo reads, and note repairs.
 
     Raises RobotError, with file and line, for faults that have no repair.
     """
@@ -137,7 +131,7 @@ def prepare(root: Element, files: Files, notes: list[str]) -> dict[str, str]:
     for material in root.all("material"):
         material.attributes.setdefault("name", f"material {material.line}")
         material.children = [each for each in material.children if each.get("rgba")]
-    return _keep_shapes(root, files, folder, notes)
+    _keep_shapes(root, files, folder, notes)
 
 
 def _set_options(root: Element) -> str:
@@ -262,43 +256,35 @@ def _settle(joint: Element, notes: list[str]) -> None:
             limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
 
 
-def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> dict[str, str]:
-    """Leave the shapes that MuJoCo can read, with their meshes; return the meshes that are left out."""
-    left_out: dict[str, str] = {}
+def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> None:
+    """Leave the shapes that MuJoCo can read, with their meshes."""
     for link in root.within("link"):
         for shape in [each for each in link.children if each.tag != "inertial"]:
             shape.attributes.clear()  # a name, which need not be the only one
             solid = next((each for each in shape.all(*_SIZES) if each is not shape), None)
             if solid is not None and solid.tag == "mesh":
-                why = _read_mesh(shape, solid, files, folder)
-                left_out |= {solid.get("filename"): why} if why else {}
-            else:
-                why = _fault(solid)
-                if why:
-                    notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {why}")
-            if why:
+                if not _read_mesh(shape, solid, files, folder):
+                    link.children.remove(shape)
+            elif why := _fault(solid):
+                notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {why}")
                 link.children.remove(shape)
-    return left_out
 
 
 def _fault(solid: Element | None) -> str:
     """Return why a shape cannot be read; empty if it can."""
     if solid is None:
         return f"its geometry is none of {', '.join(_SIZES)}"
-    for name in _SIZES[solid.tag]:
-        if not all(float(size) > 0.0 for size in solid.get(name).split() or ["0"]):
-            return f"{name} of its <{solid.tag}> is not above 0"
-    return ""
+    sizes = [float(size) for name in _SIZES[solid.tag] for size in solid.get(name).split() or ["0"]]
+    return "" if min(sizes) > 0.0 else f"its <{solid.tag}> has a size that is not above 0"
 
 
-def _read_mesh(shape: Element, mesh: Element, files: Files, folder: str) -> str:
-    """Give a mesh the name that MuJoCo gets, and its colors; return why it cannot be used, if so."""
-    try:
-        asset, read = files.mesh(mesh.get("filename"), mesh.source, folder)
-    except MeshError as problem:
-        return str(problem)
-    mesh.attributes["filename"] = asset
+def _read_mesh(shape: Element, mesh: Element, files: Files, folder: str) -> bool:
+    """Give a mesh the name that MuJoCo gets, and its colors; return whether it can be used."""
+    found = files.mesh(mesh.get("filename"), mesh.source, folder)
+    if found is None:
+        return False
+    mesh.attributes["filename"], read = found
     if read.color is not None and shape.tag == "visual" and not any(shape.within("material")):
         color = " ".join(map(str, read.color))
-        shape.add("material", name=f"colors of {asset}").add("color", rgba=color)
-    return ""
+        shape.add("material", name=f"colors of {found[0]}").add("color", rgba=color)
+    return True
