@@ -85,8 +85,8 @@ def _run(root: Element, path: Path, packages: Mapping[str, Path]) -> bytes:
     why = " ".join(done.stderr.decode(errors="replace").split())[-300:] or "it takes too much memory or time"
     place = str(path)
     if expression := _EVALUATED.search(why):
-        named = (element for element, _, text in _leftovers(root) if expression[1] in text)
-        place = next((element.at for element in named), place)
+        said = (each for each in root.all() if any(expression[1] in text for text in each.attributes.values()))
+        place = next((each.at for each in said), place)
     raise RobotError(f"{place}: xacro cannot be expanded: {why}")
 
 
