@@ -1,18 +1,23 @@
-"""Presence: servants and clients by their liveliness tokens, links, and why a call failed."""
+"""Presence: servants by their liveliness tokens, links, and why a call failed."""
 
 from __future__ import annotations
 
 import difflib
 import logging
 import math
-import re
 import threading
 import time
-from collections import ChainMap, deque
+from collections import ChainMap
 from collections.abc import Callable, Mapping
-from typing import Any, Final, NamedTuple
+from contextlib import suppress
+from typing import Final, NamedTuple
 
-from ._values import NAME
+from ._token_keys import (
+    FORMAT,
+    ServantToken,
+    parse_servant_token,
+    server_of_unknown_token,
+)
 from .exceptions import (
     AccessDeniedException,
     CommunicatorDestroyedException,
@@ -23,78 +28,24 @@ from .exceptions import (
     TimeoutException,
 )
 from .limits import LIMITS, Limits
+from .status import own_version, version_in_status, versions
 from .text import few
 from .transport import NoAnswer, Target, Transport
-
-# The characters of our tokens; other names could not be called, and would reach error messages and logs.
-_SERVANT: Final = re.compile(
-    rf"@servant/({NAME})/({NAME})/(?=[^/]{{1,256}}/)((?:::[A-Za-z_][A-Za-z0-9_]*)+)/([0-9A-Za-z]{{1,64}}|-)/"
-    r"([0-9a-f]{1,32})/([0-9]{1,15})(?:/([0-9a-f]{16}\.[0-9]{1,10}\.[0-9]{1,10}))?"
-)
-_CLIENT: Final = re.compile(r"@client/[^/]+/([0-9a-f]{1,32})")
 
 # No robot has more of these: more means a flood.
 _MOST_SERVANTS: Final = 4096
 _MOST_OF_SERVANT: Final = 64  # tokens: of one identity, one for each interface of each server
-_MOST_CLIENTS: Final = 1 << 14
-_MOST_LOST: Final = 1 << 10  # that may still have calls waiting here
 
 # Factor of the delay of tokens in an empty realm: a server listens before its robot is ready.
 _START_GRACE: Final = 4
 _GRACE_SHARE: Final = 0.1  # of the limit of a call, if that is more: a long limit means a busy machine
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
+_VERSION_LIMIT: Final = 1.0  # s in which a server of another version says which one it has
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
 _NEVER: Final = (-math.inf, "")
 
 _logger = logging.getLogger(__name__)
-
-
-class ServantToken(NamedTuple):
-    """A token of a servant: a session serves a target with an interface."""
-
-    target: Target
-    type_id: str
-    fingerprint: str  # of the interface; empty for one that has none
-    server: str  # id of the session
-    since: float  # wall time of the server's machine when it began to, in s since the epoch
-    door: str = ""  # where processes of its machine reach it; empty if they do not
-
-
-def servant_token(
-    target: Target, type_id: str, fingerprint: str, server: str, since: float, *, door: str = ""
-) -> str:
-    """Return the key of the token that a servant holds for one of its interfaces."""
-    # A dash for an interface without a fingerprint: an empty chunk is no key.
-    name = f"{target.realm}/{target.identity}"
-    key = f"@servant/{name}/{type_id}/{fingerprint or '-'}/{server}/{round(since * 1000)}"
-    return f"{key}/{door}" if door else key
-
-
-def parse_servant_token(key: str) -> ServantToken | None:
-    """Return the token that a key describes; None for a key that no servant of ours uses."""
-    match = _SERVANT.fullmatch(key)
-    if match is None:
-        return None
-    realm, identity, type_id, fingerprint, server, since, door = match.groups()
-    target = Target(realm, identity)
-    return ServantToken(target, type_id, fingerprint.strip("-"), server, int(since) / 1000, door or "")
-
-
-def client_token(realm: str, client: str) -> str:
-    """Return the key of the token that a client holds."""
-    return f"@client/{realm}/{client}"
-
-
-def any_client(realm: str) -> str:
-    """Return the pattern of the tokens of all clients of a realm."""
-    return f"@client/{realm}/*"
-
-
-def parse_client_token(key: str) -> str:
-    """Return the client of a token; nothing for a key that no client has."""
-    match = _CLIENT.fullmatch(key)
-    return match[1] if match else ""
 
 
 class ServantInfo(NamedTuple):
@@ -104,6 +55,7 @@ class ServantInfo(NamedTuple):
     interfaces: dict[str, str]  # the fingerprint of each of its interfaces by type id
     server: str  # id of the session that serves it
     since: float  # wall time of the server's machine when it began to, in s since the epoch
+    format: int = FORMAT  # of calls and samples; another one than ours belongs to another version
 
 
 class Presence:
@@ -134,6 +86,7 @@ class Presence:
         self._changed: Final = threading.Condition()
         self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
         self._count = 0  # of these tokens
+        self._unknown: Final[dict[str, str]] = {}  # servers by tokens that only another version understands
         # The fingerprints of each servant's interfaces by type id; replaced as a whole: readers take no lock.
         self.present: Final[dict[Target, Mapping[str, str]]] = {}
         self._came: Final[dict[Target, float]] = {}  # when its last server did, of what is there
@@ -170,7 +123,7 @@ class Presence:
         found: dict[str, ServantInfo] = {}
         with self._changed:
             for token in self._tokens.get(target, {}).values():
-                new = ServantInfo(target.identity, {}, token.server, token.since)
+                new = ServantInfo(target.identity, {}, token.server, token.since, token.format)
                 found.setdefault(token.server, new).interfaces[token.type_id] = token.fingerprint
         return sorted(found.values(), key=lambda info: (info.since, info.server))
 
@@ -179,6 +132,11 @@ class Presence:
         with self._changed:
             tokens = [token for each in self._tokens.values() for token in each.values()]
         return {(token.server, token.target) for token in tokens if token.server != server}
+
+    def has_other_format(self, target: Target) -> bool:
+        """Return whether a present servant understands other calls and samples than ours."""
+        server = next(iter(self.servers(target)), None)
+        return server is not None and server.format != FORMAT
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was present and is not any more."""
@@ -258,10 +216,41 @@ class Presence:
             return ConnectFailedException(self._transport.explain_unreachable(limit))
         present = self.identities(target.realm)
         shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
-        return ObjectNotExistException(
-            f"no servant {target.identity!r} in realm {target.realm!r}; "
-            + (f"there is {few(shown, 8)}" if shown else "the realm has no servants: is --realm right?")
-        )
+        there = f"there is {few(shown, 8)}" if shown else ""
+        other = self.other_version_in(target.realm, limit)
+        has = f"the realm has {other}" if other else ""
+        reasons = "; ".join(filter(None, (there, has))) or "the realm has no servants: is --realm right?"
+        return ObjectNotExistException(f"no servant {target.identity!r} in realm {target.realm!r}; {reasons}")
+
+    def other_version_in(self, realm: str, limit: float = math.inf) -> str:
+        """Return that a realm has servants of another version of VisualHFSM, and which; empty if it has none.
+
+        Asks one of their servers, for at most 1 or `limit` s.
+        """
+        with self._changed:
+            servers = {server for key, server in self._unknown.items() if key.split("/")[1] == realm}
+        if not servers:
+            return ""
+        server = max(servers)  # a name, if any of the tokens has one
+        return f"servants of {versions(self._version(realm, server, limit) if server else '')}"
+
+    def other_version(self, target: Target, limit: float) -> str:
+        """Return that the server of a present servant has another version of VisualHFSM; empty if it has not.
+
+        Asks it for its version, for at most 1 or `limit` s.
+        """
+        server = next(iter(self.servers(target)), None)
+        if server is None:
+            return ""
+        theirs = self._version(target.realm, server.server, limit)
+        is_other = server.format != FORMAT or theirs not in {"", "unknown", own_version()}
+        return f"its server has {versions(theirs)}" if is_other else ""
+
+    def _version(self, realm: str, server: str, limit: float) -> str:
+        """Return the version of a server; empty where it does not say it."""
+        with suppress(SystemException):
+            return version_in_status(self._transport.ask_status(realm, server, min(_VERSION_LIMIT, limit)))
+        return ""
 
     def explain_no_answer(
         self,
@@ -353,6 +342,7 @@ class Presence:
     def _on_token(self, key: str, came: bool) -> None:
         token = parse_servant_token(key)
         if token is None:
+            self._on_unknown_token(key, came)
             return
         target = token.target
         with self._changed:
@@ -387,6 +377,15 @@ class Presence:
         if notify:  # once for all that arrive meanwhile: a flood of tokens must not fill the job queue
             self._submit(self._notify)
 
+    def _on_unknown_token(self, key: str, came: bool) -> None:
+        server = server_of_unknown_token(key)
+        with self._changed:
+            if not came:
+                self._unknown.pop(key, None)
+            elif server is not None and len(self._unknown) < _MOST_OF_SERVANT:
+                self._unknown[key] = server
+                self._last_news = time.monotonic()
+
     def _notify(self) -> None:
         with self._changed:
             self._notifying = False
@@ -410,102 +409,3 @@ class Presence:
 
 def _serves(server: str, tokens: Mapping[str, ServantToken]) -> bool:
     return any(token.server == server for token in tokens.values())
-
-
-class ClientWatch:
-    """Call a function with the id of each client of a realm that is lost, one after the other.
-
-    `close` ends the watch. The first token with a client's id represents the client: only the end of that
-    token is its end. Later tokens with the same id, which others may declare and end, have no effect.
-
-    A call over a local socket may come before its client's token, which comes over the network. A client that
-    is killed in between has no token that ends: it is lost when none has come for a while after its call, and
-    so is one whose call was executed after its end.
-    """
-
-    def __init__(
-        self,
-        transport: Transport,
-        realm: str,
-        callback: Callable[[str], Any],
-        submit: Callable[[Callable[[], object]], None],
-        forget: Callable[[ClientWatch], object],
-        *,
-        limits: Limits = LIMITS,
-    ) -> None:
-        self._own_id: Final = transport.id
-        self._callback: Final = callback
-        self._submit: Final = submit
-        self._forget: Final = forget
-        self._token_looks: Final = limits.token_looks
-        self._lock: Final = threading.Lock()
-        self._first_tokens: Final[dict[str, str]] = {}  # of the present clients
-        self._without_token: Final[dict[str, int]] = {}  # clients that called, and looks since
-        self._gone: Final[dict[str, None]] = {}  # the clients lost last, in this order
-        self._lost: Final[deque[str]] = deque()  # the first is being reported
-        self._closed = False
-        self._following: Final = transport.watch(any_client(realm), self._on_token)
-
-    def close(self) -> None:
-        """Begin no more calls; a running one continues."""
-        with self._lock:
-            self._closed = True
-        self._forget(self)
-        self._following.close()
-
-    def is_lost(self, client: str) -> bool:
-        """Return whether a client was lost recently and has not come back, as after a break of its link."""
-        return client in self._gone
-
-    def called(self, client: str) -> None:
-        """Note that a call of a client is executed, or was: it should have a token."""
-        if client in self._first_tokens or not client or client == self._own_id:
-            return
-        with self._lock:
-            if not self._closed and len(self._without_token) < _MOST_CLIENTS:
-                self._without_token[client] = 0
-
-    def look(self) -> None:
-        """Notice clients whose tokens did not come; called at each look of the pool's watch."""
-        if not self._without_token:
-            return
-        # Counted in looks: nobody looks in a process that stands still, and the tokens wait to be read.
-        with self._lock:
-            for client in self._without_token:
-                self._without_token[client] += 1
-            late = [client for client, looks in self._without_token.items() if looks >= self._token_looks]
-            for client in late:
-                del self._without_token[client]
-        for client in late:
-            if client not in self._first_tokens:
-                self._lose(client)
-
-    def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
-        client = parse_client_token(key)
-        if came and client and len(self._first_tokens) < _MOST_CLIENTS:
-            self._first_tokens.setdefault(client, key)
-            self._gone.pop(client, None)
-        elif not came and self._first_tokens.get(client) == key:
-            del self._first_tokens[client]
-            self._lose(client)
-
-    def _lose(self, client: str) -> None:
-        with self._lock:
-            self._gone[client] = None
-            if len(self._gone) > _MOST_LOST:
-                del self._gone[next(iter(self._gone))]
-            self._lost.append(client)
-            start = len(self._lost) == 1
-        if start:
-            self._submit(self._report_next)
-
-    def _report_next(self) -> None:
-        try:
-            if not self._closed:
-                self._callback(self._lost[0])
-        finally:
-            with self._lock:
-                self._lost.popleft()
-                left = bool(self._lost)
-            if left:  # so that other jobs run in between
-                self._submit(self._report_next)

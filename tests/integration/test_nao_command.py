@@ -27,6 +27,7 @@ from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
+from tests.support.stranger import session_of
 from visualhfsm.nao._command import app
 from visualhfsm.nao._completion import complete_call, complete_camera, complete_servant, complete_stream
 from visualhfsm.nao._doctor.findings import Level
@@ -402,6 +403,18 @@ def test_doctor_finds_which_way_calls_to_a_process_of_this_machine_go(
 
 def test_a_realm_without_servants_names_those_that_have_some(robot: ServedRobot) -> None:
     assert nao("list", "--realm", "empty").err.endswith(f"has no servants; there is --realm {robot.realm}\n")
+
+
+def test_a_realm_of_an_older_version_is_called_so() -> None:
+    end = free_endpoint()
+    with initialize(clock="wall", listen=[end], connect=[]) as communicator, at(end, "theirs"):
+        token = "@servant/theirs/Head/::nao::PoseHead/c0ffee"
+        with session_of(communicator).liveliness().declare_token(token):
+            text = "realm 'theirs' has servants of VisualHFSM in another version, this is"
+            assert text in nao("list").err
+            (failure,) = (each for each in check_network(load_settings()) if each.level == Level.FAILURE)
+    assert text in failure.text
+    assert failure.fix == "then start both again"
 
 
 def test_nobody_at_the_endpoint_is_reported_with_what_to_do() -> None:
