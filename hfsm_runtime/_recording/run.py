@@ -51,7 +51,7 @@ MONITOR: Final = "monitor"
 _logger = logging.getLogger(__name__)
 
 _LARGEST_SOURCE: Final = 4 << 20
-_PACKAGES: Final = ("visualhfsm", "eclipse-zenoh", "msgspec", "mcap")
+_PACKAGES: Final = ("eclipse-zenoh", "msgspec", "mcap")
 
 
 @contextlib.contextmanager

@@ -24,6 +24,12 @@ INTERVENTIONS: Final = "interventions"
 METADATA: Final = "visualhfsm.component"
 """The name of the metadata about the component."""
 
+VERSION: Final = "visualhfsm"
+"""The metadata that says which version of VisualHFSM has recorded."""
+
+FORMAT: Final = "1"
+"""The metadata `format`: another number with each change that an older version cannot read."""
+
 SOURCES: Final = ("document", "component", "extension", "import")
 """The attachments, as `document/follow_ball.xml`: the document, and the Python that ran."""
 

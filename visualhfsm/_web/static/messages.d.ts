@@ -132,7 +132,7 @@ export interface Followed {
 export type Recording = Followed & {
   component: string;
   document: string;
-  complete: boolean;
+  shortened: string;
   tab: number;
   world: WorldShape[];
   cameras: string[];
