@@ -84,6 +84,7 @@ export interface Answer {
 export interface Greeting {
   root?: string;
   demo?: boolean;
+  recording?: string;
   templates?: {name: string; description: string}[];
   worlds?: World[];
   bodies?: KnownBody[];
