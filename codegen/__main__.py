@@ -14,15 +14,18 @@ def main() -> None:
     end_at_ctrl_c()
     signal.signal(signal.SIGINT, _stop)
     signal.signal(signal.SIGTERM, _stop)
+    from zenoh_ice.application.failures import errors_reported
+
     arguments = sys.argv[1:]
-    if arguments[:1] == ["diff"]:  # no file: those have suffixes
-        from ._diff import app
+    with errors_reported():
+        if arguments[:1] == ["diff"]:  # no file: those have suffixes
+            from ._diff import app
 
-        app(arguments[1:], prog_name="codegen diff")
-    else:
-        from .command import app
+            app(arguments[1:], prog_name="codegen diff")
+        else:
+            from .command import app
 
-        app(arguments, prog_name="codegen")
+            app(arguments, prog_name="codegen")
 
 
 def _stop(number: int, _frame: FrameType | None) -> None:
