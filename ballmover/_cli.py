@@ -12,7 +12,7 @@ from zenoh_ice.application.cli import SERVER_WAIT, ServerWait, finite, stop_on_s
 from zenoh_ice.settings import Settings
 
 from ._color import Color
-from ._exceptions import NoBallException
+from ._exceptions import BallMoverException
 from ._waypoints import built_in_waypoints, read_waypoints
 
 __all__ = ["app"]
@@ -94,7 +94,7 @@ def move(
                 raise
             where = f"the robot of realm {communicator.realm!r} has no {color} ball"
             hint = "only a simulation has balls, such as naoserver-sim --world balls"
-            raise NoBallException(f"{where}: {hint}") from error
+            raise BallMoverException(f"{where}: {hint}") from error
         route = Route.plan(points, ball.limits, speed=speed, loop=loop)
         with stop_on_signals() as stop, Progress(color, route) as progress:
             mover = Mover(

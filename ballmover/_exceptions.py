@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from zenoh_ice.exceptions import ZenohIceError
 
-__all__ = [
-    "BallMoverException",
-    "NoBallException",
-    "NotArrivedException",
-    "UnreachableException",
-    "WaypointException",
-]
+__all__ = ["BallMoverException", "NotArrivedException", "UnreachableException", "WaypointException"]
 
 
 class BallMoverException(ZenohIceError):
@@ -23,10 +17,6 @@ class WaypointException(BallMoverException):
 
 class UnreachableException(BallMoverException):
     """The ball cannot get to a waypoint, or not on a straight line; the message says why."""
-
-
-class NoBallException(BallMoverException):
-    """The robot's server has no such ball: only a simulation has balls."""
 
 
 class NotArrivedException(BallMoverException):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import signal
 import sys
 from types import FrameType
@@ -14,10 +16,8 @@ def main() -> None:
     end_at_ctrl_c()
     signal.signal(signal.SIGINT, _stop)
     signal.signal(signal.SIGTERM, _stop)
-    from zenoh_ice.application.failures import errors_reported
-
     arguments = sys.argv[1:]
-    with errors_reported():
+    try:
         if arguments[:1] == ["diff"]:  # no file: those have suffixes
             from ._diff import app
 
@@ -26,6 +26,11 @@ def main() -> None:
             from .command import app
 
             app(arguments, prog_name="codegen")
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for what is left: Python would try again to write it
+        sys.exit(f"codegen: error: cannot write: {error.strerror}")
 
 
 def _stop(number: int, _frame: FrameType | None) -> None:

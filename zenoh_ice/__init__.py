@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 from .lazy import import_on_use
 
 if TYPE_CHECKING:
-    from ._client_watch import ClientWatch as ClientWatch
     from ._communicator import Communicator as Communicator
     from ._communicator import initialize as initialize
+    from ._presence import ClientWatch as ClientWatch
     from ._presence import ServantInfo as ServantInfo
     from .clock import Clock as Clock
     from .clock import RobotClock as RobotClock
@@ -49,7 +49,7 @@ _MODULES: Final = {
     "AccessDeniedException": ".exceptions",
     "AlreadyRegisteredException": ".exceptions",
     "BusyException": ".exceptions",
-    "ClientWatch": "._client_watch",
+    "ClientWatch": "._presence",
     "Clock": ".clock",
     "Communicator": "._communicator",
     "CommunicatorDestroyedException": ".exceptions",

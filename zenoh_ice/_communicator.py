@@ -17,10 +17,9 @@ from typing import Any, Final, Self
 import msgspec
 from msgspec.structs import astuple
 
-from ._client_watch import ClientWatch
 from ._given_up import GivenUpCalls
 from ._pool import Pool
-from ._presence import Presence, ServantInfo
+from ._presence import ClientWatch, Presence, ServantInfo
 from ._threads import UserCodeThread
 from ._values import PROXY_TEXT
 from .clock import WALL, Clock, RobotClock

@@ -58,7 +58,7 @@ def encode_status(since: float, *, local_sockets: bool, servants: Mapping[str, S
             pid=os.getpid(),
             host=socket.gethostname(),
             python=platform.python_version(),
-            zenoh=_version("eclipse-zenoh"),
+            zenoh=version_of("eclipse-zenoh"),
             version=own_version(),
             since=since,
             local_sockets=local_sockets,
@@ -105,14 +105,15 @@ def program_name() -> str:
 
 def own_version() -> str:
     """Return the version of the installed distribution; `unknown` for a copy of its sources."""
-    return _version("visualhfsm")
+    return version_of("visualhfsm")
 
 
 @cache
-def _version(distribution: str) -> str:
+def version_of(distribution: str, otherwise: str = "unknown") -> str:
+    """Return the version of an installed distribution, and something else for one that is not installed."""
     from importlib.metadata import PackageNotFoundError, version  # here: it takes long to load
 
     try:
         return version(distribution)
-    except PackageNotFoundError:  # run from a copy of the sources
-        return "unknown"
+    except PackageNotFoundError:
+        return otherwise

@@ -24,9 +24,6 @@ INTERVENTIONS: Final = "interventions"
 METADATA: Final = "visualhfsm.component"
 """The name of the metadata about the component."""
 
-VERSION: Final = "visualhfsm"
-"""The metadata that says which version of VisualHFSM has recorded."""
-
 FORMAT: Final = "1"
 """The metadata `format`: another number with each change that an older version cannot read."""
 

@@ -24,10 +24,8 @@ from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Chunk, Footer, Metadata, Schema, Statistics
 
 from zenoh_ice import typed
-from zenoh_ice.status import own_version
-from zenoh_ice.text import printable
 
-from .messages import FORMAT, MESSAGES, METADATA, SOURCES, VERSION, Image, Message, Picture
+from .messages import FORMAT, MESSAGES, METADATA, SOURCES, Image, Message, Picture
 
 LARGEST_RECORD: Final = 64 << 20
 """Most bytes of a record, of an unpacked chunk, and of all sources together."""
@@ -133,12 +131,10 @@ class RecordingFile:
             raise RecordingError(
                 f"{path} is not a recording of a component: not an MCAP file, or a damaged one"
             )
-        self.version = self.metadata.get(VERSION, "unknown")
+        self.version = self.metadata.get("visualhfsm", "unknown")
         if self.metadata.get("format", FORMAT) != FORMAT:
-            raise RecordingError(
-                f"{path} has the format of another version: it was recorded by VisualHFSM "
-                f"{printable(self.version)}, this is {own_version()}: read it with that version"
-            )
+            text = f"{path} has a format that is not known here: read it with the version that recorded it"
+            raise RecordingError(f"{text}, VisualHFSM {self.version}")
         self.start = int(start)
         self.name = self.metadata.get("name", "?")[:200]
 

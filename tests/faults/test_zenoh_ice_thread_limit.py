@@ -117,7 +117,7 @@ def test_a_call_that_comes_before_its_clients_token_needs_no_thread(
     pair = limited_pair(endpoint, make_communicator, Limits(token_looks=10))
     pair.adapter.add(CalculatorI(), "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    monkeypatch.setattr("zenoh_ice._client_watch.parse_client_token", lambda _: "")  # it never comes
+    monkeypatch.setattr("zenoh_ice._presence.parse_client_token", lambda _: "")  # it never comes
     lost: list[str] = []
     pair.server.onClientLost(lost.append)
 

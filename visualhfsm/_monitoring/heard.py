@@ -128,21 +128,6 @@ _ERRORS: Final = (
         servant=_A,
         realm=_A,
     ),
-    Message(
-        "no servant {servant} in realm {realm}; the realm has servants of VisualHFSM {theirs}, "
-        "this is {own}: install the same version on both sides",
-        servant=_A,
-        realm=_A,
-        theirs=_A,
-        own=_A,
-    ),
-    Message(
-        "cast of {servant}: its server has VisualHFSM {theirs}, this is {own}: "
-        "install the same version on both sides",
-        servant=_A,
-        theirs=_A,
-        own=_A,
-    ),
     Message("{call} did not answer within {seconds} s", call=_A, seconds=_A),
     Message("{call}: the server restarted during the call", call=_A),
     Message("{call}: the connection was lost during the call", call=_A),

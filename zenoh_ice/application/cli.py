@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import functools
 import gc
 import inspect
+import logging
 import math
 import os
 import signal
@@ -22,13 +24,16 @@ from msgspec import structs
 from typer.main import get_command_name
 from typer.models import CommandInfo, TyperInfo
 
-from zenoh_ice.application.failures import errors_reported
 from zenoh_ice.application.logs import set_up_logging
 from zenoh_ice.application.watchdog import Watchdog
 from zenoh_ice.exceptions import ZenohIceError
 from zenoh_ice.security import exposure
 from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, Settings, load_settings
+from zenoh_ice.status import program_name
+from zenoh_ice.text import printable
 from zenoh_ice.toml_file import shown
+
+_logger = logging.getLogger(__name__)
 
 
 def _option(name: str, metavar: str | None, text: str, kind: Any = str | None) -> inspect.Parameter:  # noqa: ANN401
@@ -41,6 +46,7 @@ def _option(name: str, metavar: str | None, text: str, kind: Any = str | None) -
 _CONNECT: Final = f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."
 _LISTEN: Final = "Endpoint to listen on; port 0 picks a free port; may be repeated."
 _CONFIG: Final = f"Settings file, instead of {CONFIG_VARIABLE}; variables and flags override it."
+_LONGEST_ERROR: Final = 1 << 16
 _SHARED: Final = [
     _option("realm", "NAME", "Robot or stack to join."),
     _option("connect", "ENDPOINT", _CONNECT, list[str] | None),
@@ -262,6 +268,35 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     _drop_other_commands(app)
     _join_lines(app)
     atexit.register(gc.freeze)  # exiting frees all memory: skip the final garbage collection
-    with errors_reported(errors):
-        app()
-    sys.exit(0)
+    why: str | None
+    try:
+        try:
+            app()
+        except SystemExit:
+            sys.stdout.flush()
+            raise
+    except errors as error:
+        _logger.debug("the command failed", exc_info=True)
+        why = str(error)
+    except BrokenPipeError:
+        why = None  # nobody reads on, as after `| head`
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        why = f"cannot write{f' {error.filename}' if error.filename else ''}: {error.strerror}"
+    else:
+        sys.exit(0)
+    _end_output()
+    if why is not None:
+        typer.echo(f"{program_name()}: error: {printable(' '.join(why.split()), _LONGEST_ERROR)}", err=True)
+    sys.exit(1)
+
+
+def _end_output() -> None:
+    """Write what is left of the output, or drop it: Python would try again at its end, and complain."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)

@@ -42,7 +42,6 @@ from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.stepped_clock import SteppedClock
 from tests.support.waiting import until
 from zenoh_ice.clock import WallClock
-from zenoh_ice.status import own_version
 
 STATE = {"name": "test", "start": "1000"}
 
@@ -142,7 +141,7 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
         assert [(a.name, a.data) for a in reader.iter_attachments()] == [("document/a.xml", b"<a/>")]
         (metadata,) = reader.iter_metadata()
         assert metadata.name == "visualhfsm.component"
-        assert metadata.metadata == {"visualhfsm": own_version(), "format": "1", **STATE}
+        assert metadata.metadata == {"format": "1", **STATE}
     assert messages(path) == [("/readings", 1001, {"context": "automaton 1", "kind": "now", "value": 1.5})]
 
 

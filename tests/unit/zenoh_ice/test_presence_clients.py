@@ -8,8 +8,8 @@ from contextlib import closing
 
 import pytest
 
-from zenoh_ice._client_watch import ClientWatch
 from zenoh_ice._pool import Pool
+from zenoh_ice._presence import ClientWatch
 from zenoh_ice._threads import PULSE_PERIOD
 from zenoh_ice._token_keys import client_token
 from zenoh_ice.in_process import InProcessTransport
