@@ -152,14 +152,14 @@ def _element(body: mujoco.MjsBody, order: list[Element]) -> Element:
 
 def _mount(root: Element, bodies: list[Element]) -> None:
     """Put what has some bodies on a link that stands on the ground."""
+    name = MOUNT
+    while any(body.name == name for body in root.all("body")):
+        name += "_"
     worlds = list(root.within("worldbody"))
     children = [child for world in worlds for child in world.children]
     moved = [child for child in children if any(body in bodies for body in child.all("body"))]
     for world in worlds:
         world.children = [child for child in world.children if child not in moved]
-    name = MOUNT
-    while any(body.name == name for body in root.all("body")):
-        name += "_"
     worlds[0].add("body", name=name).children = moved
 
 

@@ -188,8 +188,9 @@ def numbers(element: Element, name: str, count: int, default: str | None = None)
     if len(found) != count or len(values) != count:
         wanted = "a number" if count == 1 else f"{count} numbers"
         is_there = "is missing" if text is None else f"is {text[:60]!r}"
-        comma = ", with a point before the decimals" if text and "," in text else ""
-        raise RobotError(f"{element.at}: {name} of <{element.tag}> {is_there}: write {wanted}{comma}")
+        hint = ", with a point before the decimals" if text and "," in text else ""
+        hint = "; this is xacro: run xacro first" if text and "${" in text else hint
+        raise RobotError(f"{element.at}: {name} of <{element.tag}> {is_there}: write {wanted}{hint}")
     return values
 
 

@@ -45,11 +45,15 @@ def expanded(root: Element, path: Path, packages: Mapping[str, Path]) -> tuple[E
     if not found:
         return root, []
     macros = path.suffix == ".xacro" or any(each.tag.startswith("xacro:") for each in root.all())
-    if not macros and all(name in _NAMES and _PLAIN.fullmatch(text) for _, name, text in found):
-        for element, name, _ in found:
+    if not macros and all(_PLAIN.fullmatch(text) for *_, text in found):
+        named = [(element, name, text) for element, name, text in found if name in _NAMES]
+        for element, name, _ in named:
             element.attributes[name] = _PLAIN.sub("", element.attributes[name])
-        element, _, text = found[0]
-        return root, [f"{element.at}: {text} is defined nowhere: the names are read without it"]
+        said = (
+            f"{element.at}: {text} is defined nowhere: the names are read without it"
+            for element, _, text in named
+        )
+        return root, list(said)[:1]
     element, _, text = found[0]
     if importlib.util.find_spec("xacrodoc") is None:
         remedy = "pip install 'visualhfsm[models]', or run xacro first"
@@ -85,7 +89,9 @@ def _run(root: Element, path: Path, packages: Mapping[str, Path]) -> bytes:
     why = " ".join(done.stderr.decode(errors="replace").split())[-300:] or "it takes too much memory or time"
     place = str(path)
     if expression := _EVALUATED.search(why):
-        said = (each for each in root.all() if any(expression[1] in text for text in each.attributes.values()))
+        said = (
+            each for each in root.all() if any(expression[1] in text for text in each.attributes.values())
+        )
         place = next((each.at for each in said), place)
     raise RobotError(f"{place}: xacro cannot be expanded: {why}")
 

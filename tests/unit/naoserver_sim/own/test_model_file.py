@@ -4,6 +4,7 @@ import random
 import re
 
 import mujoco
+import numpy as np
 import pytest
 
 from naoserver.errors import RobotError
@@ -128,6 +129,49 @@ def read(folder):
         return read_model(folder / name, folder, **options)
 
     return written
+
+
+def test_other_xml_is_refused(read):
+    with pytest.raises(
+        RobotError, match=r"arm\.urdf: its root is <sdf>; an MJCF begins with <mujoco>, a URDF with"
+    ):
+        read("<sdf/>")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_each_model_is_read_without_a_word_on_stderr(read, name, capfd):
+    model = read(MODELS[name], name)
+    assert model.kind == ("mjcf" if name.endswith(".xml") else "urdf")
+    assert model.spec.compile().njnt == model.compiled.njnt > 1
+    assert capfd.readouterr().err == ""
+
+
+FLAT = [[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0], [0, 1, 0]]]
+
+
+@pytest.mark.parametrize(
+    ("triangles", "kind", "why"),
+    [
+        (FLAT, "visual", ""),
+        (FLAT, "collision", "MuJoCo cannot use it: mesh '0' has coplanar vertices"),
+        (FLAT[:1], "visual", "MuJoCo cannot use it: at least 4 vertices required"),
+        (np.multiply(FLAT, 1e30), "visual", "MuJoCo cannot use it: stl_decoder: vertex"),
+    ],
+)
+def test_a_mesh_that_mujoco_refuses_costs_its_shape(read, folder, triangles, kind, why):
+    write_stl(folder / "meshes/cone.stl", triangles)
+    model = read(ARM.replace("<visual>", f"<{kind}>").replace("</visual>", f"</{kind}>"))
+    assert model.compiled.ngeom == (2 if why else 3)
+    assert list(model.left_out) == (["package://arm/meshes/cone.stl"] if why else [])
+    assert all(text.startswith(why) for text in model.left_out.values())
+
+
+def test_a_link_whose_mass_was_that_of_such_a_mesh_becomes_a_small_ball(read, folder):
+    write_stl(folder / "meshes/cone.stl", FLAT)
+    shape = MESH.replace("visual", "collision")
+    model = read(f"<robot>{link('base')}{link('arm', shape, '')}{joint('j', 'base', 'arm')}</robot>")
+    assert model.compiled.body("arm").mass[0] == pytest.approx(0.01)
+    assert "arm.urdf:2: body 'arm' has no mass: it is taken as a small ball" in model.notes[0]
 
 
 def _number(text, chance):

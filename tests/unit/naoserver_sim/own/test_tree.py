@@ -108,7 +108,7 @@ def test_unwanted_elements_are_removed_with_all_in_them():
     ("value", "problem"),
     [
         ("1,5", "velocity of <limit> is '1,5': write a number, with a point before the decimals"),
-        ("${max}", r"velocity of <limit> is '\$\{max\}': write a number$"),
+        ("${max}", r"velocity of <limit> is '\$\{max\}': write a number; this is xacro: run xacro first"),
         ("1 2", "is '1 2': write a number"),
         ("1_0", "is '1_0': write a number"),
     ],
