@@ -26,13 +26,11 @@ import copy
 import logging
 import os
 import tomllib
-import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
-import mujoco
 import numpy as np
 
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
@@ -40,7 +38,6 @@ from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
 from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.guesses import Guesses, guess, guess_overlaps
-from naoserver_sim._own.hulls import coarsen_hulls
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
@@ -90,7 +87,7 @@ def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], N
     if not (path.parent / own.model).resolve().is_relative_to(path.parent.resolve()):
         at = place(str(path), text, "model")
         raise RobotError(f"{at} = {own.model!r}: it must be in the folder of this file, or in one below it")
-    model = _Model(path.parent / own.model, path.parent / own.meshes)
+    model = _Model(path.parent / own.model, path.parent / own.meshes, balance=own.balance)
     return _dressed(_Description({"name": _name(path)} | document, model, str(path), text), [])
 
 
@@ -130,23 +127,12 @@ def write_own_body(
 
 
 class _Model:
-    """A model that was read and compiled."""
+    """A model that was read, and how its robot stands."""
 
-    def __init__(self, path: Path, meshes: Path) -> None:
+    def __init__(self, path: Path, meshes: Path, *, balance: bool | None = None) -> None:
         self.where: Final = str(path)
-        self.file: Final[ModelFile] = read_model(path, meshes)
-        coarsen_hulls(self.file.spec)
-        for number, joint in enumerate(self.file.spec.joints):
-            joint.name = joint.name or f"{joint.parent.name or 'joint'} joint {number}"
-        with warnings.catch_warnings(record=True) as self.warnings:
-            warnings.simplefilter("always")
-            self.figure: Final = Figure(self._compiled())
-
-    def _compiled(self) -> mujoco.MjModel:
-        try:
-            return self.file.spec.compile()
-        except (ValueError, mujoco.FatalError) as problem:
-            raise RobotError(f"{self.where}: {' '.join(str(problem).split())}") from None
+        self.file: Final[ModelFile] = read_model(path, meshes, balance=balance)
+        self.figure: Final = Figure(self.file.compiled)
 
 
 class _Description:
@@ -168,7 +154,8 @@ class _Description:
         self.parts: Final = parts_of(model.figure, model.file, own, model.where, mounted=mounted)
         if self.parts.unsaid:
             figure = self.parts.figure
-            torques = {name: figure.torque(of, mounted=mounted) for name, of in self.parts.unsaid.items()}
+            joints = {name: self.parts.joints[name] for name in self.parts.unsaid}
+            torques = {name: figure.torque(joint, mounted=mounted) for name, joint in joints.items()}
             raise RobotError(_unsaid(torques, source))
         described["name"] = own.name
         given = described.get("couplings", [])
@@ -227,7 +214,6 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
     notes = [
         *of.model.file.notes,
         *of.parts.notes,
-        *(f"{of.model.where}: {warning.message}" for warning in of.model.warnings),
         *(f"{of.model.where}: {note}" for note in left_out + doubts),
     ]
     for note in notes[:_MOST_REPORTED]:

@@ -130,8 +130,8 @@ class _Guesser:
         if not mounted:
             self._guess_soles()
             self._guess_walk()
-        for name, joint in self._parts.unsaid.items():
-            torque = self._figure.torque(joint, mounted=mounted)
+        for name in self._parts.unsaid:
+            torque = self._figure.torque(self._parts.joints[name], mounted=mounted)
             found.add(torque, "torque by the mass that it carries", "joint", name, "max_torque")
         for name in self._parts.slow:
             if "max_velocity" not in found.document.get("joint", {}).get(name, {}):
@@ -146,11 +146,8 @@ class _Guesser:
         if not len(figure.points(*range(1, mj.nbody))):
             return True, "no link has a shape that touches the floor: it would fall for ever"
         roots = [body for body in range(1, mj.nbody) if mj.body_parentid[body] == 0]
-        own = [int(mj.jnt_type[mj.body_jntadr[body]]) for body in roots if mj.body_jntnum[body]]
-        if mujoco.mjtJoint.mjJNT_FREE in own:
+        if any(mj.body_jntnum[root] for root in roots):  # a free joint, as the reader leaves no other
             return False, ""
-        if ("link", "world") in self._model.lines:
-            return True, "its root is the link 'world'"
         if len(self._limbs.of("leg")) > 1 or len(self._limbs.wheels) > 1:
             return False, ""
         if self._model.kind == "mjcf":
@@ -194,8 +191,7 @@ class _Guesser:
         posture, moved = {}, figure.key is not None
         for joint in self._parts.tables["joints"]:
             lower, upper = joint.get("lower", -math.inf), joint.get("upper", math.inf)
-            of = self._parts.joints.get(joint["name"])
-            angle = 0.0 if of is None else float(angles[mj.jnt_qposadr[of]])
+            angle = float(angles[mj.jnt_qposadr[self._parts.joints[joint["name"]]]])
             posture[joint["name"]] = min(max(round(angle, 4), lower), upper)
             moved |= posture[joint["name"]] != min(max(0.0, lower), upper)
         if moved:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import msgspec
 import mujoco
@@ -25,6 +25,7 @@ from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loop
 from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
+from naoserver_sim._own.urdf import MOUNT
 
 Array = NDArray[np.float64]
 
@@ -66,9 +67,7 @@ _FREE_RUNNING: Final = re.compile(r"caster|castor|swivel|roller|passive", re.IGN
 """Names of joints in a URDF that have no motor if they have no torque either."""
 _LONGEST_NAME: Final = 64
 """Characters of a name in a `Body`."""
-_BALL: Final = mujoco.mjtJoint.mjJNT_BALL
 _FREE: Final = mujoco.mjtJoint.mjJNT_FREE
-_SLIDE: Final = mujoco.mjtJoint.mjJNT_SLIDE
 
 
 class OwnJoint(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -95,6 +94,8 @@ class OwnFile(Struct, frozen=True, kw_only=True):
     """Without one, the file has all facts itself."""
     meshes: str = "."
     name: str = ""
+    balance: bool | None = None
+    """Whether inertias that no body can have are repaired; None: those that are only a little off."""
     joint: dict[str, OwnJoint] = {}
     servo: dict[str, OwnServo] = {}
 
@@ -121,26 +122,14 @@ class Parts:
     frames: dict[int, Frame] = field(default_factory=dict)
     """The link of each body of the model."""
     joints: dict[str, int] = field(default_factory=dict)
-    """The joint of the model that each hinge and slide is."""
-    unsaid: dict[str, int] = field(default_factory=dict)
-    """The joints whose largest torque nobody says, with those of the model."""
+    """The joint of the model that each joint is."""
+    unsaid: list[str] = field(default_factory=list)
+    """The joints whose largest torque nobody says."""
     slow: list[str] = field(default_factory=list)
     """The joints whose speed nobody says."""
     views: list[View] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """What was changed or cannot be kept, a sentence each."""
-
-
-class _Axis(NamedTuple):
-    """A joint of a body of the model, or one of the three axes of a ball joint."""
-
-    joint: int
-    name: str
-    axis: Array
-    dof: int
-    range: tuple[float, float] | None
-    ref: float = 0.0
-    sliding: bool = False
 
 
 def parts_of(figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> Parts:
@@ -220,21 +209,20 @@ class _Reader:
         return -1.0 if joint in self._own.joint and self._own.joint[joint].reversed else 1.0
 
     def _base(self, bodies: list[int]) -> str:
-        """Add the link that carries all others if that is no body of the model; return its name, or ''."""
+        """Add a level link that carries the root if that is tilted; return its name, or an empty one."""
         mj = self._mj
         roots = [body for body in bodies if mj.body_parentid[body] == 0]
-        free = [root for root in roots if any(mj.jnt_type[j] == _FREE for j in _joints(mj, root))]
-        if not roots or (free and len(roots) > 1):
+        if len(roots) != 1:
             names = ", ".join(mj.body(root).name for root in roots[:5]) or "none"
             raise RobotError(f"{self._where}: a robot is one tree of links; here are {len(roots)}: {names}")
-        (root, *more) = roots
-        moved = not free and mj.body_jntnum[root]
-        level = _matrix(mj.body_quat[root])[2, 2] > _LEVEL
-        if level and not moved and not more:
-            return ""
-        name = self._fit("link", "base" if free else "ground")
-        if not free:
+        (root,) = roots
+        fixed = not mj.body_jntnum[root]
+        mount = not mj.body_mass[root] and mj.body(root).name.rstrip("_") == MOUNT
+        if fixed and (mount or ("link", "world") in self._model.lines):
             self._parts.tables["mounted"] = True
+        if _matrix(mj.body_quat[root])[2, 2] > _LEVEL:
+            return ""
+        name = self._fit("link", "base")
         self._links.append({"name": name, "mass": 0.0})
         return name
 
@@ -247,22 +235,22 @@ class _Reader:
         origin = np.zeros(3) if free else mj.body_pos[body] - offset
         turn: list[float] = mj.body_quat[body].tolist()
         offset = np.zeros(3)
-        axes = [] if free else [axis for joint in _joints(mj, body) for axis in self._axes(joint)]
-        for number, axis in enumerate(axes):
-            at = mj.jnt_pos[axis.joint].copy()
+        moved = range(0) if free else _joints(mj, body)
+        for number, joint in enumerate(moved, 1):
+            at, axis = mj.jnt_pos[joint].copy(), mj.jnt_axis[joint].copy()
+            ref = float(mj.qpos0[mj.jnt_qposadr[joint]])
             origin = origin + _rotated(turn, at - offset)
-            if axis.sliding:
-                origin = origin - _rotated(turn, axis.axis * axis.ref)
-            elif axis.ref:
-                turn = _after(turn, axis.axis, -axis.ref)
-            child = name if number == len(axes) - 1 else self._fit("link", f"{name} {number + 1}")
-            self._add_joint(
-                axis, {"parent": carrier, "child": child, "origin": origin.tolist(), "turn": turn}
-            )
+            if self._slides(joint):
+                origin = origin - _rotated(turn, axis * ref)
+            elif ref:
+                turn = _after(turn, axis, -ref)
+            child = name if number == len(moved) else self._fit("link", f"{name} {number}")
+            place = {"parent": carrier, "child": child, "origin": origin.tolist(), "turn": turn}
+            self._add_joint(joint, place)
             if child != name:
                 self._links.append({"name": child, "mass": 0.0})
             carrier, origin, turn, offset = child, np.zeros(3), [1.0, 0.0, 0.0, 0.0], at
-        if not axes and carrier:
+        if not moved and carrier:
             self._fix(name, carrier, origin, turn)
         frames[body] = Frame(name, offset)
         self._links.append(_link(mj, body, name, offset))
@@ -296,56 +284,44 @@ class _Reader:
         line = next((self._model.lines[each, name] for each in kinds if (each, name) in self._model.lines), 0)
         return f"{self._where}:{line}: " if line else f"{self._where}: "
 
-    def _axes(self, joint: int) -> Iterator[_Axis]:
-        """Yield the axes about which a joint turns, or along which it slides."""
-        mj = self._mj
-        name, dof = mj.joint(joint).name, int(mj.jnt_dofadr[joint])
-        limits = tuple(mj.jnt_range[joint].tolist()) if mj.jnt_limited[joint] else None
-        if mj.jnt_type[joint] != _BALL:
-            slides = bool(mj.jnt_type[joint] == _SLIDE)
-            name = self._fit("joint", name)
-            self._parts.joints[name] = joint
-            ref = float(mj.qpos0[mj.jnt_qposadr[joint]])
-            yield _Axis(joint, name, mj.jnt_axis[joint].copy(), dof, limits, ref, slides)
-            return
-        half = (-limits[1], limits[1]) if limits else (-math.pi, math.pi)
-        self._parts.notes.append(f"{self._at('joint', name)}ball joint {name!r} is served as three hinges")
-        for number, letter in enumerate("xyz"):
-            yield _Axis(joint, self._fit("joint", f"{name} {letter}"), np.eye(3)[number], dof + number, half)
-
-    def _add_joint(self, of: _Axis, place: dict[str, Any]) -> None:
+    def _add_joint(self, joint: int, place: dict[str, Any]) -> None:
         """Add what a model says of a joint, corrected by the TOML file, and its servo."""
-        own = self._own.joint.get(of.name, OwnJoint())
-        sign = self._sign(of.name)
-        found: dict[str, Any] = {"name": of.name, "axis": (sign * of.axis).tolist(), "sliding": of.sliding}
-        if of.range is not None:
-            found["lower"], found["upper"] = sorted(sign * limit for limit in of.range)
-        if (speed := self._speed(of)) is not None:
+        mj, said = self._mj, self._mj.joint(joint).name
+        name = self._fit("joint", said)
+        self._parts.joints[name] = joint
+        own, sign = self._own.joint.get(name, OwnJoint()), self._sign(name)
+        found: dict[str, Any] = {"name": name, "axis": (sign * mj.jnt_axis[joint]).tolist()}
+        found["sliding"] = self._slides(joint)
+        if mj.jnt_limited[joint]:
+            found["lower"], found["upper"] = sorted((sign * mj.jnt_range[joint]).tolist())
+        if (speed := self._speed(joint)) is not None:
             found["max_velocity"] = speed
-        if (torque := self._torque(of)) is not None:
+        if (torque := self._torque(joint)) is not None:
             found["max_torque"] = torque
         corrected = msgspec.to_builtins(own)
         found |= {key: value for key, value in corrected.items() if value is not None and key != "reversed"}
+        leads = said not in self._followers
         if "max_velocity" not in found:
             found["max_velocity"] = SPEED
-            if found.get("max_torque") != 0.0 and self._mj.joint(of.joint).name not in self._followers:
-                self._parts.slow.append(of.name)
+            self._parts.slow.extend([name] if leads and found.get("max_torque") != 0.0 else [])
         if "max_torque" not in found:
-            found["max_torque"] = self._parts.figure.torque(of.joint, mounted=self._mounted)
-            if self._mj.joint(of.joint).name not in self._followers:
-                self._parts.unsaid[of.name] = of.joint
-        gear = self._given.get(of.name)
+            found["max_torque"] = self._parts.figure.torque(joint, mounted=self._mounted)
+            self._parts.unsaid.extend([name] if leads else [])
+        gear = self._given.get(name)
         if gear is None:
-            gear = of.name
-            self._gears[gear] = self._gear(of, float(found["max_torque"]))
+            gear = name
+            self._gears[gear] = self._gear(joint, float(found["max_torque"]))
         self._joints.append(found | place | {"gear": gear})
 
-    def _speed(self, of: _Axis) -> float | None:
+    def _slides(self, joint: int) -> bool:
+        return bool(self._mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE)
+
+    def _speed(self, joint: int) -> float | None:
         """Return the highest speed of a joint: a URDF's limit, or the range of what sets its velocity."""
-        if (said := self._model.speeds.get(self._mj.joint(of.joint).name)) is not None:
-            return said
         mj = self._mj
-        for motor, lever in self._pulls(of):
+        if (said := self._model.speeds.get(mj.joint(joint).name)) is not None:
+            return said
+        for motor, lever in self._pulls(joint):
             by_speed = mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
             by_speed = by_speed and not mj.actuator_biasprm[motor, 1] and mj.actuator_biasprm[motor, 2] < 0.0
             if by_speed and mj.actuator_ctrllimited[motor]:
@@ -353,42 +329,40 @@ class _Reader:
                 return float(np.abs(mj.actuator_ctrlrange[motor]).max()) / gear or None
         return None
 
-    def _torque(self, of: _Axis) -> float | None:
+    def _torque(self, joint: int) -> float | None:
         """Return the largest torque of a joint in N m; 0 for one without a motor, None if nobody says it."""
-        mj, joint = self._mj, of.joint
+        mj = self._mj
         limits = []
         if mj.jnt_actfrclimited[joint]:
             limits.append(float(np.abs(mj.jnt_actfrcrange[joint]).max()))
-        for motor, lever in self._pulls(of):
+        for motor, lever in self._pulls(joint):
             gear = lever * abs(float(mj.actuator_gear[motor, 0]))
             if mj.actuator_forcelimited[motor]:
                 limits.append(gear * float(np.abs(mj.actuator_forcerange[motor]).max()))
             elif mj.actuator_ctrllimited[motor] and mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE:
-                limits.append(
-                    gear
-                    * abs(float(mj.actuator_gainprm[motor, 0]))
-                    * float(np.abs(mj.actuator_ctrlrange[motor]).max())
-                )
+                gain = abs(float(mj.actuator_gainprm[motor, 0]))
+                limits.append(gear * gain * float(np.abs(mj.actuator_ctrlrange[motor]).max()))
         if (least := min(limits, default=0.0)) > 0.0:
             return least
-        return None if self._is_driven(of) else 0.0
+        return None if self._is_driven(joint) else 0.0
 
-    def _pulls(self, of: _Axis) -> tuple[Pull, ...]:
+    def _pulls(self, joint: int) -> tuple[Pull, ...]:
         """Return what moves a joint."""
-        return self._moves.pulls.get(self._mj.joint(of.joint).name, ())
+        return self._moves.pulls.get(self._mj.joint(joint).name, ())
 
-    def _is_driven(self, of: _Axis) -> bool:
+    def _is_driven(self, joint: int) -> bool:
         """Return whether a joint without a torque has a motor all the same."""
-        name = self._mj.joint(of.joint).name
+        name = self._mj.joint(joint).name
         if self._mj.nu:
-            return bool(self._pulls(of))
+            return bool(self._pulls(joint))
         if self._model.actuated:
             return name in self._model.actuated
         return not _FREE_RUNNING.search(name)
 
-    def _gear(self, of: _Axis, torque: float) -> dict[str, float]:
+    def _gear(self, joint: int, torque: float) -> dict[str, float]:
         """Return the gains of a joint's servo; without one, gains at which it neither sags nor swings."""
-        mj, joint, dof, figure = self._mj, of.joint, of.dof, self._parts.figure
+        mj, figure, slides = self._mj, self._parts.figure, self._slides(joint)
+        dof = int(mj.jnt_dofadr[joint])
         rotor = float(mj.dof_armature[dof])
         gear = {
             "friction_damping": float(np.ravel(mj.dof_damping[dof])[0]),
@@ -400,9 +374,9 @@ class _Reader:
             if free < _LIGHTEST:
                 gear["inertia"] = rotor + _LIGHTEST - free
                 gear["friction_damping"] = max(gear["friction_damping"], _LIGHTEST * _SLOWEST)
-            rest = float(mj.qpos_spring[mj.jnt_qposadr[joint]]) if mj.jnt_type[joint] != _BALL else 0.0
+            rest = float(mj.qpos_spring[mj.jnt_qposadr[joint]])
             return gear | {"stiffness": float(np.ravel(mj.jnt_stiffness[joint])[0]), "rest": rest}
-        for motor, lever in self._pulls(of):
+        for motor, lever in self._pulls(joint):
             affine = mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
             if affine and mj.actuator_biasprm[motor, 1] < 0.0:
                 square = (lever * float(mj.actuator_gear[motor, 0])) ** 2
@@ -410,9 +384,9 @@ class _Reader:
                 return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
         load, standing = figure.load(joint), figure.standing(joint, mounted=self._mounted)
         stiffness = max(
-            min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES[of.sliding],
-            load / _SAGS[of.sliding],
-            standing / (_BENDS * _GIVES[of.sliding]),
+            min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES[slides],
+            load / _SAGS[slides],
+            standing / (_BENDS * _GIVES[slides]),
             _FIRM * figure.tips(joint, mounted=self._mounted),
             _SLOWEST**2 * held,
         )

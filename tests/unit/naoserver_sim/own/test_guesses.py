@@ -85,7 +85,7 @@ def test_it_stays_and_each_joint_goes_where_it_is_sent(read, name):
     ("name", "mounted", "why"),
     [
         ("arm", True, "its base holds it 0.058 m to each side, and its joints move it"),
-        ("rail", True, "its root is the link 'world'"),
+        ("rail", True, "the world carries it in its model"),
         ("humanoid", False, ""),
         ("quadruped", False, ""),
         ("carrier", False, ""),
@@ -217,12 +217,12 @@ def test_a_ball_joint_is_three_hinges(read, caplog):
     model = MJCF.replace('<joint name="nod" axis="0 1 0" range="-90 90"/>', '<joint name="nod" type="ball"/>')
     body, _ = read(model.format(root="", more=""), "robot.xml")
     assert body.joint_names == ("yaw", "nod x", "nod y", "nod z")
-    assert "ball joint 'nod' is served as three hinges" in caplog.text
+    assert "ball joint 'nod' becomes three hinges" in caplog.text
 
 
-def test_a_joint_of_which_the_root_has_some_is_on_the_ground(read):
+def test_a_joint_of_which_the_root_has_some_is_on_a_mount(read):
     body, _ = read(MJCF.format(root='<joint name="rail" type="slide" axis="1 0 0"/>', more=""), "robot.xml")
-    assert (body.root.name, body.joint["rail"].parent, body.mounted) == ("ground", "ground", True)
+    assert (body.root.name, body.joint["rail"].parent, body.mounted) == ("mount", "mount", True)
 
 
 def test_angles_count_from_the_zero_of_the_model(read):
