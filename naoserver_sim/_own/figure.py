@@ -107,15 +107,23 @@ class Figure:
         return {geom: hull_of(self.mj, geom) for geom in self.solid}
 
     @cached_property
-    def _points(self) -> list[Array]:
-        """Points on the surfaces that touch, of each body in m."""
-        points: list[list[Array]] = [[np.zeros((0, 3))] for _ in range(self.mj.nbody)]
+    def surfaces(self) -> dict[int, Array]:
+        """Points on the surface of each geom that touches, in m."""
+        found = {}
         for geom in self.solid:
             body = int(self.mj.geom_bodyid[geom])
             turn, place, surface = self.data.geom_xmat[geom], self.data.geom_xpos[geom], self._surface(geom)
             if len(self.hulls[geom]):
                 turn, place, surface = self.data.xmat[body], self.data.xpos[body], self.hulls[geom]
-            points[body].append(surface @ turn.reshape(3, 3).T + place)
+            found[geom] = surface @ turn.reshape(3, 3).T + place
+        return found
+
+    @cached_property
+    def _points(self) -> list[Array]:
+        """The same, of each body."""
+        points: list[list[Array]] = [[np.zeros((0, 3))] for _ in range(self.mj.nbody)]
+        for geom, surface in self.surfaces.items():
+            points[int(self.mj.geom_bodyid[geom])].append(surface)
         return [np.concatenate(each) for each in points]
 
     def _surface(self, geom: int) -> Array:

@@ -16,7 +16,7 @@ from naoserver_sim._body import are_neighbors
 from naoserver_sim._own.figure import GRAVITY, Array
 from naoserver_sim._own.limbs import Limb, Limbs, Wheel
 from naoserver_sim._own.model_file import ModelFile
-from naoserver_sim._own.parts import ASPECT, FIELD_OF_VIEW, SPEED, Parts
+from naoserver_sim._own.parts import ASPECT, FIELD_OF_VIEW, FRICTION, SPEED, Parts
 from naoserver_sim._support_polygon import convex_hull
 from naoserver_sim.model import build_model
 from naoserver_sim.world import load_world
@@ -24,7 +24,19 @@ from naoserver_sim.world import load_world
 Path = tuple[str | int, ...]
 
 _ORDER: Final = (
-    *("model", "name", "mounted", "rest", "intangible", "overlapping", "groups", "hinges", "cameras", "walk"),
+    *(
+        "model",
+        "name",
+        "mounted",
+        "rest",
+        "slippery",
+        "intangible",
+        "overlapping",
+        "groups",
+        "hinges",
+        "cameras",
+        "walk",
+    ),
     *("couplings", "soles", "inertial_unit", "postures", "joint"),
 )
 """The keys of the file."""
@@ -385,6 +397,7 @@ class _Guesser:
         walk |= {"distance": round(distance, 5), "fastest": round(fastest, 4)}
         walk |= {"fastest_turn": round(2 * fastest / distance, 4)}
         self._found.add(walk, "two round links on the floor, side by side", "walk")
+        self._guess_casters()
         for pair in sides[1:]:
             for leader, follower in zip((left, right), pair, strict=True):
                 if follower.joint not in (left.joint, right.joint):
@@ -392,6 +405,24 @@ class _Guesser:
                     coupling = {"leader": leader.joint, "follower": follower.joint}
                     at = len(self._found.document.get("couplings", ()))
                     self._found.add(coupling, "wheels of one side turn together", "couplings", at)
+
+    def _guess_casters(self) -> None:
+        """Let what else is on the floor slide, where the model does not say how much it rubs."""
+        mj, figure, frames = self._mj, self._figure, self._parts.frames
+        rolling = {
+            body
+            for wheel in self._limbs.wheels
+            for body in figure.carried(int(mj.jnt_bodyid[self._parts.joints[wheel.joint]]))
+        }
+        floor = figure.box[0][2] + _SOLE
+        rough = {
+            int(mj.geom_bodyid[geom])
+            for geom, surface in figure.surfaces.items()
+            if mj.geom_friction[geom, 0] == FRICTION and surface[:, 2].min() < floor
+        }
+        links = [frames[body].link for body in sorted(rough - rolling) if body in frames]
+        if links:
+            self._found.add(links, "they are on the floor, and no wheels", "slippery")
 
     def _drive_forwards(self, wheel: Wheel) -> None:
         """Let a wheel drive forwards at positive angles, and at some speed."""

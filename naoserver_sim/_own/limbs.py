@@ -92,7 +92,7 @@ class Limbs:
         if self._trunk:
             names = tuple(self._names[joint] for joint in self._trunk)
             end = int(self._mj.jnt_bodyid[self._trunk[-1]])
-            self.limbs.append(Limb(names, "trunk", "", "limbs of both sides follow it", end))
+            self.limbs.append(Limb(names, "trunk", "", "limbs branch off it", end))
 
     def of(self, kind: Kind, side: Side | None = None) -> list[Limb]:
         """Return the limbs of a kind, and of a side."""
@@ -144,9 +144,11 @@ class Limbs:
                 yield self._all(start)
 
     def _forks(self, joint: int) -> bool:
-        """Return whether limbs of both sides follow a joint, as shoulders a waist, and no fingers."""
-        limbs = [child for child in self._below.get(joint, []) if self._is_large(child)]
-        return {"left", "right"} <= {self._side(self._all(child)) for child in limbs}
+        """Return whether limbs of both sides, or of two kinds, follow a joint, as shoulders a waist."""
+        children = self._below.get(joint, [])
+        limbs = [self._all(child) for child in children if self._is_large(child)]
+        kinds = {self._named(self._all(child))[0] for child in children}
+        return {"left", "right"} <= {self._side(limb) for limb in limbs} or {"head", "arm"} <= kinds
 
     def _is_large(self, joint: int) -> bool:
         """Return whether what follows a joint is a limb, and no finger or eye."""
@@ -180,14 +182,12 @@ class Limbs:
 
     def _kind(self, joints: list[int]) -> tuple[Kind, str]:
         """Return what a limb is, and why."""
-        names = [name for joint in joints for name in self._called(joint)]
         round_ones = {wheel.joint for wheel in self.wheels} & {self._names[joint] for joint in joints}
         if round_ones and len(joints) <= 2:
             return "wheel", "it turns something round on the floor"
-        for kind, word in _WORDS.items():
-            if found := [match[0] for name in names if (match := word.search(name))]:
-                words = ", ".join(dict.fromkeys(found))
-                return kind, f"{words} in its names"
+        kind, why = self._named(joints)
+        if kind:
+            return kind, why
         bodies = self._moved_by(joints[0])
         if self._on_legs and self.figure.stands(*bodies):
             return "leg", "it stands on the floor"
@@ -196,6 +196,14 @@ class Limbs:
             return "head", "it carries a camera"
         moved = [joint for joint in joints if self._names[joint] in self.driven]
         return ("arm", "a chain of joints that stands on nothing") if len(moved) > 1 else ("", "")
+
+    def _named(self, joints: Sequence[int]) -> tuple[Kind, str]:
+        """Return what joints are by words in their names, and which; an empty kind without such."""
+        names = [name for joint in joints for name in self._called(joint)]
+        for kind, word in _WORDS.items():
+            if found := [match[0] for name in names if (match := word.search(name))]:
+                return kind, f"{', '.join(dict.fromkeys(found))} in its names"
+        return "", ""
 
     def _trunk_stands(self) -> bool:
         """Return whether what no joint moves is on the floor."""

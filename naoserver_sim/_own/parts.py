@@ -57,8 +57,10 @@ ASPECT: Final = 4 / 3
 """Width of a picture by its height."""
 FIELD_OF_VIEW: Final = 1.0
 """Horizontal one in rad of a camera of which the model does not say it."""
-_FRICTION: Final = 1.0
+FRICTION: Final = 1.0
 """MuJoCo's friction of a shape that names none."""
+_SLIPPERY: Final = 0.02
+"""That of casters."""
 _LEVEL: Final = 0.9999
 """Cosine of the tilt of a root link up to which its own frame is that of the robot."""
 _ALIGNED: Final = 0.9998
@@ -96,6 +98,8 @@ class OwnFile(Struct, frozen=True, kw_only=True):
     name: str = ""
     balance: bool | None = None
     """Whether inertias that no body can have are repaired; None: those that are only a little off."""
+    slippery: tuple[str, ...] = ()
+    """Links that slide over the floor, such as casters."""
     joint: dict[str, OwnJoint] = {}
     servo: dict[str, OwnServo] = {}
 
@@ -451,7 +455,9 @@ class _Reader:
             shape |= {"kind": kind or "box", "size": np.maximum(size, 1e-4).tolist()}
             shape |= {"position": place.tolist(), "turn": turn}
         friction = float(mj.geom_friction[geom, 0])
-        yield shape if friction == _FRICTION else shape | {"friction": max(friction, 1e-3)}
+        if friction == FRICTION and link in self._own.slippery:
+            friction = _SLIPPERY
+        yield shape if friction == FRICTION else shape | {"friction": max(friction, 1e-3)}
 
 
 def _joints(mj: mujoco.MjModel, body: int) -> range:

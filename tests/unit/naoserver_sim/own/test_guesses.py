@@ -143,6 +143,12 @@ def test_wheels_drive_forwards_whatever_their_axes(read):
     assert (x, y) == (pytest.approx(0.38, abs=0.05), pytest.approx(0.0, abs=0.02))
 
 
+def test_what_is_on_the_floor_beside_wheels_slides(read):
+    body, said = read(CARRIER)
+    assert [shape.link for shape in body.shapes if shape.friction] == ["caster"]
+    assert "slippery: caster" in said
+
+
 def test_a_finger_that_follows_another_one_is_asked_for_nothing(read):
     body, _ = read(ARM)
     assert body.following["right_finger_joint"].leader == "left_finger_joint"

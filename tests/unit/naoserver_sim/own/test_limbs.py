@@ -77,6 +77,23 @@ def test_joints_before_a_fork_to_both_sides_are_the_trunk(read):
     assert trunk.joints == ("waist",)
 
 
+def test_head_and_arm_branch_off_a_trunk(read):
+    lift = link("lift", 1.0, BOX) + joint("lift", "base", "lift", at="0 0 0.2")
+    limbs = read(
+        robot(
+            BASE,
+            lift,
+            chain("shoulder", "elbow").replace('"base"', '"lift"'),
+            chain("neck").replace('"base"', '"lift"'),
+        )
+    )
+    assert {(limb.kind, limb.joints) for limb in limbs.limbs} == {
+        ("arm", ("shoulder", "elbow")),
+        ("head", ("neck",)),
+        ("trunk", ("lift",)),
+    }
+
+
 def test_fingers_of_a_hand_do_not_make_its_arm_a_trunk(read):
     fingers = "".join(
         link(f"{name}{part}", 0.01, '<sphere radius="0.01"/>')
