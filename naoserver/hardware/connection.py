@@ -50,8 +50,8 @@ class Connection(Generic[L]):
     `connect` makes a link within some seconds, or raises HardwareFailure or OSError. Each of `on_open`
     prepares a new link, and may refuse it in the same way; each of `on_tick` polls the robot at its period:
     after CallFailed it goes on, after any other error the robot is lost. Each of `on_found` and `on_lost` is
-    called when a link is made or lost, each of `on_close` at the end, with a link that is not lost. `start`
-    calls the first two before it returns. All other calls run on one thread, so that they never overlap.
+    called when a link is made or lost, each of `on_close` at the end. `start` calls the first two before it
+    returns. All other calls run on one thread, so that they never overlap.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Connection(Generic[L]):
         self.on_tick: Final[list[Callable[[L], None]]] = []
         self.on_found: Final[list[Callable[[], None]]] = []
         self.on_lost: Final[list[Callable[[str], None]]] = []
-        self.on_close: Final[list[Callable[[L], None]]] = []
+        self.on_close: Final[list[Callable[[], None]]] = []
         self._connect = connect
         self._clock = clock
         self._reporter = reporter
@@ -123,8 +123,7 @@ class Connection(Generic[L]):
                     self._find()
             elif (why := self._look_after(link)) and not self._closing.is_set():
                 self._lose(link, why)
-        if (link := self.link) is not None:
-            self._notify(self.on_close, link)
+        self._notify(self.on_close)
 
     def _look_after(self, link: L) -> str:
         """Poll the robot until it is lost; return the reason."""
@@ -169,7 +168,7 @@ class Connection(Generic[L]):
         self._notify(self.on_found)
         self._reporter.report(Severity.Info, "found the robot again", "found", at_once=True)
 
-    def _notify(self, listeners: Iterable[Callable[..., None]], *news: object) -> None:
+    def _notify(self, listeners: Iterable[Callable[..., None]], *news: str) -> None:
         for listener in listeners:
             try:
                 listener(*news)

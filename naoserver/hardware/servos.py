@@ -1,0 +1,283 @@
+"""Servos on a bus as a whole robot: setpoints in small steps, single servos and the bus lost and found."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from naoserver.assembly import Assembly
+from naoserver.body import Body
+from naoserver.capabilities import (
+    Balancer,
+    InertialReading,
+    Lights,
+    Loudspeaker,
+    OwnPostures,
+    Senses,
+    Stage,
+    Voice,
+    Walker,
+)
+from naoserver.errors import HardwareFailure
+from naoserver.hardware.connection import Connection, HardwareLimits
+from naoserver.hardware.lifecycle import End, Lifecycle, Start
+from naoserver.hardware.link import Link, LinkLost
+from naoserver.hardware.reporter import Reporter
+from naoserver.jobs import ControlLoop
+from naoserver.looks.description import write_looks
+from naoserver.robot import LIMP, BodyState, Frame, JointDevice, JointFault, JointReading
+from zenoh_ice import Clock, WallClock
+
+SERVO_LIMITS: Final = HardwareLimits(silence=0.5)
+"""How often a bus is polled, and how long it is waited for."""
+_FRESH: Final = 0.1
+"""Seconds after an answer for which a setpoint moves on: a silent servo is not sent anywhere."""
+_SETTLED: Final = 0.3
+"""Seconds after which a servo reports the stiffness that it was given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Servo:
+    """What a servo reports of its joint, in SI units and rad, as the body's description counts its angle."""
+
+    position: float
+    velocity: float = 0.0
+    torque: float = 0.0
+    stiffness: float = 1.0
+    """From 0, limp, to 1."""
+    temperature: float = math.nan
+    """In degrees Celsius; nan when it reports none."""
+    fault: str = ""
+    """What keeps it from holding, such as `overload: its torque is off`; empty if nothing does."""
+
+
+class ServoBus(Link, Protocol):
+    """A line with a servo for each joint. One thread makes all calls.
+
+    Every method may raise HardwareFailure or OSError: then the line is lost, and is opened again.
+    """
+
+    def read(self) -> Mapping[str, Servo]:
+        """Return what each servo reports, by joint, without those that did not answer in time.
+
+        It takes less than a period, 20 ms: an answer that comes later must not be taken for the next one.
+        """
+
+    def move(self, setpoints: Mapping[str, float]) -> None:
+        """Send servos to setpoints in rad, a small step away, as fast as they can."""
+
+    def stiffen(self, stiffnesses: Mapping[str, float]) -> None:
+        """Let servos hold, or go limp: from 0 to 1."""
+
+
+Capture = Callable[[str, int, int], Frame]
+"""Takes an image, as `Robot.capture` does."""
+
+
+class ServoRobot:
+    """A robot with servos on a bus. Implements HardwareRobot; subclasses may add parts, such as a voice.
+
+    `connect` opens the bus within some seconds, or raises HardwareFailure or OSError; it is called again and
+    again while the bus is lost. A servo that does not answer at the start is lost until it does. Goals are
+    passed on in small steps, and none from before a loss. `start` and `end` say what its motors do then.
+    """
+
+    mechanisms: tuple[JointDevice, ...] = ()
+    walker: Walker | None = None
+    balancer: Balancer | None = None
+    lights: Lights | None = None
+    voice: Voice | None = None
+    loudspeaker: Loudspeaker | None = None
+    postures: OwnPostures | None = None
+    stage: Stage | None = None
+    control_loop: ControlLoop | None = None
+
+    def __init__(
+        self,
+        body: Body,
+        connect: Callable[[float], ServoBus],
+        *,
+        capture: Capture | None = None,
+        senses: Senses | None = None,
+        start: Start = Start.LEAVE,
+        end: End = End.LEAVE,
+        clock: Clock | None = None,
+        limits: HardwareLimits = SERVO_LIMITS,
+    ) -> None:
+        self.name: Final = body.title or body.name
+        self.body: Final = body
+        self.joints: Final = body.joints
+        self.cameras: Final = body.cameras if capture else ()
+        self.senses: Final = senses
+        self.clock: Final[Clock] = clock or WallClock()
+        self._capture = capture
+        reporter = self._reporter = Reporter(self.name)
+        self._connection = Connection(connect, self.clock, reporter, limits)
+        self.lifecycle: Final[Lifecycle[ServoBus]] = Lifecycle(
+            self._connection,
+            reporter,
+            (lambda _bus: self._stiffen_all(1.0)) if start is Start.STIFFEN else None,
+            (lambda bus: bus.stiffen(dict.fromkeys(body.joint_names, 0.0))) if end is End.LIMP else None,
+        )
+        self._connection.on_open.append(self._open)
+        self._connection.on_tick.append(self._tick)
+        self._connection.on_lost.append(lambda _why: self._forget())
+        self._connection.on_close.append(self.lifecycle.end)
+        self._lock = threading.Lock()  # of what commands change; held for microseconds
+        self._goals: dict[str, tuple[float, float]] = {}  # target and speed
+        self._setpoints = dict(body.resting_angles)
+        self._stiffnesses = dict.fromkeys(body.joint_names, 0.0)
+        self._changes: dict[str, float] = {}  # of stiffnesses, to be sent
+        self._changed: dict[str, float] = {}  # when one was sent
+        self._servos = {name: Servo(angle, stiffness=0.0) for name, angle in self._setpoints.items()}
+        self._heard: dict[str, float] = {}  # when a servo answered
+        self._ticked = self.clock.now()
+        self._closed = False
+        self._reading = self._reading_at(self._ticked, {})
+
+    def looks(self) -> str:
+        return write_looks(self.body)
+
+    def read(self) -> JointReading:
+        return self._reading
+
+    def state(self) -> BodyState:
+        inertial = self.senses.inertial() if self.senses else InertialReading()
+        fallen = not self.body.mounted and inertial.tilt > self.body.lying_tilt
+        return BodyState(inertial.tilt, fallen, 0.0 if self._connection.link is None else 1.0, 0.0)
+
+    def capture(self, camera: str, width: int, height: int) -> Frame:
+        if self._closed or self._capture is None:
+            raise HardwareFailure(f"{camera}: the robot {'is closed' if self._closed else 'has no camera'}")
+        return self._capture(camera, width, height)
+
+    def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
+        self._command({joint: (target, max_speeds[joint]) for joint, target in targets.items()})
+
+    def command_velocities(self, velocities: Mapping[str, float]) -> None:
+        self._command(
+            {joint: (math.copysign(math.inf, rate), abs(rate)) for joint, rate in velocities.items()}
+        )
+
+    def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:  # noqa: ARG002
+        """Change how strongly motors hold, at once."""
+        with self._lock:
+            if self._connection.link is not None:
+                self._changes.update(stiffnesses)
+
+    def report_to(self, assembly: Assembly) -> None:
+        """Tell clients of the loss and the return of the bus, during which commands are refused."""
+        self._reporter.report_to(assembly.events, assembly.health.report_now)
+        self.lifecycle.is_stopped = lambda: assembly.gate.state().stopped
+        self._connection.on_lost.append(assembly.gate.lose)
+        self._connection.on_found.append(assembly.gate.find)
+
+    def start(self) -> None:
+        self._connection.start()
+        self.lifecycle.begin()
+
+    def close(self) -> None:
+        """Hold every joint, leave it as the options say, and close the bus."""
+        self._closed = True
+        self._forget()
+        self._connection.close()
+
+    def _command(self, goals: Mapping[str, tuple[float, float]]) -> None:
+        with self._lock:
+            if self._connection.link is not None and not self._closed:
+                self._goals.update(goals)
+
+    def _stiffen_all(self, stiffness: float) -> None:
+        self.command_stiffnesses(dict.fromkeys(self.body.joint_names, stiffness), 0.0)
+
+    def _forget(self) -> None:
+        """Let setpoints rest where they are."""
+        with self._lock:
+            self._goals.clear()
+            self._changes.clear()
+
+    # On the thread of the bus.
+
+    def _open(self, bus: ServoBus) -> None:
+        """Find the servos on a new line, where they are. Raises LinkLost when none answers twice in a row."""
+        found: dict[str, Servo] = {}
+        answers: Mapping[str, Servo] = {}
+        deadline = self.clock.now() + self._connection.limits.answer
+        while self.clock.now() < deadline:
+            answers = bus.read()
+            if answers and len(found) == len(self.joints):
+                break
+            found.update(answers)
+        if not answers:
+            raise LinkLost("no servo answers")
+        now = self.clock.now()
+        with self._lock:
+            self._heard = {}
+            self._take(found, now)
+        self._reading = self._reading_at(now, self._faults(now))
+
+    def _tick(self, bus: ServoBus) -> None:
+        """Read all servos, and send them a step on."""
+        found = bus.read()
+        now = self.clock.now()
+        step, self._ticked = min(now - self._ticked, 2 * self._connection.limits.period), now
+        with self._lock:
+            changes, self._changes = self._changes, {}
+            self._stiffnesses.update(changes)
+            self._changed.update(dict.fromkeys(changes, now))
+            self._take(found, now)
+            faults = self._faults(now)
+            lost = {name for name, fault in faults.items() if fault.lost}
+            if len(lost) == len(self.joints):
+                raise LinkLost(f"no servo has answered for {self._connection.limits.silence:g} s")
+            for joint in self.joints:
+                goal, speed = self._goals.get(joint.name, (0.0, 0.0))
+                if speed and now - self._heard.get(joint.name, -math.inf) < _FRESH:
+                    at = self._setpoints[joint.name]
+                    way = min(max(goal, joint.lower), joint.upper) - at
+                    self._setpoints[joint.name] = at + min(max(way, -speed * step), speed * step)
+            stiff = {name for name, stiffness in self._stiffnesses.items() if stiffness >= LIMP}
+            setpoints = {name: self._setpoints[name] for name in stiff - lost}
+        if found:
+            self._reading = self._reading_at(now, faults)
+        if changes := {name: value for name, value in changes.items() if name not in lost}:
+            bus.stiffen(changes)
+        bus.move(setpoints)
+
+    def _take(self, found: Mapping[str, Servo], now: float) -> None:
+        """Take readings of servos; the setpoint of one that is limp, or was lost, is where it is."""
+        for name, servo in found.items():
+            known = self._heard.get(name, -math.inf) >= now - self._connection.limits.silence
+            self._servos[name], self._heard[name] = servo, now
+            if not known or now - self._changed.get(name, -math.inf) > _SETTLED:
+                self._stiffnesses[name] = servo.stiffness
+            if not known or self._stiffnesses[name] < LIMP:
+                self._setpoints[name] = servo.position
+                self._goals.pop(name, None)
+
+    def _faults(self, now: float) -> dict[str, JointFault]:
+        """Return what is wrong with single servos."""
+        faults = {}
+        oldest = now - self._connection.limits.silence
+        for name, servo in self._servos.items():
+            if self._heard.get(name, -math.inf) < oldest:
+                faults[name] = JointFault("lost: its servo does not answer", lost=True)
+            elif servo.fault:
+                faults[name] = JointFault(servo.fault)
+        return faults
+
+    def _reading_at(self, now: float, faults: Mapping[str, JointFault]) -> JointReading:
+        servos = [self._servos[name] for name in self.body.joint_names]
+        return JointReading(
+            time=now,
+            positions=tuple(servo.position for servo in servos),
+            velocities=tuple(servo.velocity for servo in servos),
+            commands=tuple(self._setpoints[name] for name in self.body.joint_names),
+            torques=tuple(servo.torque for servo in servos),
+            stiffnesses=tuple(self._stiffnesses[name] for name in self.body.joint_names),
+            temperatures=tuple(servo.temperature for servo in servos),
+            faults=faults,
+        )
