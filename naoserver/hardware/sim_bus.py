@@ -107,6 +107,8 @@ class SimBus:
         self._closing.set()
         self._thread.join()
         self._unplug()
+        if self._folder is not None:
+            self._folder.cleanup()
 
     def command(self, line: str) -> str:
         """Do what a line says, and return the answer; raise ValueError for one that is not known.
