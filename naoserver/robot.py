@@ -7,7 +7,7 @@ Contract of every implementation
 --------------------------------
 - **Threads.** Every method may be called from any thread at any time between `start` and `close`. `read`
   and `state` are snapshots that never block (publish an immutable object, return the newest); `command_*`
-  store the command and return at once. `Senses.read` is another one: the senses are an object of their own.
+  store the command and return at once. `Senses.read` is another one: the senses are another object.
 - **Setpoints.** A joint follows a setpoint, which `JointReading.commands` reports. A position command moves
   the setpoint from where it is to the target at no more than the given speed; a velocity command moves it
   at that velocity until the next command. Velocity 0 holds the setpoint where it is. The newest command of

@@ -56,7 +56,7 @@ _USUAL: Final = SwitchLimits()
 class DeadMansSwitch:
     """The server's end of the switch. It acts only after the first `beat`, and not after `release`.
 
-    `module` is run as a program, which calls `attend`; `address` tells it where the robot is.
+    `module` is run as a program, which calls `attend`; `address` says where the robot is.
     """
 
     def __init__(self, module: str, address: object) -> None:

@@ -169,7 +169,7 @@ class ServoRobot:
                 self._changes.update(stiffnesses)
 
     def report_to(self, assembly: Assembly) -> None:
-        """Tell clients of the loss and the return of the bus, during which commands are refused."""
+        """Notify clients of the loss and the return of the bus, between which commands are refused."""
         self._reporter.report_to(assembly.events, assembly.health.report_now)
         self.lifecycle.is_stopped = lambda: assembly.gate.state().stopped
         self._connection.on_lost.append(assembly.gate.lose)

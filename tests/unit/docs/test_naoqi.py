@@ -6,8 +6,8 @@ import typer
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
 from naoserver.fake import __main__ as fake
-from naoserver.naoqi import _command as naoqi
 from naoserver.hardware.connection import HardwareLimits
+from naoserver.naoqi import _command as naoqi
 from naoserver.naoqi._robot import End, Life, Start
 from tests.support.pages import DOCS
 
