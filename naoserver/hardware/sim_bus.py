@@ -117,7 +117,8 @@ class SimBus:
         answers, by some seconds; `clear` all faults, after which an overloaded servo stays limp; `where`
         returns the time and each position.
         """
-        word, _, rest = line.strip().partition(" ")
+        line = line.strip()
+        word, _, rest = line.partition(" ")
         with self._lock:
             self._go_on()
             match word:
@@ -125,7 +126,7 @@ class SimBus:
                     self._unplug()
                 case "plug":
                     self._plug()
-                case "late":
+                case "late" if rest.replace(".", "", 1).isdigit():
                     self._late = float(rest)
                 case "clear":
                     self._late = 0.0

@@ -84,5 +84,5 @@ def test_the_cable_is_pulled_and_plugged_in(bus: SimBus) -> None:
 
 @pytest.mark.parametrize("line", ["", "dance", "stuck", "stuck 3", "stuck one", "late soon"])
 def test_a_command_that_is_not_known_is_refused(bus: SimBus, line: str) -> None:
-    with pytest.raises(ValueError, match=r"is not a command|could not convert"):
+    with pytest.raises(ValueError, match="is not a command"):
         bus.command(line)
