@@ -2,6 +2,6 @@
 
 `servos` makes servos on a bus a whole robot, `serving` serves it, `sim_bus` is a bus to try both without
 hardware. They stand on a connection that is lost and found again (`connection`), on calls that may hang
-(`background`), on what is done at the start and at the end (`lifecycle`) and, for hardware that has no watchdog,
-on a process that stops a robot whose server is killed (`dead_man`).
+(`background`), on what is done at the start and at the end (`lifecycle`) and, for hardware that has no
+watchdog, on a process that stops a robot whose server is killed (`dead_man`).
 """

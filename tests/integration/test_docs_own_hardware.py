@@ -13,11 +13,14 @@ import pytest
 from interfaces.nao import PoseHeadPrx
 from naoserver.hardware.servos import ServoBus
 from naoserver.hardware.sim_bus import SimBus
+from tests.support.commands import run_here
 from tests.support.limits import MOVE_LIMIT
 from tests.support.pages import DOCS, blocks_of, sections_of
 from tests.support.places import ROOT
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint
+from tests.support.reader import commands_of
 from tests.support.waiting import until
+from visualhfsm._command import app
 from visualhfsm._new import new
 from zenoh_ice import initialize
 
@@ -87,3 +90,27 @@ def test_the_methods_and_the_faults_of_the_page_are_those_of_the_bus(tmp_path: P
     assert len(typed) == 6
     assert [bus.command(line) for line in typed] == ["done"] * 6
     bus.close()
+
+
+def test_the_readme_that_is_made_shows_commands_of_the_page_and_of_every_robot(project: Path) -> None:
+    def typed(text: str) -> set[str]:
+        return {
+            command.text for block in blocks_of(text) for command in commands_of(block.text, block.language)
+        }
+
+    page = typed((DOCS / PAGE).read_text("utf-8"))
+    others = typed((project / "README.md").read_text("utf-8")) - page
+    assert others == {
+        "nao stack ./stack.toml",
+        "nao stack ./stack.toml --set bus=/dev/ttyUSB0",
+        "nao stop",
+        "pip install '/path/to/visualhfsm[vision,web,test]'",
+        "visualhfsm edit",
+    }
+
+
+def test_a_robot_is_no_exercise(tmp_path: Path) -> None:
+    done = run_here(app, "visualhfsm", "new", tmp_path / "mine", "--hardware", "--exercise", "look")
+    assert done.returncode == 2
+    assert "--hardware" in done.stderr
+    assert not (tmp_path / "mine").exists()
