@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ SPEED: Final = 0.4
 """Speed of the pan joint at that fraction in rad/s."""
 FAR: Final = 1.4
 """Where it is on its way to in rad, while something fails."""
+REST: Final = 0.6
+"""Seconds for which a joint that stands has not moved: longer than a server waits for answers."""
 
 
 @dataclass
@@ -127,11 +130,14 @@ def ends_motion(rig: Rig, bus: SimBus) -> Iterator[None]:
     until(lambda: places(bus)[0] > 0.1, MOVE_LIMIT)
     yield
     failed = seen = places(bus)[0]
+    since = time.monotonic()
 
     def rests() -> bool:
-        nonlocal seen
-        before, seen = seen, places(bus)[0]
-        return seen == before
+        nonlocal seen, since
+        now, place = time.monotonic(), places(bus)[0]
+        if place != seen:
+            seen, since = place, now
+        return now - since > REST
 
     until(rests, MOVE_LIMIT)
     assert seen - failed < SPEED * 0.2
