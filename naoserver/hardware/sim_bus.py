@@ -1,27 +1,23 @@
-"""A bus of servos to try a server without hardware: packets over a pseudo terminal, with faults on command.
+"""A bus of servos to try a server without hardware, at a pseudo terminal, with faults on command.
 
-A packet is 0xFE, the number of its request, its kind, the length of its content, the content, and the sum of
-all bytes before modulo 256. A request `R` is answered by a packet `A` of each servo with the number of the
-request; `M` sends servos to setpoints, `T` lets them hold or go limp. Angles are rad in 32 bits. Without a
-packet for 0.1 s every servo holds where it is: the watchdog of the bus.
+It speaks in lines of words. `7 read` is answered by a line of each servo: `7`, its number, its position, velocity
+and torque, its temperature in degrees Celsius, 1 if it holds, 1 if it was overloaded. `move 1 0.5 2 -0.1` sends
+servos to setpoints, `hold 1 1 2 0` lets them hold or go limp. Angles are in rad. Without a line for 0.1 s every
+servo holds where it is: the watchdog of the bus.
 
-As a program, `python -m naoserver.hardware.sim_bus bus.tty --servos 4`, it takes the commands of
-`SimBus.command` from its standard input, a line each, and prints the answers.
+`python -m naoserver.hardware.sim_bus bus.tty` takes the commands of `SimBus.command` from its standard input.
 """
 
 from __future__ import annotations
 
 import os
 import pty
-import select
-import struct
 import sys
 import tempfile
 import threading
 import time
 import tty
 from collections import deque
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,37 +26,9 @@ from typing import Annotated, Final
 import typer
 
 WATCHDOG: Final = 0.1
-"""Seconds without a packet after which every servo holds where it is."""
-FASTEST: Final = 6.0
-"""Speed of a servo in rad/s."""
-ANSWER: Final = struct.Struct("<B3fBB?")
-"""A servo: number, position, velocity, torque, temperature, whether it holds, whether it was overloaded."""
-SETPOINT: Final = struct.Struct("<Bf")
-"""The number of a servo, from 1, and its setpoint."""
-HOLD: Final = struct.Struct("<B?")
-"""The number of a servo, and whether it is to hold."""
-_HEADER: Final = 0xFE
+"""Seconds without a line after which every servo holds where it is."""
+_FASTEST: Final = 6.0  # rad/s
 _SMOOTHED: Final = 0.02  # s over which a servo measures its velocity
-
-
-def pack(number: int, kind: bytes, content: bytes = b"") -> bytes:
-    """Return a packet."""
-    packet = bytes([_HEADER, number & 0xFF]) + kind + bytes([len(content)]) + content
-    return packet + bytes([sum(packet) & 0xFF])
-
-
-def unpack(received: bytearray) -> Iterator[tuple[int, bytes, bytes]]:
-    """Yield number, kind and content of each whole packet, and remove it; skip what is damaged."""
-    while (start := received.find(_HEADER)) >= 0 and len(received) - start >= 5:
-        end = start + 5 + received[start + 3]
-        if len(received) < end:
-            break
-        packet = bytes(received[start:end])
-        if sum(packet[:-1]) & 0xFF == packet[-1]:
-            del received[:end]
-            yield packet[1], packet[2:3], packet[4:-1]
-        else:
-            del received[: start + 1]
 
 
 @dataclass
@@ -68,7 +36,6 @@ class _Servo:
     position: float = 0.0
     goal: float = 0.0
     velocity: float = 0.0
-    temperature: int = 35
     holds: bool = False
     overload: bool = False
     stuck: bool = False
@@ -76,12 +43,10 @@ class _Servo:
 
     def move(self, seconds: float) -> None:
         way = self.goal - self.position if self.holds and not self.stuck else 0.0
-        step = min(max(way, -FASTEST * seconds), FASTEST * seconds)
+        step = min(max(way, -_FASTEST * seconds), _FASTEST * seconds)
         self.position += step
         if seconds:
             self.velocity += (step / seconds - self.velocity) * min(1.0, seconds / _SMOOTHED)
-        if not self.holds:
-            self.goal = self.position
 
 
 class SimBus:
@@ -90,13 +55,13 @@ class SimBus:
     def __init__(self, servos: int, path: Path | None = None) -> None:
         self._folder = None if path else tempfile.TemporaryDirectory(prefix="sim-bus-")
         self.path: Final = path or Path(self._folder.name if self._folder else "") / "tty"
-        self._servos = {number + 1: _Servo() for number in range(servos)}
+        self._servos = {str(number + 1): _Servo() for number in range(servos)}
         self._lock = threading.Lock()
         self._line: tuple[int, int] | None = None
         self._late = 0.0
-        self._answers: deque[tuple[float, bytes]] = deque()  # to be sent at a time
+        self._answers: deque[tuple[float, str]] = deque()  # to be sent at a time
         self._heard = self._moved = time.monotonic()
-        self._received = bytearray()
+        self._received = b""
         self._closing = threading.Event()
         self._plug()
         self._thread = threading.Thread(target=self._run, name="servo bus", daemon=True)
@@ -111,40 +76,37 @@ class SimBus:
             self._folder.cleanup()
 
     def command(self, line: str) -> str:
-        """Do what a line says, and return the answer; raise ValueError for one that is not known.
+        """Do what a line says, and return the answer; raises ValueError for one that is not known.
 
-        `unplug` and `plug` the cable; `stuck`, `overload`, `lose` or `heat` a servo by its number; `late`
-        answers, by some seconds; `clear` all faults, after which an overloaded servo stays limp; `where`
-        returns the time and each position.
+        `unplug` and `plug` the cable; let a servo be `stuck`, `overload` or `lose` it, by its number; answer
+        `late`, by some seconds; `clear` all faults, after which an overloaded servo stays limp; `where` returns
+        the time and each position.
         """
-        line = line.strip()
-        word, _, rest = line.partition(" ")
+        word, *rest = line.split() or [""]
+        servo = self._servos.get(rest[0]) if rest else None
         with self._lock:
             self._go_on()
-            match word:
-                case "unplug":
-                    self._unplug()
-                case "plug":
-                    self._plug()
-                case "late" if rest.replace(".", "", 1).isdigit():
-                    self._late = float(rest)
-                case "clear":
-                    self._late = 0.0
-                    for servo in self._servos.values():
-                        servo.stuck = servo.lost = servo.overload = False
-                        servo.temperature = 35
-                case "where":
-                    places = (f"{servo.position:.4f}" for servo in self._servos.values())
-                    return f"{time.monotonic():.4f} {' '.join(places)}"
-                case "stuck" | "overload" | "lose" | "heat" if rest.isdigit() and int(rest) in self._servos:
-                    servo = self._servos[int(rest)]
-                    servo.stuck |= word == "stuck"
-                    servo.lost |= word == "lose"
-                    servo.temperature += 40 * (word == "heat")
-                    if word == "overload":
-                        servo.overload, servo.holds = True, False
-                case _:
-                    raise ValueError(f"{line!r} is not a command of the bus, or of one of its servos")
+            if word == "unplug":
+                self._unplug()
+            elif word == "plug":
+                self._plug()
+            elif word == "where":
+                places = (f"{each.position:.4f}" for each in self._servos.values())
+                return f"{time.monotonic():.4f} {' '.join(places)}"
+            elif word == "late" and rest and rest[0].replace(".", "", 1).isdigit():
+                self._late = float(rest[0])
+            elif word == "clear":
+                self._late = 0.0
+                for each in self._servos.values():
+                    each.stuck = each.lost = each.overload = False
+            elif word == "stuck" and servo:
+                servo.stuck = True
+            elif word == "overload" and servo:
+                servo.overload, servo.holds = True, False
+            elif word == "lose" and servo:
+                servo.lost = True
+            else:
+                raise ValueError(f"{line.strip()!r} is not a command of the bus, or of one of its servos")
         return "done"
 
     def _plug(self) -> None:
@@ -158,7 +120,7 @@ class SimBus:
     def _unplug(self) -> None:
         line, self._line = self._line, None
         self.path.unlink(missing_ok=True)
-        self._received.clear()
+        self._received = b""
         self._answers.clear()
         for end in line or ():
             os.close(end)
@@ -169,39 +131,34 @@ class SimBus:
                 self._go_on()
                 if self._line is not None:
                     self._talk(self._line[0])
-                line = self._line
-            ready = line is not None and select.select([line[0]], [], [], 0.002)[0]
-            if line is None or not ready:
-                time.sleep(0.001)
+            time.sleep(0.001)
 
     def _talk(self, line: int) -> None:
         with suppress(BlockingIOError):
             self._received += os.read(line, 4096)
-        for number, kind, content in unpack(self._received):
+        *lines, self._received = self._received.split(b"\n")
+        for each in lines:
             self._heard = time.monotonic()
-            self._obey(number, kind, content)
+            with suppress(LookupError, ValueError):  # a damaged line is skipped, as on a wire
+                self._obey(each.decode("ascii").split())
         while self._answers and self._answers[0][0] <= time.monotonic():
-            with suppress(BlockingIOError):  # nobody reads: it is lost, as on a wire
-                os.write(line, self._answers.popleft()[1])
+            with suppress(BlockingIOError):  # nobody reads: it is lost
+                os.write(line, self._answers.popleft()[1].encode())
 
-    def _obey(self, number: int, kind: bytes, content: bytes) -> None:
-        if kind == b"R":
+    def _obey(self, words: list[str]) -> None:
+        if words[1] == "read":
             due = time.monotonic() + self._late
-            for place, servo in self._servos.items():
+            for number, servo in self._servos.items():
+                state = f"{servo.position:.5f} {servo.velocity:.3f} 0 35 {servo.holds:d} {servo.overload:d}"
                 if not servo.lost:
-                    torque = 1.0 if servo.stuck and servo.holds else 0.0
-                    state = (servo.position, servo.velocity, torque, servo.temperature)
-                    answer = ANSWER.pack(place, *state, servo.holds, servo.overload)
-                    self._answers.append((due, pack(number, b"A", answer)))
-        elif kind == b"M":
-            for place, setpoint in SETPOINT.iter_unpack(content):
-                if place in self._servos and not self._servos[place].lost and self._servos[place].holds:
-                    self._servos[place].goal = setpoint
-        elif kind == b"T":
-            for place, holds in HOLD.iter_unpack(content):
-                if place in self._servos and not self._servos[place].lost:
-                    servo = self._servos[place]
-                    servo.holds, servo.goal = holds and not servo.overload, servo.position
+                    self._answers.append((due, f"{words[0]} {number} {state}\n"))
+            return
+        for number, value in zip(words[1::2], words[2::2], strict=True):
+            servo = self._servos[number]
+            if words[0] == "move" and servo.holds and not servo.lost:
+                servo.goal = float(value)
+            elif words[0] == "hold" and not servo.lost:
+                servo.holds, servo.goal = value == "1" and not servo.overload, servo.position
 
     def _go_on(self) -> None:
         """Move the servos up to now, or until the watchdog holds them."""
@@ -214,14 +171,9 @@ class SimBus:
         self._moved = now
 
 
-app = typer.Typer(add_completion=False)
-
-
-@app.command()
-def sim_bus(
+def main(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="Where the link to its terminal is made.")],
-    *,
-    servos: Annotated[int, typer.Option(min=1, max=250, help="How many servos it has.")] = 4,
+    servos: Annotated[int, typer.Option(min=1, help="How many servos it has.")] = 4,
 ) -> None:
     """Be a bus of servos until Ctrl-C; take commands such as `stuck 2` or `unplug` from standard input."""
     bus = SimBus(servos, path)
@@ -235,4 +187,4 @@ def sim_bus(
 
 
 if __name__ == "__main__":
-    app()
+    typer.run(main)

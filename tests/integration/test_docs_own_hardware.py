@@ -87,8 +87,8 @@ def test_the_methods_and_the_faults_of_the_page_are_those_of_the_bus(tmp_path: P
     assert methods == {name for name in vars(ServoBus) if not name.startswith("_")} | {"close"}
     bus = SimBus(4, tmp_path / "tty")
     typed = re.findall(r"^\| `([\w ]+)` \|", tables["Let something fail"], re.M)
-    assert len(typed) == 6
-    assert [bus.command(line) for line in typed] == ["done"] * 6
+    assert len(typed) == 5
+    assert [bus.command(line) for line in typed] == ["done"] * 5
     bus.close()
 
 

@@ -20,7 +20,7 @@ from naoserver.fake import Ball, view
 from naoserver.hardware.lifecycle import End, Start
 from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
 from naoserver.hardware.servos import Servo, ServoRobot
-from naoserver.hardware.sim_bus import ANSWER, HOLD, SETPOINT, SimBus, pack, unpack
+from naoserver.hardware.sim_bus import SimBus
 from naoserver.options import ServerOptions, capped
 from naoserver.robot import Frame
 from naoserver.server import JointSpeed
@@ -34,48 +34,47 @@ SIMULATED = "simulated"
 
 
 class Bus:
-    """The line to the servos: replace its packets by those of yours. It does what ServoBus promises."""
+    """The line to the servos: replace what it writes and reads. It does what ServoBus promises."""
 
     def __init__(self, path: str) -> None:
         self.lost = threading.Event()
         self._line = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         tty.setraw(self._line)
         self._number = 0
-        self._received = bytearray()
+        self._received = b""
 
     def read(self) -> dict[str, Servo]:
         """Ask all servos at once, and wait 15 ms at most for their answers."""
-        self._number = (self._number + 1) % 256
-        self._send(b"R")
+        self._number += 1
+        self._send(self._number, "read")
         found: dict[str, Servo] = {}
         end = time.monotonic() + 0.015
-        while len(found) < len(IDS) and (left := end - time.monotonic()) > 0:
-            if select.select([self._line], [], [], left)[0]:
-                self._received += os.read(self._line, 4096)
-            for number, kind, content in unpack(self._received):
-                if kind == b"A" and number == self._number:  # no late answer to an earlier question
-                    place, position, velocity, torque, temperature, holds, overload = ANSWER.unpack(content)
+        while (
+            len(found) < len(IDS) and select.select([self._line], [], [], max(0.0, end - time.monotonic()))[0]
+        ):
+            *lines, self._received = (self._received + os.read(self._line, 4096)).split(b"\n")
+            for number, servo, *values in map(bytes.split, lines):
+                if int(number) == self._number:  # no late answer to an earlier question
+                    position, velocity, torque, temperature, holds, overload = map(float, values)
                     fault = "overload: its torque is off" if overload else ""
-                    found[NAMES[place]] = Servo(position, velocity, torque, float(holds), temperature, fault)
+                    found[NAMES[int(servo)]] = Servo(position, velocity, torque, holds, temperature, fault)
         return found
 
     def move(self, setpoints: Mapping[str, float]) -> None:
         """Send servos a small step on. It is called 50 times a second, so that the bus's watchdog rests."""
-        self._send(b"M", b"".join(SETPOINT.pack(IDS[joint], angle) for joint, angle in setpoints.items()))
+        self._send("move", *(f"{IDS[joint]} {angle:.5f}" for joint, angle in setpoints.items()))
 
     def stiffen(self, stiffnesses: Mapping[str, float]) -> None:
         """Switch the torque of servos: these know only on and off."""
-        self._send(
-            b"T", b"".join(HOLD.pack(IDS[joint], value >= 0.05) for joint, value in stiffnesses.items())
-        )
+        self._send("hold", *(f"{IDS[joint]} {value >= 0.05:d}" for joint, value in stiffnesses.items()))
 
     def close(self) -> None:
         if not self.lost.is_set():
             self.lost.set()
             os.close(self._line)
 
-    def _send(self, kind: bytes, content: bytes = b"") -> None:
-        os.write(self._line, pack(self._number, kind, content))
+    def _send(self, *words: object) -> None:
+        os.write(self._line, " ".join(map(str, words)).encode() + b"\n")
 
 
 class InertialUnit:
