@@ -128,7 +128,7 @@ class ServoRobot:
         self._connection.on_close.append(self.lifecycle.end)
         self._lock = threading.Lock()  # of what commands change; held for microseconds
         self._goals: dict[str, tuple[float, float]] = {}  # target and speed
-        self._setpoints = dict(body.resting_angles)
+        self._setpoints = {name: body.resting_angles[name] for name in body.joint_names}
         self._stiffnesses = dict.fromkeys(body.joint_names, 0.0)
         self._changes: dict[str, float] = {}  # of stiffnesses, to be sent
         self._changed: dict[str, float] = {}  # when one was sent
@@ -248,8 +248,13 @@ class ServoRobot:
         bus.move(setpoints)
 
     def _take(self, found: Mapping[str, Servo], now: float) -> None:
-        """Take readings of servos; the setpoint of one that is limp, or was lost, is where it is."""
+        """Take readings of servos; the setpoint of one that is limp, or was lost, is where it is.
+
+        Raises HardwareFailure for one of another robot.
+        """
         for name, servo in found.items():
+            if name not in self._servos:
+                raise HardwareFailure(f"the bus reports a joint {name!r}, which {self.name} lacks")
             known = self._heard.get(name, -math.inf) >= now - self._connection.limits.silence
             self._servos[name], self._heard[name] = servo, now
             if not known or now - self._changed.get(name, -math.inf) > _SETTLED:
@@ -270,14 +275,14 @@ class ServoRobot:
         return faults
 
     def _reading_at(self, now: float, faults: Mapping[str, JointFault]) -> JointReading:
-        servos = [self._servos[name] for name in self.body.joint_names]
+        servos = self._servos.values()
         return JointReading(
-            time=now,
-            positions=tuple(servo.position for servo in servos),
-            velocities=tuple(servo.velocity for servo in servos),
-            commands=tuple(self._setpoints[name] for name in self.body.joint_names),
-            torques=tuple(servo.torque for servo in servos),
-            stiffnesses=tuple(self._stiffnesses[name] for name in self.body.joint_names),
-            temperatures=tuple(servo.temperature for servo in servos),
-            faults=faults,
+            now,
+            tuple(servo.position for servo in servos),
+            tuple(servo.velocity for servo in servos),
+            tuple(self._setpoints.values()),
+            tuple(servo.torque for servo in servos),
+            tuple(self._stiffnesses.values()),
+            tuple(servo.temperature for servo in servos),
+            faults,
         )

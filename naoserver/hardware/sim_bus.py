@@ -1,9 +1,9 @@
 """A bus of servos to try a server without hardware, at a pseudo terminal, with faults on command.
 
-It speaks in lines of words. `7 read` is answered by a line of each servo: `7`, its number, its position, velocity
-and torque, its temperature in degrees Celsius, 1 if it holds, 1 if it was overloaded. `move 1 0.5 2 -0.1` sends
-servos to setpoints, `hold 1 1 2 0` lets them hold or go limp. Angles are in rad. Without a line for 0.1 s every
-servo holds where it is: the watchdog of the bus.
+It speaks in lines of words. `7 read` is answered by a line of each servo: `7`, its number, its position,
+velocity and torque, its temperature in degrees Celsius, 1 if it holds, 1 if it was overloaded.
+`move 1 0.5 2 0.1` sends servos to setpoints in rad, `hold 1 1 2 0` lets them hold or go limp. Without a line for
+0.1 s every servo holds where it is: the watchdog of the bus.
 
 `python -m naoserver.hardware.sim_bus bus.tty` takes the commands of `SimBus.command` from its standard input.
 """
@@ -79,8 +79,8 @@ class SimBus:
         """Do what a line says, and return the answer; raises ValueError for one that is not known.
 
         `unplug` and `plug` the cable; let a servo be `stuck`, `overload` or `lose` it, by its number; answer
-        `late`, by some seconds; `clear` all faults, after which an overloaded servo stays limp; `where` returns
-        the time and each position.
+        `late`, by some seconds; `clear` all faults, after which an overloaded servo stays limp; `where`
+        returns the time and each position.
         """
         word, *rest = line.split() or [""]
         servo = self._servos.get(rest[0]) if rest else None

@@ -170,6 +170,13 @@ def test_a_bus_that_is_not_there_is_an_error_at_the_start(bus: MemoryBus, troubl
     assert ("/dev/no" if trouble else "no servo answers") in str(refused.value)
 
 
+def test_a_bus_of_another_robot_is_an_error_at_the_start(bus: MemoryBus) -> None:
+    bus.servos["tail"] = Servo(0.0)
+    robot = ServoRobot(ARM, bus.connect, limits=HASTY)
+    with closing(robot), pytest.raises(HardwareFailure, match="a joint 'tail', which arm lacks"):
+        robot.start()
+
+
 def test_a_robot_that_is_stopped_does_not_hold_at_the_start(
     bus: MemoryBus, caplog: pytest.LogCaptureFixture
 ) -> None:
