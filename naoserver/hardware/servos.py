@@ -150,8 +150,10 @@ class ServoRobot:
         return BodyState(inertial.tilt, fallen, 0.0 if self._connection.link is None else 1.0, 0.0)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        if self._closed or self._capture is None:
-            raise HardwareFailure(f"{camera}: the robot {'is closed' if self._closed else 'has no camera'}")
+        if self._closed:
+            raise HardwareFailure(f"{camera}: the robot is closed")
+        if self._capture is None or camera not in {each.name for each in self.cameras}:
+            raise HardwareFailure(f"there is no camera {camera!r}")
         return self._capture(camera, width, height)
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:

@@ -2,8 +2,8 @@
 
 It speaks in lines of words. `7 read` is answered by a line of each servo: `7`, its number, its position,
 velocity and torque, its temperature in degrees Celsius, 1 if it holds, 1 if it was overloaded.
-`move 1 0.5 2 0.1` sends servos to setpoints in rad, `hold 1 1 2 0` lets them hold or go limp. Without a line for
-0.1 s every servo holds where it is: the watchdog of the bus.
+`move 1 0.5 2 0.1` sends servos to setpoints in rad, `hold 1 1 2 0` lets them hold or go limp. Without a line
+for 0.1 s every servo holds where it is: the watchdog of the bus.
 
 `python -m naoserver.hardware.sim_bus bus.tty` takes the commands of `SimBus.command` from its standard input.
 """

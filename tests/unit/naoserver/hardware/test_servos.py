@@ -199,7 +199,7 @@ def test_the_end_lets_every_motor_go_limp_if_it_is_to(bus: MemoryBus) -> None:
 
 def test_a_closed_robot_takes_no_pictures_and_has_no_camera_without_one(robot: ServoRobot) -> None:
     assert robot.cameras == ()
-    with pytest.raises(HardwareFailure, match="has no camera"):
+    with pytest.raises(HardwareFailure, match="there is no camera 'Camera'"):
         robot.capture("Camera", 320, 240)
     robot.close()
     with pytest.raises(HardwareFailure, match="is closed"):
