@@ -49,9 +49,9 @@ class Bus:
         self._send(self._number, "read")
         found: dict[str, Servo] = {}
         end = time.monotonic() + 0.015
-        while (
-            len(found) < len(IDS) and select.select([self._line], [], [], max(0.0, end - time.monotonic()))[0]
-        ):
+        while len(found) < len(IDS) and (left := end - time.monotonic()) > 0:
+            if not select.select([self._line], [], [], left)[0]:
+                break
             *lines, self._received = (self._received + os.read(self._line, 4096)).split(b"\n")
             for number, servo, *values in map(bytes.split, lines):
                 if int(number) == self._number:  # no late answer to an earlier question
