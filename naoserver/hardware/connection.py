@@ -112,7 +112,7 @@ class Connection(Generic[L]):
                 link.close()
                 raise
         except OSError as error:
-            raise LinkLost(f"there is no link to the robot: {error}") from error
+            raise LinkLost(f"there is no link to the robot: {_reason(error)}") from error
         return link
 
     def _run(self) -> None:
@@ -136,7 +136,7 @@ class Connection(Generic[L]):
             except CallFailed as error:
                 self._reporter.report_once("tick", str(error))
             except (HardwareFailure, OSError) as error:
-                return str(error)
+                return _reason(error)
             except Exception as error:
                 _logger.exception("checking the robot failed")
                 return f"checking it failed: {error}"
@@ -174,6 +174,13 @@ class Connection(Generic[L]):
                 listener(*news)
             except Exception:
                 _logger.exception("a part failed to handle the loss, the return or the end of the robot")
+
+
+def _reason(error: Exception) -> str:
+    """Return why a link failed, without the number of the system's error."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return str(error)
 
 
 CallConnection: TypeAlias = Connection[CallLink]

@@ -152,7 +152,7 @@ def test_a_pulled_cable_ends_motion_is_said_and_nothing_goes_on_when_it_is_plugg
 ) -> None:
     with ends_motion(rig, bus):
         bus.command("unplug")
-    rig.wait_for("lost the robot")
+    rig.wait_for("lost the robot: Input/output error")
     with pytest.raises(CommandRefusedException, match="unreachable"):
         rig.body.setJointPositions({"tilt": 0.2}, 1.0)
     assert is_lost(rig)

@@ -101,7 +101,7 @@ def test_a_bus_that_is_not_there_is_said_in_one_line(tmp_path: Path, environment
         check=False,
     )
     assert done.returncode == 1
-    assert f"there is no link to the robot: [Errno 2] No such file or directory: '{missing}'" in done.stderr
+    assert f"there is no link to the robot: {missing}: No such file or directory" in done.stderr
     assert "Traceback" not in done.stderr
 
 
