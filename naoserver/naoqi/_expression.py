@@ -13,9 +13,10 @@ from naoserver._sounds import Sound, Tone
 from naoserver.capabilities import Color, Playback, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, FadingLights
-from naoserver.naoqi._background_calls import BackgroundCalls
-from naoserver.naoqi._connection import Connection, Reporter
-from naoserver.naoqi._link import Link, LinkLost, Reply
+from naoserver.hardware.background import BackgroundCalls
+from naoserver.hardware.connection import CallConnection
+from naoserver.hardware.link import CallLink, LinkLost, Reply
+from naoserver.hardware.reporter import Reporter
 from naoserver.parts import Lamp
 
 
@@ -54,7 +55,7 @@ class NaoqiVoice:
     `say` raises InvalidCommand when too many texts wait, CommandRefused while the robot is lost.
     """
 
-    def __init__(self, connection: Connection, calls: BackgroundCalls, reporter: Reporter) -> None:
+    def __init__(self, connection: CallConnection, calls: BackgroundCalls, reporter: Reporter) -> None:
         self._connection = connection
         self._calls = calls
         self._reporter = reporter
@@ -86,7 +87,7 @@ class NaoqiVoice:
     def utterance(self) -> Utterance:
         return self._utterance
 
-    def tick(self, link: Link) -> None:
+    def tick(self, link: CallLink) -> None:
         """Begin the next text at the end of the previous one."""
         with self._lock:
             self._go_on(link)
@@ -98,7 +99,7 @@ class NaoqiVoice:
             self._saying = None
             self._utterance = replace(self._utterance, speaking=False)
 
-    def _go_on(self, link: Link) -> None:
+    def _go_on(self, link: CallLink) -> None:
         if self._saying is not None:
             if not self._saying.done:
                 return
@@ -124,7 +125,7 @@ class NaoqiLoudspeaker:
     `play` raises CommandRefused while the robot is lost.
     """
 
-    def __init__(self, connection: Connection, reporter: Reporter, now: Callable[[], float]) -> None:
+    def __init__(self, connection: CallConnection, reporter: Reporter, now: Callable[[], float]) -> None:
         self._connection = connection
         self._reporter = reporter
         self._now = now
@@ -156,7 +157,7 @@ class NaoqiLoudspeaker:
     def playback(self) -> Playback:
         return self._playback
 
-    def tick(self, link: Link) -> None:
+    def tick(self, link: CallLink) -> None:
         """Begin the next tone at the end of the previous one."""
         with self._lock:
             self._go_on(link)
@@ -169,14 +170,14 @@ class NaoqiLoudspeaker:
             self._end = -math.inf
             self._playback = replace(self._playback, playing=False)
 
-    def _end_tone(self, link: Link) -> None:
+    def _end_tone(self, link: CallLink) -> None:
         """End the present tone, and drop those that wait."""
         self._waiting.clear()
         self._end = -math.inf
         if self._tone is not None and not self._tone.done and self._stopping is None:
             self._stopping = link.begin("ALAudioPlayer.stopAll")
 
-    def _go_on(self, link: Link) -> None:
+    def _go_on(self, link: CallLink) -> None:
         # NAOqi may run two calls in either order, so nothing is begun before a stop has been answered.
         for reply in (self._stopping, self._tone):
             if reply is not None and not reply.done:

@@ -91,13 +91,13 @@ def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClie
     It is polled less often than a real one: most of the work would be polls.
     """
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from naoserver.naoqi._connection import NaoqiLimits
+    from naoserver.hardware.connection import HardwareLimits
     from naoserver.naoqi._link import RobotAddress
     from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
     with fake_as_naoqi(body, OVER_NAOQI) as url:
-        address, limits = RobotAddress.parse(url), NaoqiLimits(period=0.05)
+        address, limits = RobotAddress.parse(url), HardwareLimits(period=0.05)
         clock = clock_at(OVER_NAOQI)
         robot = NaoqiRobot(lambda _: connect_patiently(address), body=body, clock=clock, limits=limits)
         with served_to_client(robot, options) as nao:

@@ -4,7 +4,7 @@ import pytest
 
 from naoserver._sounds import SOUNDS, Sound, Tone, single_tone
 from naoserver.errors import CommandRefused
-from naoserver.naoqi._link import CallFailed
+from naoserver.hardware.link import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
