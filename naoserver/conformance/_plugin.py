@@ -43,9 +43,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Find what makes the robot before anything runs."""
-    if robot := session.config.option.robot:
-        session.config.stash[_MAKE] = made_by(robot)
-    elif not session.config.option.collectonly:
+    option = session.config.option
+    if getattr(option, "numprocesses", None):  # of pytest-xdist
+        raise pytest.UsageError("one robot is tested by one process: leave out -n")
+    if option.robot:
+        session.config.stash[_MAKE] = made_by(option.robot)
+    elif not option.collectonly:
         raise pytest.UsageError(
             "which robot? Say --robot MODULE:FUNCTION, which returns a Robot, not started"
         )
@@ -127,7 +130,8 @@ def nao(make: MakeRobot, request: pytest.FixtureRequest) -> Iterator[RobotClient
             server = stack.enter_context(served(robot, limit=option.robot_limit))
         except RobotError as error:
             pytest.exit(f"{option.robot}: the robot cannot be started: {error}", 1)
-        before = dict(zip((joint.name for joint in robot.joints), robot.read().stiffnesses, strict=True))
+        held = zip(robot.joints, robot.read().stiffnesses, strict=True)
+        before = {joint.name: stiffness for joint, stiffness in held if joint.max_torque > 0.0}
         server.serving.callback(robot.command_stiffnesses, before, 0.0)
         yield stack.enter_context(server.client())
 
@@ -147,9 +151,13 @@ def able(request: pytest.FixtureRequest) -> None:
 def rest(nao: RobotClient) -> Iterator[RobotClient]:
     """The robot, stiff and at rest before a test, and stopped after it."""
     robot, stop = nao.robot, nao.assembly.body.hold
-    robot.command_stiffnesses(dict.fromkeys((joint.name for joint in robot.joints), 1.0), 0.5)
+    driven = {place: joint.name for place, joint in enumerate(robot.joints) if joint.max_torque > 0.0}
+    robot.command_stiffnesses(dict.fromkeys(driven.values(), 1.0), 0.5)
     stop()
-    nao.until(lambda: min(robot.read().stiffnesses, default=1.0) > 0.99, "motors become stiff within 0.5 s")
+    nao.until(
+        lambda: all(robot.read().stiffnesses[place] > 0.99 for place in driven),
+        "motors become stiff within 0.5 s",
+    )
     nao.until(
         lambda: max(map(abs, robot.read().velocities), default=0.0) < 0.1, "a stop brings joints to rest"
     )

@@ -174,10 +174,19 @@ def test_a_reading_that_goes_on_after_close_is_described() -> None:
 # -- what cannot be tested --------------------------------------------------------------------------------------
 
 
-def test_a_run_without_a_robot_asks_for_one(tmp_path: Path) -> None:
-    code, output = run(tmp_path)
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "which robot? Say --robot MODULE:FUNCTION"),
+        (["--robot", "naoserver.fake:FakeRobot", "-n", "2"], "one robot is tested by one process"),
+    ],
+)
+def test_a_run_without_a_robot_or_with_several_is_refused(
+    options: list[str], message: str, tmp_path: Path
+) -> None:
+    code, output = run(tmp_path, *options)
     assert code == pytest.ExitCode.USAGE_ERROR
-    assert "which robot? Say --robot MODULE:FUNCTION" in output
+    assert message in output
 
 
 @pytest.mark.parametrize(
