@@ -38,15 +38,18 @@ def test_it_walks_ahead_as_fast_as_commanded(rest: RobotClient, walker: Walker) 
     start, seen = walker.odometry(), [walker.odometry()]
 
     def as_fast() -> bool:
-        seen.append(walker.odometry())
-        near = [each for each in seen if math.dist((each.x, each.y), (seen[-1].x, seen[-1].y)) < 0.1]
-        return len(near) < len(seen) and abs(0.1 / (near[-1].time - near[0].time) - speed) < 0.3 * speed
+        now = walker.odometry()
+        seen.append(now)
+        far = [each for each in seen if math.dist((each.x, each.y), (now.x, now.y)) > 0.1][-1:]
+        reached = [math.dist((each.x, each.y), (now.x, now.y)) / (now.time - each.time) for each in far]
+        return any(abs(each - speed) < 0.25 * speed for each in reached)
 
     walker.command(WalkVelocity(forward=speed))
     assert walker.commanded() == WalkVelocity(forward=speed)
     rest.until(as_fast, f"it walks at {speed:.3g} m/s")
     _, left, turned = way(start, walker.odometry())
-    assert max(abs(left), abs(turned)) < 0.2, f"it does not walk straight: {left:.2f} m, {turned:.2f} rad"
+    assert abs(left) < 0.05, f"it does not walk straight ahead: {left:.2f} m to the left"
+    assert abs(turned) < 0.15, f"it does not walk straight ahead: it turned by {turned:.2f} rad"
 
 
 def test_it_turns_to_the_left_where_it_stands(rest: RobotClient, walker: Walker) -> None:

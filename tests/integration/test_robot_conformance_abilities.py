@@ -45,8 +45,6 @@ from tests.support.robot_server import eventually, wait_for
 
 SPEED = 0.08
 """Forward velocity in m/s that every Nao walks at: NAOqi's walk reaches 0.095 m/s."""
-SPEED_TOLERANCE = 0.25
-"""Part of a velocity by which what is reached, by odometry over some steps, may miss it."""
 POSTURE_TOLERANCE = 0.1
 """In rad, of a joint that carries the body in a posture."""
 COLOR_TOLERANCE = 0.01
