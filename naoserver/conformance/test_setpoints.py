@@ -63,6 +63,12 @@ class Moved:
     def arrives(self, target: float, promise: str) -> list[JointReading]:
         return self.nao.readings(lambda reading: abs(self.setpoint(reading) - target) < 1e-3, promise)
 
+    def drift(self, seconds: float) -> float:
+        """Return how far its setpoint moves within some robot seconds, once a command has taken effect."""
+        self.nao.watched(WHILE)
+        setpoints = [self.setpoint(reading) for reading in self.nao.watched(seconds)]
+        return max(setpoints) - min(setpoints)
+
     def ahead(self, readings: list[JointReading], speed: float) -> float:
         """Return by how much its setpoint was ahead of a speed, between any two readings."""
         most = 0.0
@@ -86,9 +92,10 @@ def moved(rest: RobotClient) -> Moved:
 @needs(JOINT)
 def test_a_position_command_moves_the_setpoint_no_faster_than_given(moved: Moved) -> None:
     """A position command moves the setpoint to its target at no more than the given speed."""
+    before = moved.robot.read()
     moved.go(moved.target, moved.speed)
     seen = moved.arrives(moved.target, f"the setpoint of {moved.name} comes to its target {moved.target:.3g}")
-    ahead = moved.ahead(seen, moved.speed)
+    ahead = moved.ahead([before, *seen], moved.speed)
     assert ahead < 0.2 * step_of(moved.joint), (
         f"the setpoint of {moved.name} moved faster than the given {moved.speed:.3g}/s: by {ahead:.3g} more"
     )
@@ -111,9 +118,7 @@ def test_a_velocity_command_moves_the_setpoint_until_the_next(moved: Moved) -> N
     moved.drive(0.0)
     ahead = moved.ahead(seen, abs(velocity))
     assert ahead < 0.2 * abs(way), f"the setpoint of {moved.name} moved faster than commanded: by {ahead:.3g}"
-    moved.nao.watched(WHILE)
-    held = [moved.setpoint(reading) for reading in moved.nao.watched(WHILE)]
-    left = max(held) - min(held)
+    left = moved.drift(WHILE)
     assert left < 0.1 * abs(way), (
         f"velocity 0 does not hold the setpoint of {moved.name}: in {WHILE:g} s it moved by {left:.3g}"
     )
@@ -128,9 +133,8 @@ def test_the_newest_command_replaces_the_one_before(moved: Moved) -> None:
     moved.arrives(moved.target, "a position replaces a velocity: the setpoint ends at the target")
     moved.go(moved.start, moved.speed / 20)
     moved.drive(0.0)
-    moved.nao.watched(WHILE)
+    assert moved.drift(1.0) < abs(way) / 50, "a velocity, 0, ends the way to a position"
     there = moved.setpoint(moved.robot.read())
-    assert abs(there - moved.target) < 0.8 * abs(way), "a velocity, 0, ends the way to a position"
     moved.go(moved.start, moved.speed)
     moved.go(there, moved.speed)
     moved.nao.watched(2 * WHILE)
@@ -163,26 +167,23 @@ def test_a_limp_joint_heeds_nobody_and_does_not_jump_when_it_becomes_stiff(moved
 def test_coupled_joints_move_together(rest: RobotClient) -> None:
     """Joints that one motor drives move, stop and become limp together."""
     robot, body, pair = rest.robot, rest.proxy(JointsPrx, "Body"), rest.robot.body.couplings[0]
-    left, right = (robot.body.joint_names.index(name) for name in (pair.leader, pair.follower))
-    leader, start = robot.body.joint[pair.leader], robot.read().commands[left]
-    far = target_of(leader, start)
-    goal = start + (far - start) / 3
-
-    def has_come(reading: JointReading) -> bool:
-        return abs(reading.commands[left] - goal) < 1e-3
-
-    body.setJointPositions({pair.follower: goal}, 0.05)
-    there = rest.readings(has_come, f"{pair.leader} goes where {pair.follower} is sent")[-1]
-    assert there.commands[right] == pytest.approx(goal, abs=1e-3), "they have one setpoint"
-    body.setJointPositions({pair.leader: far}, slowly(robot, leader))
-    rest.readings(lambda reading: not has_come(reading), f"{pair.leader} sets off")
-    rest.assembly.body.hold([pair.follower])
+    leader, follower = robot.body.joint[pair.leader], robot.body.joint[pair.follower]
+    left, right = (robot.body.joint_names.index(joint.name) for joint in (leader, follower))
+    start = robot.read().commands
+    part = start[right] + (target_of(follower, start[right]) - start[right]) / 3
+    goal = body.setJointPositions({follower.name: part}, 0.05)[follower.name]
+    there = rest.readings(lambda now: abs(now.commands[right] - goal) < 1e-3, f"{follower.name} moves")[-1]
+    away = abs(there.commands[left] - start[left])
+    assert away > 0.01, f"{follower.name} moved, and {leader.name}, which shares its motor, did not"
+    body.setJointPositions({leader.name: start[left]}, slowly(robot, leader))
+    rest.readings(lambda now: abs(now.commands[right] - goal) > 2e-3, f"{leader.name} moves {follower.name}")
+    rest.assembly.body.hold([follower.name])
     rest.watched(WHILE)
     held, later = robot.read().commands, rest.watched(WHILE)[-1].commands
-    assert later[left] == pytest.approx(held[left], abs=1e-3), "who stops one of them stops both"
-    assert later[right] == pytest.approx(held[left], abs=1e-3), "they have one setpoint"
-    body.setStiffnesses({pair.follower: 0.6}, 0.0)
+    assert abs(held[left] - start[left]) > away / 2, "who stops one of them stops both"
+    assert (later[left], later[right]) == pytest.approx((held[left], held[right]), abs=1e-3), "they go on"
+    body.setStiffnesses({follower.name: 0.6}, 0.0)
     rest.readings(
-        lambda reading: (reading.stiffnesses[left], reading.stiffnesses[right]) == pytest.approx((0.6, 0.6)),
+        lambda now: (now.stiffnesses[left], now.stiffnesses[right]) == pytest.approx((0.6, 0.6)),
         "they are as stiff as each other",
     )

@@ -153,6 +153,11 @@ def test_a_broken_reading_is_described(broken, test, promise) -> None:
             "not within 2 s: the setpoint of grip moves at the commanded velocity",
         ),
         (
+            broken_robots.RunsOn,
+            test_setpoints.test_the_newest_command_replaces_the_one_before,
+            "a velocity, 0, ends the way to a position",
+        ),
+        (
             broken_robots.Jumps,
             test_setpoints.test_a_limp_joint_heeds_nobody_and_does_not_jump_when_it_becomes_stiff,
             "grip jumped by .* when it became stiff again",

@@ -101,6 +101,16 @@ def test_joints_and_hinges_go_where_they_are_sent_and_stop_where_they_are(nao, b
     assert raised.of(state.commands[place]) > -0.9
 
 
+@on_each_with(lambda body: body.couplings)
+def test_joints_that_share_a_motor_have_one_setpoint(body, nao):
+    pair, names = nao.robot.body.couplings[0], body.getJointNames()
+    left, right = names.index(pair.leader), names.index(pair.follower)
+    goal = body.getJointState().commands[left] - 0.05
+    assert body.setJointPositions({pair.follower: goal}, 0.05)[pair.follower] == pytest.approx(goal)
+    state = wait_for(body.getJointState, lambda state: abs(state.commands[left] - goal) < 1e-3)
+    assert state.commands[right] == pytest.approx(state.commands[left], abs=1e-6)
+
+
 def test_what_was_limited_comes_back_is_counted_and_reported_as_an_event(nao, body):
     joint = pan_of(nao.robot.body)
     upper = nao.robot.body.joint[joint].upper
