@@ -94,6 +94,12 @@ def test_a_robot_of_one_part_passes_and_what_it_lacks_is_named(
     assert lacks <= reasons
 
 
+def test_the_server_that_visualhfsm_new_makes_passes_on_its_simulated_bus() -> None:
+    code, output = run(ROOT / "visualhfsm/template_hardware", "--robot", "server:make")
+    assert code == 0, output
+    assert "no walk" in output
+
+
 def test_the_page_shows_what_the_command_writes(tmp_path: Path) -> None:
     file, shown, broken = (block for block in blocks_of(PAGE) if block.language in ("python", "text"))
     assert file.name is not None
