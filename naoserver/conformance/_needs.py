@@ -32,7 +32,8 @@ def needs(*parts: Need) -> pytest.MarkDecorator:
 
 def free_joints(body: Body) -> list[Joint]:
     """Return the joints that may move alone, those first that carry least: no legs, wheels, couplings."""
-    bound = {*body.groups.wheels, *body.leaders, *body.leaders.values()}
+    bound = {name for pair in body.couplings for name in (pair.leader, pair.follower)}
+    bound |= {*body.groups.wheels}
     if not body.mounted:
         bound |= {*body.groups.legs}
     free = (joint for joint in body.joints if joint.name not in bound)
