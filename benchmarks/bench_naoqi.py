@@ -31,8 +31,8 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
-from naoserver.naoqi._libqi import connect
 from naoserver.hardware.link import CallLink, call
+from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import RobotAddress
 from naoserver.options import ServerOptions
 from naoserver.qi import serve_as_naoqi

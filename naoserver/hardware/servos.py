@@ -28,6 +28,7 @@ from naoserver.hardware.link import Link, LinkLost
 from naoserver.hardware.reporter import Reporter
 from naoserver.jobs import ControlLoop
 from naoserver.looks.description import write_looks
+from naoserver.parts import JointFacts
 from naoserver.robot import LIMP, BodyState, Frame, JointDevice, JointFault, JointReading
 from zenoh_ice import Clock, WallClock
 
@@ -48,8 +49,8 @@ class Servo:
     torque: float = 0.0
     stiffness: float = 1.0
     """From 0, limp, to 1."""
-    temperature: float = math.nan
-    """In degrees Celsius; nan when it reports none."""
+    temperature: float = 0.0
+    """In degrees Celsius; 0 when it reports none."""
     fault: str = ""
     """What keeps it from holding, such as `overload: its torque is off`; empty if nothing does."""
 
@@ -71,6 +72,38 @@ class ServoBus(Link, Protocol):
 
     def stiffen(self, stiffnesses: Mapping[str, float]) -> None:
         """Let servos hold, or go limp: from 0 to 1."""
+
+
+@dataclass(slots=True)
+class _Joint:
+    """A joint with its servo, and where that is sent."""
+
+    facts: JointFacts
+    servo: Servo
+    setpoint: float
+    stiffness: float = 0.0
+    goal: float = 0.0
+    speed: float = 0.0
+    """With which the setpoint moves to the goal."""
+    heard: float = -math.inf
+    """When the servo answered."""
+    changed: float = -math.inf
+    """When it was sent a stiffness."""
+
+    def take(self, servo: Servo, now: float, silence: float) -> None:
+        """Take a reading; the setpoint of a servo that is limp, or was silent so long, is where it is."""
+        found = now - self.heard > silence
+        self.servo, self.heard = servo, now
+        if found or now - self.changed > _SETTLED:
+            self.stiffness = servo.stiffness
+        if found or self.stiffness < LIMP:
+            self.setpoint, self.speed = servo.position, 0.0
+
+    def step(self, seconds: float) -> None:
+        """Move the setpoint on towards the goal, within the range."""
+        way = min(max(self.goal, self.facts.lower), self.facts.upper) - self.setpoint
+        most = self.speed * seconds
+        self.setpoint += min(max(way, -most), most)
 
 
 Capture = Callable[[str, int, int], Frame]
@@ -127,16 +160,15 @@ class ServoRobot:
         self._connection.on_lost.append(lambda _why: self._forget())
         self._connection.on_close.append(self.lifecycle.end)
         self._lock = threading.Lock()  # of what commands change; held for microseconds
-        self._goals: dict[str, tuple[float, float]] = {}  # target and speed
-        self._setpoints = {name: body.resting_angles[name] for name in body.joint_names}
-        self._stiffnesses = dict.fromkeys(body.joint_names, 0.0)
+        resting = body.resting_angles
+        self._joints = {
+            joint.name: _Joint(joint, Servo(resting[joint.name]), resting[joint.name])
+            for joint in body.joints
+        }
         self._changes: dict[str, float] = {}  # of stiffnesses, to be sent
-        self._changed: dict[str, float] = {}  # when one was sent
-        self._servos = {name: Servo(angle, stiffness=0.0) for name, angle in self._setpoints.items()}
-        self._heard: dict[str, float] = {}  # when a servo answered
         self._ticked = self.clock.now()
         self._closed = False
-        self._reading = self._reading_at(self._ticked, {})
+        self._reading = self._reading_at(self._ticked)
 
     def looks(self) -> str:
         return write_looks(self.body)
@@ -190,7 +222,8 @@ class ServoRobot:
     def _command(self, goals: Mapping[str, tuple[float, float]]) -> None:
         with self._lock:
             if self._connection.link is not None and not self._closed:
-                self._goals.update(goals)
+                for name, goal in goals.items():
+                    self._joints[name].goal, self._joints[name].speed = goal
 
     def _stiffen_all(self, stiffness: float) -> None:
         self.command_stiffnesses(dict.fromkeys(self.body.joint_names, stiffness), 0.0)
@@ -198,8 +231,9 @@ class ServoRobot:
     def _forget(self) -> None:
         """Let setpoints rest where they are."""
         with self._lock:
-            self._goals.clear()
             self._changes.clear()
+            for joint in self._joints.values():
+                joint.speed = 0.0
 
     # On the thread of the bus.
 
@@ -217,74 +251,59 @@ class ServoRobot:
             raise LinkLost("no servo answers")
         now = self.clock.now()
         with self._lock:
-            self._heard = {}
+            for joint in self._joints.values():
+                joint.heard = -math.inf
             self._take(found, now)
-        self._reading = self._reading_at(now, self._faults(now))
+            self._reading = self._reading_at(now)
 
     def _tick(self, bus: ServoBus) -> None:
         """Read all servos, and send them a step on."""
         found = bus.read()
         now = self.clock.now()
-        step, self._ticked = min(now - self._ticked, 2 * self._connection.limits.period), now
+        seconds, self._ticked = min(now - self._ticked, 2 * self._connection.limits.period), now
         with self._lock:
             changes, self._changes = self._changes, {}
-            self._stiffnesses.update(changes)
-            self._changed.update(dict.fromkeys(changes, now))
+            for name, stiffness in changes.items():
+                self._joints[name].stiffness, self._joints[name].changed = stiffness, now
             self._take(found, now)
-            faults = self._faults(now)
-            lost = {name for name, fault in faults.items() if fault.lost}
-            if len(lost) == len(self.joints):
+            reached = {name: joint for name, joint in self._joints.items() if not self._is_lost(joint, now)}
+            if not reached:
                 raise LinkLost(f"no servo has answered for {self._connection.limits.silence:g} s")
-            for joint in self.joints:
-                goal, speed = self._goals.get(joint.name, (0.0, 0.0))
-                if speed and now - self._heard.get(joint.name, -math.inf) < _FRESH:
-                    at = self._setpoints[joint.name]
-                    way = min(max(goal, joint.lower), joint.upper) - at
-                    self._setpoints[joint.name] = at + min(max(way, -speed * step), speed * step)
-            stiff = {name for name, stiffness in self._stiffnesses.items() if stiffness >= LIMP}
-            setpoints = {name: self._setpoints[name] for name in stiff - lost}
-        if found:
-            self._reading = self._reading_at(now, faults)
-        if changes := {name: value for name, value in changes.items() if name not in lost}:
+            for joint in reached.values():
+                if now - joint.heard < _FRESH:
+                    joint.step(seconds)
+            setpoints = {name: joint.setpoint for name, joint in reached.items() if joint.stiffness >= LIMP}
+            if found:
+                self._reading = self._reading_at(now)
+        if changes := {name: value for name, value in changes.items() if name in reached}:
             bus.stiffen(changes)
         bus.move(setpoints)
 
     def _take(self, found: Mapping[str, Servo], now: float) -> None:
-        """Take readings of servos; the setpoint of one that is limp, or was lost, is where it is.
-
-        Raises HardwareFailure for one of another robot.
-        """
+        """Take readings of servos. Raises HardwareFailure for one of another robot."""
         for name, servo in found.items():
-            if name not in self._servos:
+            if name not in self._joints:
                 raise HardwareFailure(f"the bus reports a joint {name!r}, which {self.name} lacks")
-            known = self._heard.get(name, -math.inf) >= now - self._connection.limits.silence
-            self._servos[name], self._heard[name] = servo, now
-            if not known or now - self._changed.get(name, -math.inf) > _SETTLED:
-                self._stiffnesses[name] = servo.stiffness
-            if not known or self._stiffnesses[name] < LIMP:
-                self._setpoints[name] = servo.position
-                self._goals.pop(name, None)
+            self._joints[name].take(servo, now, self._connection.limits.silence)
 
-    def _faults(self, now: float) -> dict[str, JointFault]:
-        """Return what is wrong with single servos."""
-        faults = {}
-        oldest = now - self._connection.limits.silence
-        for name, servo in self._servos.items():
-            if self._heard.get(name, -math.inf) < oldest:
-                faults[name] = JointFault("lost: its servo does not answer", lost=True)
-            elif servo.fault:
-                faults[name] = JointFault(servo.fault)
-        return faults
+    def _is_lost(self, joint: _Joint, now: float) -> bool:
+        return now - joint.heard > self._connection.limits.silence
 
-    def _reading_at(self, now: float, faults: Mapping[str, JointFault]) -> JointReading:
-        servos = self._servos.values()
+    def _fault_of(self, joint: _Joint, now: float) -> JointFault | None:
+        if self._is_lost(joint, now):
+            return JointFault("lost: its servo does not answer", lost=True)
+        return JointFault(joint.servo.fault) if joint.servo.fault else None
+
+    def _reading_at(self, now: float) -> JointReading:
+        joints = self._joints.values()
+        faults = {joint.facts.name: self._fault_of(joint, now) for joint in joints}
         return JointReading(
             now,
-            tuple(servo.position for servo in servos),
-            tuple(servo.velocity for servo in servos),
-            tuple(self._setpoints.values()),
-            tuple(servo.torque for servo in servos),
-            tuple(self._stiffnesses.values()),
-            tuple(servo.temperature for servo in servos),
-            faults,
+            tuple(joint.servo.position for joint in joints),
+            tuple(joint.servo.velocity for joint in joints),
+            tuple(joint.setpoint for joint in joints),
+            tuple(joint.servo.torque for joint in joints),
+            tuple(joint.stiffness for joint in joints),
+            tuple(joint.servo.temperature for joint in joints),
+            {name: fault for name, fault in faults.items() if fault is not None},
         )

@@ -327,7 +327,7 @@ def test_who_holds_the_lease_may_command_and_nobody_else_may_but_stop(rig):
 def test_a_joint_whose_servo_is_lost_is_refused_by_name_and_a_hold_is_not(clock):
     device = FakeDevice("Nao", H25.joints, clock, {})
     read, lost = device.read, JointFault("lost: its servo does not answer", lost=True)
-    device.read = lambda: replace(read(), faults={"HeadYaw": lost, "HeadPitch": JointFault("hot")})
+    device.read = lambda: replace(read(), faults={"HeadYaw": lost, "HeadPitch": JointFault("hot")})  # type: ignore[method-assign]
     rig = Rig(clock, device)
     for command in (
         lambda joint: rig.guarded.move({joint: 0.1}, {}),
