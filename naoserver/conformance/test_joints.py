@@ -117,7 +117,7 @@ def test_nothing_blocks(rest: RobotClient) -> None:
         "command_velocities": lambda: robot.command_velocities(dict.fromkeys(here, 0.0)),
         "command_stiffnesses": lambda: robot.command_stiffnesses(dict.fromkeys(here, 1.0), 0.1),
     }.items():
-        assert (took := shortest(call)) < AT_ONCE, f"{what} blocks: it took {took:.3f} s at best"
+        assert (took := shortest(call)) < AT_ONCE, f"{what} blocks: it took {took:.2f} s at best"
 
 
 def test_any_thread_may_read_and_time_goes_on(nao: RobotClient) -> None:
