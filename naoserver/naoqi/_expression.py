@@ -15,7 +15,7 @@ from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, FadingLights
 from naoserver.hardware.background import BackgroundCalls
 from naoserver.hardware.connection import CallConnection
-from naoserver.hardware.link import CallLink, LinkLost, Reply
+from naoserver.hardware.link import CallLink, Reply
 from naoserver.hardware.reporter import Reporter
 from naoserver.parts import Lamp
 
@@ -55,13 +55,13 @@ class NaoqiVoice:
     `say` raises InvalidCommand when too many texts wait, CommandRefused while the robot is lost.
     """
 
-    def __init__(self, connection: CallConnection, calls: BackgroundCalls, reporter: Reporter) -> None:
+    def __init__(self, connection: CallConnection, reporter: Reporter) -> None:
         self._connection = connection
-        self._calls = calls
         self._reporter = reporter
         self._lock = threading.Lock()
         self._waiting: deque[str] = deque()
         self._saying: Reply | None = None
+        self._stopping: Reply | None = None
         self._utterance = Utterance()
 
     def say(self, text: str) -> None:
@@ -77,12 +77,9 @@ class NaoqiVoice:
     def stop(self) -> None:
         with self._lock:
             self._waiting.clear()
-            if self._saying is None:
-                return
-        try:
-            self._calls.run("ALTextToSpeech.stopAll", urgent=True)
-        except LinkLost:
-            self.forget()
+            link = self._connection.link
+            if link is not None and self._saying is not None and self._stopping is None:
+                self._stopping = link.begin("ALTextToSpeech.stopAll")
 
     def utterance(self) -> Utterance:
         return self._utterance
@@ -96,13 +93,19 @@ class NaoqiVoice:
         """Say nothing more: the robot is lost."""
         with self._lock:
             self._waiting.clear()
-            self._saying = None
+            self._saying = self._stopping = None
             self._utterance = replace(self._utterance, speaking=False)
 
     def _go_on(self, link: CallLink) -> None:
+        is_saying = self._saying is not None and not self._saying.done
+        if self._stopping is not None and self._stopping.done:
+            with self._reporter.failures_of("voice"):
+                self._stopping.result(0.0)
+            # NAOqi may run two calls in either order: a stop that came before the text is repeated.
+            self._stopping = link.begin("ALTextToSpeech.stopAll") if is_saying else None
+        if is_saying or self._stopping is not None:
+            return
         if self._saying is not None:
-            if not self._saying.done:
-                return
             with self._reporter.failures_of("voice"):
                 self._saying.result(0.0)
             self._saying = None

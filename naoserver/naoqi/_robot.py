@@ -174,7 +174,7 @@ class NaoqiRobot:
         self.capture: Final = self._cameras.capture
         self.senses: Final = NaoqiSenses(self._state)
         self.lights: Final = NaoqiLights(self._calls, now, body.lights)
-        self.voice: Final = NaoqiVoice(connection, self._calls, reporter)
+        self.voice: Final = NaoqiVoice(connection, reporter)
         self.loudspeaker: Final = NaoqiLoudspeaker(connection, reporter, now)
         self.postures: Final = NaoqiPostures(connection, self._calls, reporter, now)
         self._closed = False
