@@ -12,6 +12,7 @@ from zenoh_ice.application.cli import SERVER_WAIT, ServerWait, finite, stop_on_s
 from zenoh_ice.settings import Settings
 
 from ._color import Color
+from ._exceptions import BallMoverException
 from ._waypoints import built_in_waypoints, read_waypoints
 
 __all__ = ["app"]
@@ -72,7 +73,7 @@ def move(
     """Carry a ball of the simulated world along waypoints in space."""
     points = read_waypoints(waypoints) if waypoints else built_in_waypoints(color)
 
-    from zenoh_ice import initialize
+    from zenoh_ice import ObjectNotExistException, initialize
     from zenoh_ice.application.patience import Patience
 
     from ._ball import Ball
@@ -82,9 +83,18 @@ def move(
 
     patience = Patience(server_wait)
     with patience.until_served(partial(initialize, settings)) as communicator:
-        ball = patience.until_served(
-            partial(Ball.connect, communicator, color), lambda: "Safety" in communicator.identities()
-        )
+
+        def has_robot() -> bool:
+            return "Safety" in communicator.identities()
+
+        try:
+            ball = patience.until_served(partial(Ball.connect, communicator, color), has_robot)
+        except ObjectNotExistException as error:
+            if not has_robot():
+                raise
+            where = f"the robot of realm {communicator.realm!r} has no {color} ball"
+            hint = "only a simulation has balls, such as naoserver-sim --world balls"
+            raise BallMoverException(f"{where}: {hint}") from error
         route = Route.plan(points, ball.limits, speed=speed, loop=loop)
         with stop_on_signals() as stop, Progress(color, route) as progress:
             mover = Mover(

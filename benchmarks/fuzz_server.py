@@ -30,7 +30,7 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from tests.support.wire_doors import find_door
 from zenoh_ice import BusyException, Communicator, initialize
-from zenoh_ice._presence import servant_token
+from zenoh_ice._token_keys import servant_token
 from zenoh_ice._wire import ERROR_ENCODING, decode_error, encode_call_attachment
 from zenoh_ice.transport import Target
 

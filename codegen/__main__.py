@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import signal
 import sys
 from types import FrameType
@@ -15,14 +17,20 @@ def main() -> None:
     signal.signal(signal.SIGINT, _stop)
     signal.signal(signal.SIGTERM, _stop)
     arguments = sys.argv[1:]
-    if arguments[:1] == ["diff"]:  # no file: those have suffixes
-        from ._diff import app
+    try:
+        if arguments[:1] == ["diff"]:  # no file: those have suffixes
+            from ._diff import app
 
-        app(arguments[1:], prog_name="codegen diff")
-    else:
-        from .command import app
+            app(arguments[1:], prog_name="codegen diff")
+        else:
+            from .command import app
 
-        app(arguments, prog_name="codegen")
+            app(arguments, prog_name="codegen")
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for what is left: Python would try again to write it
+        sys.exit(f"codegen: error: cannot write: {error.strerror}")
 
 
 def _stop(number: int, _frame: FrameType | None) -> None:

@@ -198,6 +198,8 @@ def _finish(result: _Result, *, check: bool) -> bool:
         typer.echo(str(error), err=True)
         return False
     except OSError as error:
+        if error.filename is None:  # the output of this command
+            raise
         typer.echo(f"{error.filename}: {error.strerror}", err=True)
         return False
     for file in changes.write:

@@ -55,6 +55,8 @@ visualhfsm edit --demo
 
 visualhfsm edit behaviors/dance_and_follow.xml
 
+visualhfsm edit run.mcap
+
 visualhfsm edit --root ~/robots --port 8800 --no-browser
 
 visualhfsm edit -I ~/robots/shared
@@ -88,7 +90,12 @@ def edit(
     settings: Settings,
     files: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="FILES", exists=True, dir_okay=False, help="Documents to open."),
+        typer.Argument(
+            metavar="FILES",
+            exists=True,
+            dir_okay=False,
+            help="Documents to open, and a recording to look at.",
+        ),
     ] = None,
     include: Annotated[
         list[Path] | None,
@@ -171,6 +178,8 @@ def edit(
     if find_spec("jedi") is None:  # it is loaded by the process that helps with code
         raise MissingPackageError("jedi", "web")
 
+    if sum(file.suffix.lower() == ".mcap" for file in files or ()) > 1:
+        raise typer.BadParameter("one recording can be opened at the start", param_hint="FILES")
     if socket is not None and port:
         raise typer.BadParameter("give either --socket or --port")
     directories = [directory.resolve() for directory in require_directories(include)]

@@ -66,7 +66,7 @@ def convert(
         raise VisualHfsmError(reason(error)) from error
     report(diagnostics, error_format)
     if not to_file:
-        _print(text)
+        typer.echo(text, nl=False)
         return
     try:
         changes = compare_with_disk([GeneratedFile(path, text)])
@@ -79,15 +79,6 @@ def convert(
         ) from error
     if error_format is ErrorFormat.TEXT:  # programs read the rest of stderr
         typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)
-
-
-def _print(text: str) -> None:
-    try:
-        typer.echo(text, nl=False)
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise VisualHfsmError(Message("stdout cannot be written: {reason}", reason=reason(error))) from error
 
 
 def _check_suffix(path: Path, name: str) -> None:

@@ -39,6 +39,7 @@ from visualhfsm._errors import VisualHfsmError
 from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.application.cli import stop_on_signals
+from zenoh_ice.status import own_version
 from zenoh_ice.text import printable
 
 _T = TypeVar("_T", Step, Divergence, Difference)
@@ -144,7 +145,9 @@ def _announce(recorded: RecordingFile, recording: Path) -> None:
         .astimezone()
         .strftime("%Y-%m-%d %H:%M:%S")
     )
-    typer.echo(f"{recording.name}: {printable(recorded.name)}, recorded on {when}")
+    theirs, own = printable(recorded.version), own_version()
+    by = "" if theirs == own else f" by VisualHFSM {theirs}, this is {own}"
+    typer.echo(f"{recording.name}: {printable(recorded.name)}, recorded on {when}{by}")
 
 
 def _generate(document: Path, folder: Path, include: list[Path]) -> Path:
@@ -270,12 +273,9 @@ def outcome_lines(outcome: Outcome) -> Iterator[str]:
     outcome = _with_ids(outcome)
     yield from (f"note: {printable(note)}" for note in outcome.notes)
     cycles = f"{outcome.cycles:,}".replace(",", " ")
-    did = f"replayed {outcome.seconds:.1f} s, {cycles} cycles"
-    if outcome.identical and not outcome.error:
-        yield f"{did}, identical"
-    elif not outcome.divergences:
-        yield f"{did}: the same states"
-    else:
+    verb = "stopped short after" if outcome.error else "replayed"
+    did = f"{verb} {outcome.seconds:.1f} s, {cycles} cycles"
+    if outcome.divergences:
         # 0 is the component, with differing events: most often of an automaton that is counted anyway.
         count = len({found.automaton for found in outcome.divergences} - {0}) or 1
         yield f"{did}: {count} {'automaton behaves' if count == 1 else 'automata behave'} otherwise"
@@ -283,6 +283,10 @@ def outcome_lines(outcome: Outcome) -> Iterator[str]:
         yield from _first(outcome.divergences[0])
         yield ""
         yield from _timelines(outcome.recorded, outcome.replayed, outcome.divergences[0].time)
+    elif outcome.error:
+        yield f"{did}: {printable(outcome.error)}"
+    else:
+        yield f"{did}, identical" if outcome.identical else f"{did}: the same states"
     if outcome.missing_cycles:
         yield f"{outcome.missing_cycles} cycles of the recording were not run"
     yield from _differences(outcome.differences)

@@ -49,5 +49,5 @@ def report(
     )
     size = write_run_page(target, run.exported(document))
     typer.echo(f"{target}: {size / 1e6:.1f} MB")
-    if not run.complete:
-        typer.echo("The recording is long: only its beginning was read.")
+    if text := str(run.shortened):
+        typer.echo(text)

@@ -139,6 +139,7 @@ class Robots:
             started=self._kind,
             simulation=msgspec.structs.replace(self._simulation, balls=moving or self._simulation.balls),
             has_balls=seen.has_balls,
+            postures=seen.postures,
             trouble=self._trouble,
         )
 

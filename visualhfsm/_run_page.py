@@ -56,7 +56,7 @@ class Run:
     """The content to export: the log of a component, its document if known, its world and its pictures.
 
     `imported` are the views of automata that the document imports. `pictures` are JPEG images by camera, each
-    with its wall time in s. `complete` says whether the log has the whole run. `body` is the robot, as
+    with its wall time in s. `shortened` says that it is only the beginning of a run. `body` is the robot, as
     `_monitoring.description` describes it for the page.
     """
 
@@ -67,7 +67,7 @@ class Run:
     imported: Sequence[Mapping[str, Any]] = ()
     world: Sequence[Shape] = ()
     pictures: Mapping[str, Sequence[tuple[float, bytes]]] = field(default_factory=dict)
-    complete: bool = True
+    shortened: Message = NO_MESSAGE
     figures: Sequence[Figure] = ()
     body: bytes = b""
 
@@ -106,7 +106,7 @@ def _content(run: Run) -> bytes:
     content = {
         "name": run.name,
         "began": newest.component.startedAt,
-        "complete": run.complete,
+        "shortened": run.shortened,
         "figures": run.figures,
         "structure": LiveStructure(run.structure, 1),
         "timeline": run.log.timeline(),

@@ -219,6 +219,8 @@ class Robot(Push, omit_defaults=True):
     """The simulation that was last requested."""
     has_balls: bool = False
     """Whether it has balls that can be moved."""
+    postures: tuple[str, ...] = ()
+    """Those that it can be brought into, as far as they are known."""
     trouble: Message = NO_MESSAGE
     """Why the robot that was started here has ended, or is not seen."""
 

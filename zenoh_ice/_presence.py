@@ -5,14 +5,21 @@ from __future__ import annotations
 import difflib
 import logging
 import math
-import re
 import threading
 import time
 from collections import ChainMap, deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
-from ._values import NAME
+from ._token_keys import (
+    FORMAT,
+    ServantToken,
+    any_client,
+    parse_client_token,
+    parse_servant_token,
+    server_of_unknown_token,
+)
 from .exceptions import (
     AccessDeniedException,
     CommunicatorDestroyedException,
@@ -23,15 +30,9 @@ from .exceptions import (
     TimeoutException,
 )
 from .limits import LIMITS, Limits
+from .status import own_version, version_in_status, versions
 from .text import few
 from .transport import NoAnswer, Target, Transport
-
-# The characters of our tokens; other names could not be called, and would reach error messages and logs.
-_SERVANT: Final = re.compile(
-    rf"@servant/({NAME})/({NAME})/(?=[^/]{{1,256}}/)((?:::[A-Za-z_][A-Za-z0-9_]*)+)/([0-9A-Za-z]{{1,64}}|-)/"
-    r"([0-9a-f]{1,32})/([0-9]{1,15})(?:/([0-9a-f]{16}\.[0-9]{1,10}\.[0-9]{1,10}))?"
-)
-_CLIENT: Final = re.compile(r"@client/[^/]+/([0-9a-f]{1,32})")
 
 # No robot has more of these: more means a flood.
 _MOST_SERVANTS: Final = 4096
@@ -44,57 +45,11 @@ _START_GRACE: Final = 4
 _GRACE_SHARE: Final = 0.1  # of the limit of a call, if that is more: a long limit means a busy machine
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
+_VERSION_LIMIT: Final = 1.0  # s in which a server of another version says which one it has
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
 _NEVER: Final = (-math.inf, "")
 
 _logger = logging.getLogger(__name__)
-
-
-class ServantToken(NamedTuple):
-    """A token of a servant: a session serves a target with an interface."""
-
-    target: Target
-    type_id: str
-    fingerprint: str  # of the interface; empty for one that has none
-    server: str  # id of the session
-    since: float  # wall time of the server's machine when it began to, in s since the epoch
-    door: str = ""  # where processes of its machine reach it; empty if they do not
-
-
-def servant_token(
-    target: Target, type_id: str, fingerprint: str, server: str, since: float, *, door: str = ""
-) -> str:
-    """Return the key of the token that a servant holds for one of its interfaces."""
-    # A dash for an interface without a fingerprint: an empty chunk is no key.
-    name = f"{target.realm}/{target.identity}"
-    key = f"@servant/{name}/{type_id}/{fingerprint or '-'}/{server}/{round(since * 1000)}"
-    return f"{key}/{door}" if door else key
-
-
-def parse_servant_token(key: str) -> ServantToken | None:
-    """Return the token that a key describes; None for a key that no servant of ours uses."""
-    match = _SERVANT.fullmatch(key)
-    if match is None:
-        return None
-    realm, identity, type_id, fingerprint, server, since, door = match.groups()
-    target = Target(realm, identity)
-    return ServantToken(target, type_id, fingerprint.strip("-"), server, int(since) / 1000, door or "")
-
-
-def client_token(realm: str, client: str) -> str:
-    """Return the key of the token that a client holds."""
-    return f"@client/{realm}/{client}"
-
-
-def any_client(realm: str) -> str:
-    """Return the pattern of the tokens of all clients of a realm."""
-    return f"@client/{realm}/*"
-
-
-def parse_client_token(key: str) -> str:
-    """Return the client of a token; nothing for a key that no client has."""
-    match = _CLIENT.fullmatch(key)
-    return match[1] if match else ""
 
 
 class ServantInfo(NamedTuple):
@@ -104,6 +59,7 @@ class ServantInfo(NamedTuple):
     interfaces: dict[str, str]  # the fingerprint of each of its interfaces by type id
     server: str  # id of the session that serves it
     since: float  # wall time of the server's machine when it began to, in s since the epoch
+    format: int = FORMAT  # of calls and samples; another one than ours belongs to another version
 
 
 class Presence:
@@ -134,6 +90,7 @@ class Presence:
         self._changed: Final = threading.Condition()
         self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
         self._count = 0  # of these tokens
+        self._unknown: Final[dict[str, str]] = {}  # servers by tokens that only another version understands
         # The fingerprints of each servant's interfaces by type id; replaced as a whole: readers take no lock.
         self.present: Final[dict[Target, Mapping[str, str]]] = {}
         self._came: Final[dict[Target, float]] = {}  # when its last server did, of what is there
@@ -170,7 +127,7 @@ class Presence:
         found: dict[str, ServantInfo] = {}
         with self._changed:
             for token in self._tokens.get(target, {}).values():
-                new = ServantInfo(target.identity, {}, token.server, token.since)
+                new = ServantInfo(target.identity, {}, token.server, token.since, token.format)
                 found.setdefault(token.server, new).interfaces[token.type_id] = token.fingerprint
         return sorted(found.values(), key=lambda info: (info.since, info.server))
 
@@ -179,6 +136,11 @@ class Presence:
         with self._changed:
             tokens = [token for each in self._tokens.values() for token in each.values()]
         return {(token.server, token.target) for token in tokens if token.server != server}
+
+    def has_other_format(self, target: Target) -> bool:
+        """Return whether a present servant understands other calls and samples than ours."""
+        server = next(iter(self.servers(target)), None)
+        return server is not None and server.format != FORMAT
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was present and is not any more."""
@@ -258,10 +220,41 @@ class Presence:
             return ConnectFailedException(self._transport.explain_unreachable(limit))
         present = self.identities(target.realm)
         shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
-        return ObjectNotExistException(
-            f"no servant {target.identity!r} in realm {target.realm!r}; "
-            + (f"there is {few(shown, 8)}" if shown else "the realm has no servants: is --realm right?")
-        )
+        there = f"there is {few(shown, 8)}" if shown else ""
+        other = self.other_version_in(target.realm, limit)
+        has = f"the realm has {other}" if other else ""
+        reasons = "; ".join(filter(None, (there, has))) or "the realm has no servants: is --realm right?"
+        return ObjectNotExistException(f"no servant {target.identity!r} in realm {target.realm!r}; {reasons}")
+
+    def other_version_in(self, realm: str, limit: float = math.inf) -> str:
+        """Return that a realm has servants of another version of VisualHFSM, and which; empty if it has none.
+
+        Asks one of their servers, for at most 1 or `limit` s.
+        """
+        with self._changed:
+            servers = {server for key, server in self._unknown.items() if key.split("/")[1] == realm}
+        if not servers:
+            return ""
+        server = max(servers)  # a name, if any of the tokens has one
+        return f"servants of {versions(self._version(realm, server, limit) if server else '')}"
+
+    def other_version(self, target: Target, limit: float) -> str:
+        """Return that the server of a present servant has another version of VisualHFSM; empty if it has not.
+
+        Asks it for its version, for at most 1 or `limit` s.
+        """
+        server = next(iter(self.servers(target)), None)
+        if server is None:
+            return ""
+        theirs = self._version(target.realm, server.server, limit)
+        is_other = server.format != FORMAT or theirs not in {"", "unknown", own_version()}
+        return f"its server has {versions(theirs)}" if is_other else ""
+
+    def _version(self, realm: str, server: str, limit: float) -> str:
+        """Return the version of a server; empty where it does not say it."""
+        with suppress(SystemException):
+            return version_in_status(self._transport.ask_status(realm, server, min(_VERSION_LIMIT, limit)))
+        return ""
 
     def explain_no_answer(
         self,
@@ -353,6 +346,7 @@ class Presence:
     def _on_token(self, key: str, came: bool) -> None:
         token = parse_servant_token(key)
         if token is None:
+            self._on_unknown_token(key, came)
             return
         target = token.target
         with self._changed:
@@ -386,6 +380,15 @@ class Presence:
             notify, self._notifying = not self._notifying, True
         if notify:  # once for all that arrive meanwhile: a flood of tokens must not fill the job queue
             self._submit(self._notify)
+
+    def _on_unknown_token(self, key: str, came: bool) -> None:
+        server = server_of_unknown_token(key)
+        with self._changed:
+            if not came:
+                self._unknown.pop(key, None)
+            elif server is not None and len(self._unknown) < _MOST_OF_SERVANT:
+                self._unknown[key] = server
+                self._last_news = time.monotonic()
 
     def _notify(self) -> None:
         with self._changed:
@@ -444,6 +447,7 @@ class ClientWatch:
         self._gone: Final[dict[str, None]] = {}  # the clients lost last, in this order
         self._lost: Final[deque[str]] = deque()  # the first is being reported
         self._closed = False
+        self._warned = False  # of a client of another version
         self._following: Final = transport.watch(any_client(realm), self._on_token)
 
     def close(self) -> None:
@@ -482,6 +486,13 @@ class ClientWatch:
 
     def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
         client = parse_client_token(key)
+        if came and not client and not self._warned:
+            self._warned = True
+            _logger.warning(
+                "a client of another version of VisualHFSM is in the realm and may not find these servants; "
+                "this is %s: install the same version on both sides",
+                own_version(),
+            )
         if came and client and len(self._first_tokens) < _MOST_CLIENTS:
             self._first_tokens.setdefault(client, key)
             self._gone.pop(client, None)

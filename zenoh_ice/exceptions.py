@@ -73,11 +73,13 @@ class InterfaceMismatchException(SystemException):
         self.member = member
 
     @classmethod
-    def between(cls, what: str, type_id: str, expected: str, found: str, member: str = "") -> Self:
+    def between(
+        cls, what: str, type_id: str, expected: str, found: str, member: str = "", *, remedy: str = ""
+    ) -> Self:
         """Return the exception for a proxy and a servant that have different versions of an interface."""
         return cls(
             f"{what}: the caller was generated from {expected}, the servant's {type_id} from {found}; "
-            f"{f'{member}; ' if member else ''}generate both from the same IDL",
+            f"{f'{member}; ' if member else ''}{remedy or 'generate both from the same IDL'}",
             expected,
             found,
             member,

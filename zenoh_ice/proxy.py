@@ -492,6 +492,10 @@ class ObjectPrx(Reference):
             self._communicator.find(self._target, None, timeout)
             return
         found = self._communicator.find(self._target, wanted.type_id, timeout)
+        presence = self._communicator.presence
+        if presence.has_other_format(self._target):
+            other = presence.other_version(self._target, started + timeout - time.monotonic())
+            raise InterfaceMismatchException(f"cast of {self._target}: {other}", wanted.fingerprint)
         fingerprint = found.get(wanted.type_id)
         if fingerprint is None:
             raise InterfaceMismatchException(
@@ -500,8 +504,14 @@ class ObjectPrx(Reference):
             )
         if wanted.fingerprint and fingerprint != wanted.fingerprint:
             difference = _difference(self, started + timeout)
+            other = presence.other_version(self._target, started + timeout - time.monotonic())
             raise InterfaceMismatchException.between(
-                f"cast of {self._target}", wanted.type_id, wanted.fingerprint, fingerprint, difference
+                f"cast of {self._target}",
+                wanted.type_id,
+                wanted.fingerprint,
+                fingerprint,
+                difference,
+                remedy=other,
             )
 
 

@@ -76,7 +76,7 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
     served = [key if key.endswith("/**") else f"{key}/*" for key in identities]
     processes = [f"@process/{realm}/*/status" for realm in realms]
     clients = [f"@client/{realm}/*" for realm in realms]
-    presence = [*(f"@servant/{realm}/**" for realm in realms), *clients]
+    presence = [f"@{kind}/{realm}/**" for kind in ("servant", "client") for realm in realms]
     return [
         # Everybody may see presence and status: error messages need them. Who asks for the servants of
         # all realms gets those of the role's.

@@ -17,7 +17,7 @@ import msgspec
 
 from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack, too_large
 from ._pool import Job, Kind
-from ._presence import servant_token
+from ._token_keys import servant_token
 from ._wire import (
     ATTACHMENT_LIMIT,
     NO_ATTACHMENT,

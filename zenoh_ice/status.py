@@ -7,6 +7,7 @@ import platform
 import socket
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +16,8 @@ import msgspec
 
 from . import typed
 from ._codec import LARGEST_PAYLOAD, Buffer, decode_bounded
-from .text import LONGEST_TEXT
+from .exceptions import MarshalException
+from .text import LONGEST_TEXT, printable
 
 _Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
 _Count = Annotated[int, msgspec.Meta(ge=0)]
@@ -44,8 +46,8 @@ class ProcessStatus(msgspec.Struct, frozen=True):
     zenoh: _Text
     version: _Text  # of the distribution
     since: _Seconds  # wall time in s since the epoch at which it began to serve
-    local_sockets: bool
     servants: dict[_Text, ServantStatus]  # by `identity@realm`
+    local_sockets: bool = False  # which version 0.2.0 did not have
 
 
 def encode_status(since: float, *, local_sockets: bool, servants: Mapping[str, ServantStatus]) -> bytes:
@@ -56,7 +58,7 @@ def encode_status(since: float, *, local_sockets: bool, servants: Mapping[str, S
             pid=os.getpid(),
             host=socket.gethostname(),
             python=platform.python_version(),
-            zenoh=_version("eclipse-zenoh"),
+            zenoh=version_of("eclipse-zenoh"),
             version=own_version(),
             since=since,
             local_sockets=local_sockets,
@@ -65,10 +67,34 @@ def encode_status(since: float, *, local_sockets: bool, servants: Mapping[str, S
     )
 
 
+class _Version(msgspec.Struct, frozen=True):
+    version: _Text
+
+
 def decode_status(data: Buffer, process: str) -> ProcessStatus:
     """Decode the status of a process; raises MarshalException that names it for a malformed one."""
     decode = typed.msgpack_decoder(ProcessStatus)
-    return decode_bounded(decode, data, LARGEST_PAYLOAD, f"status of {process}")
+    try:
+        return decode_bounded(decode, data, LARGEST_PAYLOAD, f"status of {process}")
+    except MarshalException as error:
+        theirs = version_in_status(data)
+        if theirs in {"", own_version()}:
+            raise
+        raise MarshalException(f"the process {process} has {versions(theirs)}") from error
+
+
+def version_in_status(data: Buffer) -> str:
+    """Return the version in the status of a process of any version; empty where it has none."""
+    decode = typed.msgpack_decoder(_Version)
+    with suppress(MarshalException):
+        return printable(decode_bounded(decode, data, LARGEST_PAYLOAD, "status").version)
+    return ""
+
+
+def versions(theirs: str) -> str:
+    """Return the text on a version of VisualHFSM that does not fit this one, and what to do."""
+    name = "in another version" if theirs in {"", "unknown", own_version()} else theirs
+    return f"VisualHFSM {name}, this is {own_version()}: install the same version on both sides"
 
 
 def program_name() -> str:
@@ -79,14 +105,15 @@ def program_name() -> str:
 
 def own_version() -> str:
     """Return the version of the installed distribution; `unknown` for a copy of its sources."""
-    return _version("visualhfsm")
+    return version_of("visualhfsm")
 
 
 @cache
-def _version(distribution: str) -> str:
+def version_of(distribution: str, otherwise: str = "unknown") -> str:
+    """Return the version of an installed distribution, and something else for one that is not installed."""
     from importlib.metadata import PackageNotFoundError, version  # here: it takes long to load
 
     try:
         return version(distribution)
-    except PackageNotFoundError:  # run from a copy of the sources
-        return "unknown"
+    except PackageNotFoundError:
+        return otherwise

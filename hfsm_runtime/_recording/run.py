@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import cache, partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,6 +21,7 @@ from hfsm_runtime.recording_file.messages import SOURCES, Action
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
 from zenoh_ice import ObjectPrx, typed
 from zenoh_ice.clock import Clock
+from zenoh_ice.status import version_of
 
 from .._automaton import Automaton
 from .._marks import Mark
@@ -77,7 +77,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         "realm": next((proxy.ice_getRealm() for proxy in proxies if isinstance(proxy, ObjectPrx)), ""),
         "proxies": msgspec.json.encode({n: p.identity for n, p in proxies_of(component).items()}).decode(),
         "python": platform.python_version(),
-        **{package: _version(package) for package in _PACKAGES},
+        **{package: version_of(package) for package in _PACKAGES},
     }
     try:
         writer = RecordingWriter(path, metadata, _sources(component), start)
@@ -324,10 +324,3 @@ def _sources(component: Component) -> dict[str, str]:
             if path.stat().st_size <= _LARGEST_SOURCE:
                 texts[name] = path.read_bytes().decode("utf-8", "surrogateescape")
     return texts
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "unknown"

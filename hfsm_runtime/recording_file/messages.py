@@ -24,6 +24,9 @@ INTERVENTIONS: Final = "interventions"
 METADATA: Final = "visualhfsm.component"
 """The name of the metadata about the component."""
 
+FORMAT: Final = "1"
+"""The metadata `format`: another number with each change that an older version cannot read."""
+
 SOURCES: Final = ("document", "component", "extension", "import")
 """The attachments, as `document/follow_ball.xml`: the document, and the Python that ran."""
 

@@ -21,11 +21,11 @@ import msgspec
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, Footer, Metadata, Schema, Statistics
 
 from zenoh_ice import typed
 
-from .messages import MESSAGES, METADATA, SOURCES, Image, Message, Picture
+from .messages import FORMAT, MESSAGES, METADATA, SOURCES, Image, Message, Picture
 
 LARGEST_RECORD: Final = 64 << 20
 """Most bytes of a record, of an unpacked chunk, and of all sources together."""
@@ -39,8 +39,13 @@ _CHANNEL = 4
 _MESSAGE = 5
 _CHUNK = 6
 _ATTACHMENT = 9
+_STATISTICS = 11
 _METADATA = 12
 _DATA_END = 15
+_END_SIZE: Final = 37
+"""Bytes of the last record, which says where the summary begins, and of what follows it."""
+_MOST_SUMMARIES: Final = 1000
+"""Records of a summary that are looked at; ours has the statistics after some thirty."""
 _HEAD: Final = struct.Struct("<BQ")
 """Opcode and length of a record."""
 _MESSAGE_HEAD: Final = struct.Struct("<HIQQ")
@@ -103,8 +108,9 @@ class RecordingFile:
     """A recording on disk; its beginning has been read. Raises RecordingError.
 
     `metadata` are those of the component, `name` is its name and `start` when it started, in ns since the
-    epoch; `sources` are the files that made it, by names such as `document/follow_ball.xml`, and `altered`
-    the names of those whose content is not what was written.
+    epoch; `version` is that of the VisualHFSM that recorded it; `sources` are the files that made it, by
+    names such as `document/follow_ball.xml`, and `altered` the names of those whose content is not what was
+    written.
     """
 
     def __init__(self, path: Path, limits: ReadLimits = READ_LIMITS) -> None:
@@ -125,6 +131,10 @@ class RecordingFile:
             raise RecordingError(
                 f"{path} is not a recording of a component: not an MCAP file, or a damaged one"
             )
+        self.version = self.metadata.get("visualhfsm", "unknown")
+        if self.metadata.get("format", FORMAT) != FORMAT:
+            text = f"{path} has a format that is not known here: read it with the version that recorded it"
+            raise RecordingError(f"{text}, VisualHFSM {self.version}")
         self.start = int(start)
         self.name = self.metadata.get("name", "?")[:200]
 
@@ -136,6 +146,18 @@ class RecordingFile:
         """
         matches = ((_FILE.fullmatch(name), content) for name, content in self.sources.items())
         return {match[1]: (match[2], content) for match, content in matches if match}
+
+    @property
+    def end(self) -> int | None:
+        """When its last message was written, in ns since the epoch; None if it was cut off."""
+        with suppress(*_BROKEN, OSError), self._path.open("rb") as file:
+            file.seek(-_END_SIZE, os.SEEK_END)
+            file.seek(Footer.read(_stream(_read_record(file)[1])).summary_start)
+            for _ in range(_MOST_SUMMARIES):
+                opcode, payload = _read_record(file)
+                if opcode == _STATISTICS:
+                    return int(Statistics.read(_stream(payload)).message_end_time)
+        return None
 
     def messages(self) -> Iterator[RawMessage]:
         """Yield the messages in the order of the file; in a truncated file, those before the broken record.

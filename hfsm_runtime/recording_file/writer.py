@@ -15,7 +15,7 @@ from typing import IO, Final, NamedTuple
 import msgspec
 from mcap.writer import CompressionType, Writer
 
-from .messages import INTERVENTIONS, MESSAGES, METADATA, WATCHED, Gap, Message, schema_of
+from .messages import FORMAT, INTERVENTIONS, MESSAGES, METADATA, WATCHED, Gap, Message, schema_of
 from .reader import LARGEST_MESSAGE
 
 _logger = logging.getLogger(__name__)
@@ -97,7 +97,7 @@ class RecordingWriter:
         try:
             self._writer = Writer(self._file, _CHUNK_SIZE, CompressionType.ZSTD)
             self._writer.start(profile="", library="visualhfsm")
-            self._writer.add_metadata(METADATA, dict(metadata))
+            self._writer.add_metadata(METADATA, {"format": FORMAT, **metadata})
             for name, text in attachments.items():
                 data = text.encode("utf-8", "surrogateescape")
                 self._writer.add_attachment(start, start, name, "text/plain", data)

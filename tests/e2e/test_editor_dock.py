@@ -9,11 +9,23 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, expect
 
+from hfsm_runtime.recording_file.messages import Change
+from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from interfaces.nao import SoundsPrx, SpeechPrx
 from tests.support.browser import Box, EditorPage, new_context, shared_address
-from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
+from tests.support.editor import editor
+from tests.support.monitor import (
+    DOCUMENT,
+    comes_true,
+    monitor_page,
+    patient_services,
+    robot_and_editor,
+    run,
+    status,
+)
 from tests.support.robot_server import eventually
 from tests.support.soak import cases
+from zenoh_ice import Settings
 
 SEVERAL_FRAMES = """async () => {
     for (let frame = 0; frame < 4; frame++) await new Promise(requestAnimationFrame);
@@ -278,6 +290,17 @@ def test_the_caption_is_read_on_a_phone_by_users_and_viewers_and_in_forced_color
             "(getComputedStyle(each))"
         )
         assert ink != paper != edge
+
+
+def test_the_editor_shows_a_recording_among_its_files(browser: Browser, tmp_path: Path) -> None:
+    file, root = tmp_path / "run.mcap", tmp_path / "root"
+    root.mkdir()
+    writer = RecordingWriter.watching(file, "walk", DOCUMENT)
+    writer.put(Entry("/automata/walk", 1, Change(1, "walk", 1, "wait", "entered", 0)))
+    writer.close()
+    services = patient_services(Settings(listen=(), connect=(), clock="wall"))
+    with editor(root, file, make_services=services) as running, monitor_page(browser, running) as shown:
+        expect(status(shown)).to_have_text("Recording")
 
 
 def test_a_recording_shows_what_the_robot_said_and_played(browser: Browser, tmp_path: Path) -> None:

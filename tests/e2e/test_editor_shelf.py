@@ -39,14 +39,14 @@ TOUCH = """([from, to]) => {
 }"""
 
 
-SERVED = """async (names) => {
+SERVED = """async ([names, postures]) => {
     const base = document.querySelector('script[src$="/app.js"]').src.replace("app.js", "");
     const {store} = await import(`${base}store.js`);
     const request = store.request.bind(store);
     store.request = (op, fields) => fields?.action === "identities"
         ? Promise.resolve(Object.fromEntries(names.map((name) => [name, [`::nao::${name}`]])))
         : request(op, fields);
-    store.robot = {...store.robot, status: names.length ? "present" : "none", title: "Cart"};
+    store.robot = {...store.robot, status: names.length ? "present" : "none", title: "Cart", postures};
     store.dispatchEvent(new CustomEvent("robot", {detail: {}}));
 }"""
 """Let the page see a robot that serves some things."""
@@ -204,16 +204,19 @@ def test_the_shelf_of_the_project_follows_its_folder(own: EditorPage, root: Path
 
 
 def test_what_the_robot_lacks_is_said(own: EditorPage) -> None:
-    own.page.evaluate(SERVED, ["Safety", "Head", "Walk", "Leds"])
+    own.page.evaluate(SERVED, [["Safety", "Head", "Walk", "Leds", "Postures"], ["Rest", "Stand"]])
     lacks = own.page.get_by_role("option", name="Look for a ball, this robot has no camera")
     expect(lacks).to_contain_class("lacking")
     trouble = own.page.locator(".shelf-about .trouble")
     own.hover(lacks, shows=trouble)
     expect(trouble).to_have_text("This robot has no camera.")
     expect(ready(own, "Walk to")).not_to_contain_class("lacking")
+    expect(ready(own, "Stand")).not_to_contain_class("lacking")
+    sit = own.page.get_by_role("option", name="Sit, this robot has no posture Sit")
+    expect(sit).to_contain_class("lacking")
     lacks.click()  # it may be meant for another robot
     expect(own.state("look for a ball")).to_have_count(1)
-    own.page.evaluate(SERVED, [])
+    own.page.evaluate(SERVED, [[], []])
     expect(ready(own, "Look for a ball")).to_have_count(1)
 
 

@@ -26,7 +26,7 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice._presence import servant_token
+from zenoh_ice._token_keys import servant_token
 from zenoh_ice._wire import (
     ERROR_ENCODING,
     decode_error,

@@ -27,7 +27,7 @@ from tests.support.stranger import Stranger, stranger
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, SystemException, TimeoutException
 from zenoh_ice._pool import Job, Kind
-from zenoh_ice._presence import servant_token
+from zenoh_ice._token_keys import servant_token
 from zenoh_ice._wire import (
     ERROR_ENCODING,
     Attachment,

@@ -70,6 +70,18 @@ def test_once_carries_the_ball_to_the_last_waypoint_and_ends(robot: str, tmp_pat
     assert ball_place(robot, "BallRedEncoders") == pytest.approx((1.0, -0.1, 0.6), abs=0.02)
 
 
+def test_a_robot_without_balls_says_who_has_some(monkeypatch: pytest.MonkeyPatch) -> None:
+    endpoint, real = free_endpoint(), FakeRobot()
+    monkeypatch.setattr(real, "mechanisms", ())
+    with served(real, realm="nao", endpoint=endpoint):
+        result = run("red", "--connect", endpoint)
+    assert result.returncode == 1
+    assert result.stderr.endswith(
+        "ballmover: error: the robot of realm 'nao' has no red ball: only a simulation has balls, such as "
+        "naoserver-sim --world balls\n"
+    )
+
+
 def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> None:
     file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.7")
     with initialize(connect=[robot], lease=CALL_LIMIT) as communicator:

@@ -34,6 +34,21 @@ def test_the_packages_of_the_project_are_current() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize("arguments", [("--help",), ("lamp.idl",), ("--check", "lamp.idl")])
+def test_output_that_cannot_be_written_is_reported_in_one_line(
+    home: Path, arguments: tuple[str, ...]
+) -> None:
+    command = [sys.executable, "-m", "codegen", *arguments]
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            command, cwd=home, stdout=full, stderr=subprocess.PIPE, text=True, timeout=RUN_LIMIT, check=False
+        )
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "codegen: error: cannot write: No space left on device"
+    assert "Traceback" not in done.stderr
+
+
 def test_a_package_goes_beside_its_files_and_can_be_imported(home: Path) -> None:
     done = codegen("lamp.idl", "room.idl", cwd=home)
     assert done.returncode == 0, done.stderr

@@ -169,7 +169,5 @@ def test_the_command_runs_on_its_own_and_reports_an_output_without_room_in_one_l
             check=False,
         )
     assert done.returncode == 1
-    assert (
-        done.stderr.splitlines()[-1] == "visualhfsm: error: stdout cannot be written: No space left on device"
-    )
+    assert done.stderr.splitlines()[-1] == "visualhfsm: error: cannot write: No space left on device"
     assert "Traceback" not in done.stderr

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 import typer
 from PIL import Image
@@ -27,6 +28,7 @@ from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
+from tests.support.stranger import session_of
 from visualhfsm.nao._command import app
 from visualhfsm.nao._completion import complete_call, complete_camera, complete_servant, complete_stream
 from visualhfsm.nao._doctor.findings import Level
@@ -345,19 +347,16 @@ def test_doctor_finds_the_robot_in_order(robot: ServedRobot) -> None:
     assert any("held by" in each.text and str(os.getpid()) in each.text for each in network)
 
 
-@pytest.mark.parametrize(
-    ("version", "message"),
-    [
-        ("0.1.0", "the server of Clock has another version (0.1.0, and {own} is here): upgrade the older"),
-        (None, "Clock does not describe itself as version {own} does: is its server an older one?"),
-    ],
-)
 def test_a_server_that_describes_itself_otherwise_has_another_version(
-    version: str | None, message: str, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("zenoh_ice.servant.Object.ice_describe", lambda *_: "[]")
-    monkeypatch.setattr("zenoh_ice.status.own_version", lambda: version)
-    expected = message.format(own=installed_version("visualhfsm"))
+    status = msgspec.msgpack.encode({"version": "0.1.0"})
+    monkeypatch.setattr("zenoh_ice._communicator.encode_status", lambda *_, **__: status)
+    own = installed_version("visualhfsm")
+    expected = (
+        f"Clock describes itself otherwise: its server has VisualHFSM 0.1.0, this is {own}: install the same"
+    )
     with served(FakeRobot()) as old, at(old.endpoint, old.realm):
         assert expected in " ".join(nao("call", "Clock.getTime").err.split())
         assert expected in json.loads(nao("status", "--json").out)["robot"]["Clock"]["error"]
@@ -402,6 +401,18 @@ def test_doctor_finds_which_way_calls_to_a_process_of_this_machine_go(
 
 def test_a_realm_without_servants_names_those_that_have_some(robot: ServedRobot) -> None:
     assert nao("list", "--realm", "empty").err.endswith(f"has no servants; there is --realm {robot.realm}\n")
+
+
+def test_a_realm_of_an_older_version_is_called_so() -> None:
+    end = free_endpoint()
+    with initialize(clock="wall", listen=[end], connect=[]) as communicator, at(end, "theirs"):
+        token = "@servant/theirs/Head/::nao::PoseHead/c0ffee"
+        with session_of(communicator).liveliness().declare_token(token):
+            text = "realm 'theirs' has servants of VisualHFSM in another version, this is"
+            assert text in nao("list").err
+            (failure,) = (each for each in check_network(load_settings()) if each.level == Level.FAILURE)
+    assert text in failure.text
+    assert failure.fix == "then start both again"
 
 
 def test_nobody_at_the_endpoint_is_reported_with_what_to_do() -> None:

@@ -20,7 +20,7 @@ from tests.support.stranger import session_of
 from tests.support.waiting import listened, until
 from visualhfsm.nao._doctor.network import check_network
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
-from zenoh_ice._presence import client_token
+from zenoh_ice._token_keys import client_token
 from zenoh_ice.exceptions import (
     AccessDeniedException,
     ConfigurationException,

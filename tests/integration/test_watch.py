@@ -202,6 +202,15 @@ def test_a_lost_server_is_reported_and_found_again() -> None:
         wait_until(telemetry, lambda state: "images/s" in status_line(state))
 
 
+def test_a_robot_that_its_server_loses_is_called_lost(robot: ServedRobot) -> None:
+    with component(robot.endpoint, robot.realm), listening(robot) as telemetry:
+        wait_until(telemetry, lambda state: "real time x" in status_line(state))
+        robot.assembly.gate.lose("the cable is out")
+        wait_until(telemetry, lambda state: status_line(state).endswith("robot lost"))
+        robot.assembly.gate.find()
+        wait_until(telemetry, lambda state: "real time x" in status_line(state))
+
+
 def test_a_component_that_is_restarted_begins_a_new_log(robot: ServedRobot) -> None:
     with component(robot.endpoint, robot.realm) as monitor, listening(robot) as telemetry:
         monitor.began -= 1000.0

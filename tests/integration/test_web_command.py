@@ -217,6 +217,15 @@ def test_a_document_that_cannot_be_opened_is_reported(
     assert "error: Cannot open broken.xml" in refused(tmp_path, str(broken))
 
 
+def test_one_recording_can_be_opened_at_the_start(tmp_path: Path) -> None:
+    files = [tmp_path / name for name in ("a.mcap", "b.MCAP")]
+    for file in files:
+        file.touch()
+    done = run_here(app, "visualhfsm", "edit", *files)
+    assert done.returncode == 2
+    assert "one recording can be opened at the start" in done.stderr
+
+
 def content(file: Path, wanted: str) -> str:
     """Wait for a file with a text, and return its content."""
     until(lambda: file.exists() and re.search(wanted, file.read_text()), START_LIMIT)

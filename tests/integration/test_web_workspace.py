@@ -184,6 +184,18 @@ def test_only_automata_that_changed_are_sent(window: Window) -> None:
     assert [automaton["id"] for automaton in window.documents[1]["automata"]] == [1]
 
 
+def test_a_recording_among_the_files_is_shown_by_the_first_window(root: Path) -> None:
+    file = root.with_name("run.mcap")
+    file.touch()
+    with (
+        editor(root, root / "robot.xml", file) as running,
+        running.window() as first,
+        running.window() as second,
+    ):
+        assert (first.hello["recording"], second.hello["recording"]) == (str(file), "")
+        assert [tab["path"] for tab in first.workspace["tabs"]] == ["robot.xml"]
+
+
 def test_a_window_that_says_hello_again_gets_everything_again(window: Window) -> None:
     window.ask("do", tab=1, command=ADD_STATE)
     window.documents.clear()

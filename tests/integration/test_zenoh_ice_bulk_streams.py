@@ -31,7 +31,7 @@ from zenoh_ice import Communicator, Sample
 from zenoh_ice._local import routes
 from zenoh_ice._local.door import door_space
 from zenoh_ice._memory import ArenaView, Extent
-from zenoh_ice._presence import servant_token
+from zenoh_ice._token_keys import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target

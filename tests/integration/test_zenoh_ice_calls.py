@@ -45,7 +45,7 @@ from zenoh_ice import (
     TimeoutException,
     UnknownException,
 )
-from zenoh_ice._presence import client_token
+from zenoh_ice._token_keys import client_token
 from zenoh_ice._wire import ERROR_ENCODING, decode_error
 from zenoh_ice.interface import Operation, Struct
 from zenoh_ice.limits import Limits

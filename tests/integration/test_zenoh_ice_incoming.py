@@ -30,7 +30,7 @@ from zenoh_ice import (
     ServantStatus,
     UnknownException,
 )
-from zenoh_ice._presence import servant_token
+from zenoh_ice._token_keys import servant_token
 from zenoh_ice._wire import encode_call_attachment
 from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
@@ -229,8 +229,9 @@ class TestProcessStatus:
             (b"\xc1", "malformed"),
             (msgspec.msgpack.encode({"program": 1}), r"at \$\.program"),
             (bytes((1 << 20) + 1), "1048577 bytes; at most 1048576 are accepted"),
+            (msgspec.msgpack.encode({"version": "0.9.0"}), r"has VisualHFSM 0\.9\.0, this is .*: install"),
         ],
-        ids=["no MessagePack", "no status", "too large"],
+        ids=["no MessagePack", "no status", "too large", "of another version"],
     )
     def test_status_that_is_none_is_refused(self, pair: Pair, answer: bytes, reason: str) -> None:
         def pretend(query: zenoh.Query) -> None:
@@ -239,7 +240,7 @@ class TestProcessStatus:
         key = "@process/nao/c0ffee/status"
         with (
             session_of(pair.server).declare_queryable(key, pretend),
-            pytest.raises(MarshalException, match=f"^status of c0ffee: .*{reason}"),
+            pytest.raises(MarshalException, match=f"^(status of|the process) c0ffee.*{reason}"),
         ):
             _ask_until_answered(pair)
 

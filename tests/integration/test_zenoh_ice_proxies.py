@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 
 from tests.conftest import Pair
@@ -14,10 +15,15 @@ from zenoh_ice import (
     CommunicatorDestroyedException,
     ConfigurationException,
     ConnectionLostException,
+    InterfaceMismatchException,
+    ObjectNotExistException,
 )
-from zenoh_ice._presence import servant_token
+from zenoh_ice._token_keys import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
+from zenoh_ice.status import own_version
 from zenoh_ice.transport import Served, Target
+
+OLD_STATUS = msgspec.msgpack.encode({"version": "0.2.0", "shared_memory": True})
 
 
 @pytest.fixture
@@ -102,6 +108,25 @@ class TestUnansweredCalls:
             proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Mute"))
             with pytest.raises(ConnectionLostException, match=r"Mute\.about got no answer"):
                 proxy.about()
+
+    @pytest.mark.parametrize(
+        ("form", "reason"),
+        [
+            ("", "no servant 'Old' in realm 'nao'; the realm has servants of VisualHFSM in another version"),
+            ("/{id}/1", "cast of Old@nao: its server has VisualHFSM 0.2.0"),
+        ],
+        ids=["0.1.0", "0.2.0"],
+    )
+    def test_servant_of_an_older_version_is_called_so(
+        self, pair: Pair, monkeypatch: pytest.MonkeyPatch, form: str, reason: str
+    ) -> None:
+        key = "@servant/nao/Old/::test::Notebook/c0ffee0000000005" + form.format(id=pair.server.client_id)
+        own = own_version()
+        with session_of(pair.server).liveliness().declare_token(key), monkeypatch.context() as patch:
+            patch.setattr("zenoh_ice._communicator.encode_status", lambda *_, **__: OLD_STATUS)
+            with pytest.raises((ObjectNotExistException, InterfaceMismatchException)) as caught:
+                NotebookPrx.checkedCast(pair.client.stringToProxy("Old"))
+        assert str(caught.value) == f"{reason}, this is {own}: install the same version on both sides"
 
     @over_both
     def test_call_whose_link_is_cut_is_lost(self, pair: Pair, remote: NotebookPrx) -> None:

@@ -14,7 +14,7 @@ import zenoh
 
 from tests.support.waiting import until
 from zenoh_ice import Communicator
-from zenoh_ice._presence import parse_servant_token, servant_token
+from zenoh_ice._token_keys import parse_servant_token, servant_token
 from zenoh_ice.transport import Target
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ from zenoh_ice._local.messages import (
     send_with_file,
 )
 from zenoh_ice._pool import Job, Kind
-from zenoh_ice._presence import parse_servant_token
+from zenoh_ice._token_keys import parse_servant_token
 from zenoh_ice.transport import Buffer, Ended, Reply
 
 from .stranger import session_of

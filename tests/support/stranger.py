@@ -12,7 +12,7 @@ import zenoh
 
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from zenoh_ice import Communicator
-from zenoh_ice._presence import servant_token
+from zenoh_ice._token_keys import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.transport import Target
 

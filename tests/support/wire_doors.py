@@ -62,7 +62,8 @@ from zenoh_ice._local.messages import (
 )
 from zenoh_ice._memory import Arena, ArenaView, Extent
 from zenoh_ice._pool import Pool
-from zenoh_ice._presence import Presence, client_token, parse_client_token, servant_token
+from zenoh_ice._presence import Presence
+from zenoh_ice._token_keys import client_token, parse_client_token, servant_token
 from zenoh_ice._wire import (
     Attachment,
     decode_attachment,
@@ -451,7 +452,7 @@ def _statuses() -> Door:
         assert all(servant.waiting >= 0 for servant in status.servants.values())
 
     servant = ServantStatus("::nao::PoseHead", 7, 1, 1, 0, 2, ("getPose",))
-    status = ProcessStatus("nao", 1, "host", "3.11", "1.10", "0.1", 1.7e9, True, {"Head@nao": servant})
+    status = ProcessStatus("nao", 1, "host", "3.11", "1.10", "0.1", 1.7e9, {"Head@nao": servant}, True)
     return Door([msgspec.msgpack.encode(status)], _refusable(take))
 
 

@@ -48,6 +48,7 @@ from msgspec import Meta, Struct
 from zenoh_ice import ZenohIceError
 from zenoh_ice.application.tether import CANNOT_RUN
 from zenoh_ice.toml_file import parse_toml, read_text
+from zenoh_ice.transport import check_name
 
 __all__ = [
     "ProcessSpec",
@@ -198,6 +199,17 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     def _part(self, machine: str) -> list[ProcessSpec]:
         return [each for each in self.processes if not machine or machine in (each.machines or [machine])]
+
+    def in_realm(self, realm: str) -> Stack:
+        """Return the stack with its processes in a realm, except those that are given one in the file.
+
+        Raises ConfigurationException for a text that is no realm.
+        """
+        settings = {"VISUALHFSM_REALM": check_name(realm, "realm")}
+        processes = tuple(
+            msgspec.structs.replace(each, environment=settings | each.environment) for each in self.processes
+        )
+        return msgspec.structs.replace(self, processes=processes)
 
     def with_variables(self, changes: dict[str, str]) -> tuple[ProcessSpec, ...]:
         """Return the processes with every `{variable}` filled in.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import bisect
 import math
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
-from codegen.messages import Message
+from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from hfsm_runtime.recording_file.messages import (
     INTERVENTIONS,
@@ -61,8 +60,11 @@ from zenoh_ice.text import printable
 
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""
-_READ_LIMIT: Final = 12.0
-"""Seconds in which a recording is read; of a longer one only the beginning is shown."""
+_MOST_STEPS: Final = 600_000
+"""How much is read of a recording: some two hours of a behavior with four automata, in some 12 s.
+
+A message is one step, and another one for each 8 kB; a moment has one for each automaton.
+"""
 _LONGEST_TEXT: Final = 120
 _MOST_ERRORS: Final = 20
 _MOST_AUTOMATA: Final = 10_000
@@ -103,17 +105,17 @@ class _Steered(msgspec.Struct, frozen=True):
 class RecordedRun:
     """A run that was recorded; `document` is the text of its document, empty when the recording lacks it.
 
-    `complete` says whether all of it was read: a long recording takes too long. `world` are the shapes that a
-    simulation showed, and `pictures` what the component saw. `described` is the robot, or the Nao if none is.
-    `parameters` are those of the component at its start, each as Python's repr, `interventions` what was done
-    to it, None for an older recording of a watcher, which does not say.
+    `shortened` says until when it was read if it is too long to be read to its end. `world` are the shapes
+    that a simulation showed, and `pictures` what the component saw. `described` is the robot, or the Nao if
+    none is. `parameters` are those of the component at its start, each as Python's repr, `interventions` what
+    was done to it, None for an older recording of a watcher, which does not say.
     """
 
     name: str
     structure: ComponentStructure
     log: RunLog
     document: str
-    complete: bool
+    shortened: Message
     world: Sequence[Shape]
     pictures: RecordedPictures
     described: DescribedRobot
@@ -124,7 +126,7 @@ class RecordedRun:
         """Return the run to export, with the document that it shows. Raises VisualHfsmError."""
         pictures = self.pictures.spread(MOST_PICTURES)
         return Run(
-            self.name, self.structure, self.log, document, imported, self.world, pictures, self.complete,
+            self.name, self.structure, self.log, document, imported, self.world, pictures, self.shortened,
             body=self.described.page,
         )  # fmt: skip
 
@@ -188,8 +190,8 @@ class RecordedPictures:
         return encode_jpeg(image.width, image.height, image.data)
 
 
-def open_recording(path: Path) -> RecordedRun:
-    """Read a recording; raises VisualHfsmError when the file is not a recording."""
+def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
+    """Read a recording, or its beginning; raises VisualHfsmError when the file is not a recording."""
     try:
         recording = RecordingFile(path)
         file, content = recording.files.get("document", ("", b""))
@@ -198,13 +200,12 @@ def open_recording(path: Path) -> RecordedRun:
             name=recording.name, document=file, generation=0, parameters=[], automata=[]
         )
         run = _Run(structure, recording.start, RecordedPictures(recording))
-        deadline = time.monotonic() + _READ_LIMIT
-        complete = True
+        shortened = NO_MESSAGE
         for message in recording.messages():
-            run.take(message)
-            if time.monotonic() > deadline:
-                complete = False
+            if run.steps >= most_steps:
+                shortened = _shortened(run.seconds, recording)
                 break
+            run.take(message)
     except RecordingError as error:
         raise VisualHfsmError(reason(error)) from error
     run.finish()
@@ -216,10 +217,26 @@ def open_recording(path: Path) -> RecordedRun:
             )
         )
     return RecordedRun(
-        recording.name, run.structure, run.log, text, complete, run.world, run.pictures, run.described,
+        recording.name, run.structure, run.log, text, shortened, run.world, run.pictures, run.described,
         _parameters(recording, run.log.first_parameters),
         run.log.interventions if is_known else None,
     )  # fmt: skip
+
+
+def _shortened(seconds: float, recording: RecordingFile) -> Message:
+    """Return the text that a recording was read until a component time in s."""
+    read = _duration(seconds)
+    if recording.end is None:
+        return Message("The recording is long: only its first {read} were read.", read=read)
+    whole = _duration((recording.end - recording.start) / 1e9)
+    return Message(
+        "The recording is long: only its first {read} of {whole} were read.", read=read, whole=whole
+    )
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
 def _parameters(recording: RecordingFile, shown: Mapping[str, str]) -> dict[str, str]:
@@ -260,14 +277,22 @@ class _Run:
         self._automata: dict[int, _Automaton] = {}
         self._next = 0
         self._now = 0
+        self.steps = 0
+        """What was read so far, as `_MOST_STEPS` counts it."""
         self._status = ComponentStatus.Running
         self._intervention: Intervention | None = None
         """The last one: the next message may say that it was refused."""
         self._errors: list[ErrorReport] = []
         self._marks: dict[tuple[str, str], tuple[int, hfsm.Mark]] = {}
 
+    @property
+    def seconds(self) -> float:
+        """The component time until which messages were taken."""
+        return self._now / 1e9
+
     def take(self, message: RawMessage) -> None:
         """Process the next message; a malformed one is skipped."""
+        self.steps += 1 + (len(message.data) >> 13)
         if message.kind not in (
             Action,
             Change,
@@ -447,6 +472,7 @@ class _Run:
 
     def _add_moment(self) -> None:
         self._next = self._now + _INTERVAL
+        self.steps += len(self._automata)
         automata = []
         for automaton in self._automata.values():
             snapshot = msgspec.structs.replace(automaton.snapshot)

@@ -253,7 +253,7 @@ class Monitoring:
             "snapshot": heard_moment(run.log.at(0.0)),
             "timeline": run.log.timeline(),
             "document": run.document,
-            "complete": run.complete,
+            "shortened": run.shortened,
             "world": run.world,
             "cameras": run.pictures.cameras,
             "body": run.described.hash,

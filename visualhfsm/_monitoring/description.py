@@ -127,6 +127,7 @@ class _Body(Struct, frozen=True):
     cameras: tuple[_Camera, ...] = ()
     soles: Annotated[tuple[_Sole, ...], Meta(max_length=2)] = ()
     shapes: Annotated[tuple[_ContactShape, ...], Meta(max_length=_MOST_PARTS)] = ()
+    postures: Annotated[dict[_Name, msgspec.Raw], Meta(max_length=_MOST_PARTS)] = {}
 
 
 class _Shape(Struct, frozen=True, omit_defaults=True):
@@ -167,6 +168,7 @@ class DescribedRobot:
     joints: frozenset[str]
     sliding: tuple[str, ...]
     """Those of the joints that slide instead of turning."""
+    postures: tuple[str, ...]
     page: bytes
     """JSON for `static/monitor/robot-drawing.js`."""
     hash: str
@@ -214,6 +216,7 @@ def describe(body: str, looks: str) -> DescribedRobot:
         neck=(neck.pan, neck.tilt),
         joints=frozenset(joint.name for joint in found.joints),
         sliding=tuple(joint.name for joint in found.joints if joint.sliding),
+        postures=tuple(map(printable, found.postures)),
         page=page,
         hash=sha256(page).hexdigest()[:32],
         body=body,

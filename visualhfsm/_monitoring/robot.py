@@ -69,6 +69,8 @@ class RobotPresence(NamedTuple):
     """Why its emergency stop is latched; empty while it is not."""
     title: str = ""
     """What a person calls it, as far as it is known."""
+    postures: tuple[str, ...] = ()
+    """Those that it can be brought into, as far as they are known."""
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -165,13 +167,15 @@ class RobotMonitor:
         clock, health = self._clock(), self._health()
         simulated = clock is not None and clock.value.simulated
         factor = math.nan if health is None else health.value.realTimeFactor
+        described = self.described
         return RobotPresence(
             present=simulated or factor != 0.0,  # the server stays present while a real robot is lost
             simulated=simulated,
             speed=round(factor, 1) if math.isfinite(factor) else 0.0,
             has_balls="BallRedMotors" in identities,
             stopped=self.stop_reason(),
-            title=described.title if (described := self.described) else "",
+            title=described.title if described else "",
+            postures=described.postures if described else (),
         )
 
     def stop_reason(self) -> str:

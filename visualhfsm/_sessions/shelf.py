@@ -37,6 +37,7 @@ _LARGEST_FILE: Final = 1 << 20
 """Bytes."""
 _LONGEST_TITLE: Final = 60
 _LONGEST_TEXT: Final = 2000
+_POSTURE: Final = re.compile(r"""\.goToPosture\(\s*["'](\w{1,64})["']""")
 _SENTENCE: Final = re.compile(r"(?<=[.!?]) ")
 _PACKAGE: Final = Path(__file__).parents[1]
 
@@ -61,8 +62,9 @@ class ReadyState(msgspec.Struct, frozen=True, kw_only=True):
     """A document of a shelf, as people see it there.
 
     `id` distinguishes it from others, `path` is its file as people name it. `summary` is the first sentence
-    of its description, which `text` has whole. One that `ends` has a final state: transitions out of it may
-    wait for that. `trouble` says why its file cannot be used; then the rest is blank.
+    of its description, which `text` has whole. `postures` are those that its code names. One that `ends` has
+    a final state: transitions out of it may wait for that. `trouble` says why its file cannot be used; then
+    the rest is blank.
     """
 
     id: str
@@ -77,6 +79,7 @@ class ReadyState(msgspec.Struct, frozen=True, kw_only=True):
     inputs: tuple[ReadyValue, ...] = ()
     outputs: tuple[ReadyValue, ...] = ()
     needs: tuple[Need, ...] = ()
+    postures: tuple[str, ...] = ()
     ends: bool = False
     trouble: Message = NO_MESSAGE
 
@@ -199,7 +202,10 @@ def _read(folder: _Folder, path: Path, id: str, version: tuple[int, int]) -> _Fi
         document = _document(folder, path)
     except _UnusableError as error:
         return _File(version, msgspec.structs.replace(named, trouble=error.message), "")
-    return _File(version, _described(named, document), write_document(document))
+    content = write_document(document)
+    postures = tuple(dict.fromkeys(_POSTURE.findall(content)))
+    shown = msgspec.structs.replace(_described(named, document), postures=postures)
+    return _File(version, shown, content)
 
 
 def _document(folder: _Folder, path: Path) -> Document:

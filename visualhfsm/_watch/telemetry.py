@@ -43,6 +43,8 @@ class WatchState:
     snapshot_age: float = math.inf
     robot: RobotState = field(default_factory=RobotState)
     robot_age: float = math.inf
+    robot_lost: bool = False
+    """Whether the robot's server does not reach it: only a real one can be lost."""
     camera: str = CAMERA
     image_size: tuple[int, int] = IMAGE_SIZE
 
@@ -147,6 +149,7 @@ class Telemetry:
             snapshot_age=self._follower.age,
             robot=self._robot.read(stale=self._robot.age() > STALE),
             robot_age=self._robot.age(),
+            robot_lost=not self._robot.presence().present,
             camera=self.camera,
             image_size=self.image_size,
         )

@@ -152,7 +152,7 @@ def status_line(state: WatchState) -> str:
         if robot.health.fallen:
             parts.append("fallen")
         parts.append(f"{robot.health.cameraRates.get(state.camera, 0.0):.1f} images/s")
-        parts.append(f"real time x {robot.health.realTimeFactor:.2f}")
+        parts.append("robot lost" if state.robot_lost else f"real time x {robot.health.realTimeFactor:.2f}")
     return "  ".join(parts)
 
 

@@ -35,6 +35,7 @@ async def hello(workspace: Workspace, window: Window, request: p.Hello) -> dict[
         "worlds": await workspace.threads.do(find_worlds),
         "bodies": await workspace.threads.do(partial(find_bodies, root)),
         "demo": not window.is_viewer and workspace.begin_demo(),
+        "recording": "" if window.is_viewer else workspace.begin_recording(),
         "viewer": window.is_viewer,
         "run": workspace.run_id,
         "key": window.key.hex(),

@@ -34,6 +34,7 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._languages import known_language, said
 from visualhfsm._sessions.journal import journal_directory
 from visualhfsm.project._project import Project
+from visualhfsm.project._root import RECORDING_SUFFIX
 from zenoh_ice.application.cli import stop_on_signals
 
 from .assets import page_assets
@@ -98,6 +99,7 @@ class SocketError(VisualHfsmError):
 class Options:
     """Options: the `files` to open, the `port` (0 lets the system pick) and the names of the machine.
 
+    A recording among the `files` is shown by the first window.
     Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names, beside those of
     loopback, under which a reverse proxy serves the page, below `base_path`; with `trust_proxy`, the server
     believes its headers `X-Forwarded-Host` and `X-Forwarded-Proto`. With a `socket` instead of a port, in a
@@ -184,7 +186,10 @@ class Server:
         )
         async with made as workspace:
             for file in options.files:
-                await open_file(workspace, str(file.resolve()))
+                if file.suffix.lower() == RECORDING_SUFFIX:
+                    workspace.offer_recording(str(file.resolve()))
+                else:
+                    await open_file(workspace, str(file.resolve()))
             app = make_app(workspace, self._site, None if options.socket else self.credentials)
             server = _HttpServer(_config(app, options.limits), self._stopping)
             self._wake = server.wake

@@ -69,6 +69,7 @@ class Workspace:
         self._make_services = make_services
         self._make_project = make_project
         self._demo = demo
+        self._recording = ""
         self._checks = CheckScheduler(limits.quiet_seconds)
         self._recoverable: list[Abandoned] = []
         self._published: WorkspacePush | None = None
@@ -167,6 +168,15 @@ class Workspace:
         """Return whether a window is to run the demo: the first one, where neither document nor robot is."""
         wanted, self._demo = self._demo, False
         return wanted and not self.tabs and self.realm.robot.status == "none"
+
+    def offer_recording(self, path: str) -> None:
+        """Let the first window that comes show a recording."""
+        self._recording = path
+
+    def begin_recording(self) -> str:
+        """Return the recording that a window is to show; empty for all but the first one."""
+        wanted, self._recording = self._recording, ""
+        return wanted
 
     async def look_for_recoverable(self) -> None:
         """Find the documents that can be recovered."""

@@ -291,6 +291,9 @@ def stack(
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a variable of the stack; repeatable."),
     ] = None,
+    realm: Annotated[
+        str, typer.Option(metavar="NAME", help="Robot or stack that the processes join, instead of nao.")
+    ] = "",
     systemd: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Start nothing: write systemd units into a folder.")
     ] = None,
@@ -308,6 +311,7 @@ def stack(
     from visualhfsm._deployment.units import write
 
     part, changes = load_stack(stack_path(name)).on_machine(machine), _changes(settings or [])
+    part = part.in_realm(realm) if realm else part
     if systemd or compose:
         write(part, changes, systemd, compose)
     else:

@@ -74,6 +74,8 @@ def nobody(communicator: Communicator) -> ZenohIceError:
     """Return the error for a realm without servants; it names the realms that have some."""
     if not communicator.presence.linked():
         return communicator.presence.explain_absence(Target(communicator.realm, "Nobody"))
+    if other := communicator.presence.other_version_in(communicator.realm):
+        return NaoError(f"realm {communicator.realm!r} has {other}")
     tokens: list[str] = []
     watch = communicator.transport.watch("@servant/**", lambda token, _: tokens.append(token))
     time.sleep(_FIRST_NEWS_LIMIT)

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from enum import IntEnum
 from typing import Any, Final, cast
 
 import msgspec
 
-from zenoh_ice import MarshalException, ObjectPrx, SystemException, UserException
+from zenoh_ice import MarshalException, ObjectPrx, UserException
 from zenoh_ice.generated import Byte, Int, Long, Short
 from zenoh_ice.interface import (
     RETURN_VALUE,
@@ -33,7 +32,6 @@ from zenoh_ice.reflection import (
     unscoped,
 )
 from zenoh_ice.servant import OBJECT_INTERFACE
-from zenoh_ice.status import own_version
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
@@ -247,28 +245,11 @@ def _description_of(proxy: ObjectPrx) -> Schema:
     try:
         return proxy.ice_describe()
     except MarshalException as error:
-        identity = proxy.ice_getIdentity()
-        theirs = _version_of_server(proxy)
-        own = own_version()
-        if theirs == own:
+        communicator, target = proxy.ice_getCommunicator(), target_of(proxy)
+        other = communicator.presence.other_version(target, communicator.settings.timeout)
+        if not other:
             raise
-        if not theirs:
-            raise MarshalException(
-                f"{identity} does not describe itself as version {own} does: is its server an older one?"
-            ) from error
-        raise MarshalException(
-            f"the server of {identity} has another version ({printable(theirs)}, and {own} is here): "
-            "upgrade the older of the two"
-        ) from error
-
-
-def _version_of_server(proxy: ObjectPrx) -> str:
-    """Return the version of the distribution that a servant's process has, or nothing if that is unknown."""
-    communicator, target = proxy.ice_getCommunicator(), target_of(proxy)
-    for info in communicator.presence.servers(target)[:1]:
-        with suppress(SystemException):
-            return communicator.processStatus(info.server, realm=target.realm).version
-    return ""
+        raise MarshalException(f"{target.identity} describes itself otherwise: {other}") from error
 
 
 def target_of(proxy: ObjectPrx) -> Target:

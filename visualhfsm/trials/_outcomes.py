@@ -10,7 +10,6 @@ from __future__ import annotations
 import fcntl
 import platform
 from collections.abc import Iterator, Mapping
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Final, Self, TypeVar
@@ -20,6 +19,7 @@ import msgspec
 from codegen.messages import Message
 from codegen.reasons import reason
 from zenoh_ice import typed
+from zenoh_ice.status import version_of
 
 from ._errors import TrialsError
 from ._quantities import Value
@@ -176,14 +176,10 @@ class Record:
 
 def versions() -> dict[str, str]:
     """Return the versions of what computes the outcome of a trial, in this process."""
-    return {"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}}
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "is missing"
+    return {
+        "python": platform.python_version(),
+        **{name: version_of(name, "is missing") for name in _PACKAGES},
+    }
 
 
 def read_header(path: Path) -> Header | None:

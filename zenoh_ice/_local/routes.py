@@ -11,7 +11,7 @@ from weakref import WeakSet
 
 from .._given_up import OwnCalls
 from .._pool import Pool
-from .._presence import parse_servant_token
+from .._token_keys import FORMAT, parse_servant_token
 from ..limits import LIMITS, Limits
 from ..transport import Target
 from .channel import Channel
@@ -47,7 +47,7 @@ class Route:
         if came and len(self._doors) < _MOST_TOKENS:
             token = parse_servant_token(key)
             if token is not None:
-                self._doors[key] = token.server, token.door
+                self._doors[key] = token.server, token.door if token.format == FORMAT else ""
         elif not came:
             self._doors.pop(key, None)
         self.choose()

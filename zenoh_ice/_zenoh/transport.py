@@ -22,7 +22,7 @@ from .._local.channel import NotSent, Outgoing
 from .._local.door import Door
 from .._local.routes import Neighborhood, Route
 from .._pool import Job, Kind, Pool
-from .._presence import client_token
+from .._token_keys import client_token
 from .._wire import ERROR_ENCODING
 from ..clock import WALL, Clock
 from ..exceptions import (

@@ -34,7 +34,6 @@ TESTED_BY: Final = {
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_editing/nodes.py": "unit/visualhfsm/editing/commands/test_states.py",
     "zenoh_ice/messenger.py": "integration/test_nao_stop.py",
-    "zenoh_ice/status.py": "integration/test_zenoh_ice_incoming.py",
     "zenoh_ros2/_endpoint.py": "unit/zenoh_ros2/test_topics.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""

@@ -13,6 +13,7 @@ from hfsm_runtime.recording_file.writer import RecordingWriter
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._replay import replay
 from visualhfsm._replaying import outcome_lines
+from zenoh_ice.status import own_version
 
 
 def side(state: str) -> Side:
@@ -63,6 +64,49 @@ def test_errors_of_a_cycle_that_are_not_shown_are_counted() -> None:
     lines = list(outcome_lines(outcome))
     shown = sum(line.startswith("error") for line in map(str.lstrip, lines))
     assert f"... and {100 - shown} more errors: --json has all" in lines
+
+
+def test_a_replay_that_stops_short_is_not_called_the_same() -> None:
+    outcome = Outcome(
+        error="the call head.getPose was not recorded",
+        seconds=1.6,
+        cycles=1,
+        identical=False,
+        missing_cycles=20,
+        divergences=[],
+        differences=[],
+        recorded=[],
+        replayed=[],
+        guesses={},
+        notes=[],
+    )
+    assert list(outcome_lines(outcome)) == [
+        "stopped short after 1.6 s, 1 cycles: the call head.getPose was not recorded",
+        "20 cycles of the recording were not run",
+    ]
+
+
+def test_a_recording_of_a_newer_format_is_refused_with_its_version(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    metadata = {"name": "walker", "start": "1000", "format": "2", "visualhfsm": "9.0"}
+    RecordingWriter(path, metadata, {}, 1000).close()
+    with pytest.raises(VisualHfsmError, match=r"read it with the version that recorded it, VisualHFSM 9\.0"):
+        replay(path)
+
+
+def test_a_recording_says_which_version_has_recorded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, metadata in (
+        ("ours.mcap", {"visualhfsm": own_version()}),
+        ("old.mcap", {"visualhfsm": "0.2.0"}),
+    ):
+        RecordingWriter(tmp_path / name, {"name": "walker", "start": "1000", **metadata}, {}, 1000).close()
+        with pytest.raises(VisualHfsmError, match="does not contain its component"):
+            replay(tmp_path / name)
+    ours, old = capsys.readouterr().out.splitlines()
+    assert "VisualHFSM" not in ours
+    assert old.endswith(f" by VisualHFSM 0.2.0, this is {own_version()}")
 
 
 def test_what_was_recorded_to_be_looked_at_is_not_replayed(tmp_path: Path) -> None:

@@ -5,18 +5,22 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+import msgspec
 import pytest
 
 from tests.support.limits import FOREVER
 from tests.support.waiting import at_once
 from zenoh_ice import ConnectionLostException, SystemException
 from zenoh_ice._pool import Pool
-from zenoh_ice._presence import Presence, servant_token
+from zenoh_ice._presence import Presence
+from zenoh_ice._token_keys import servant_token
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.limits import LIMITS, Limits
+from zenoh_ice.status import own_version
 from zenoh_ice.transport import NoAnswer, Served, Target
 
 HEAD = Target("nao", "Head")
+OWN = own_version()
 
 Announce = Callable[..., Served]
 
@@ -117,6 +121,58 @@ def test_a_call_whose_server_was_replaced_meanwhile_is_not_called_denied(noticed
     assert isinstance(error, ConnectionLostException)
     assert ("restarted during the call" if noticed else "missed it") in str(error)
     assert presence.came_since(HEAD, started)
+
+
+def status_of(version: str) -> bytes:
+    """Return the status that a process of another version sends: with a member that we do not know."""
+    return msgspec.msgpack.encode({"version": version, "program": 1, "since": "yesterday"})
+
+
+OLD_TOKEN = "@servant/nao/Head/::nao::PoseHead/c0ffee"
+
+
+@pytest.mark.parametrize(
+    ("form", "version", "named"),
+    [
+        ("", None, "in another version"),
+        ("/{id}/of/another/form", None, "in another version"),
+        ("/{id}/of/another/form", "0.2.0", "0.2.0"),
+        ("/{id}/of/another/form", OWN, "in another version"),
+    ],
+    ids=["0.1.0", "silent", "says it", "of a day between two versions"],
+)
+def test_a_realm_of_another_version_is_called_so(form: str, version: str | None, named: str) -> None:
+    presence, transport = make_presence()
+    if version is not None:
+        transport.serve_status("nao", lambda: status_of(version))
+    announced = transport.announce(OLD_TOKEN + form.format(id=transport.id))
+    expected = f"VisualHFSM {named}, this is {OWN}: install the same version on both sides"
+    assert str(presence.explain_absence(HEAD)) == (
+        f"no servant 'Head' in realm 'nao'; the realm has servants of {expected}"
+    )
+    assert not presence.servants("nao")
+    announced.close()
+    assert "is --realm right?" in str(presence.explain_absence(HEAD))
+
+
+@pytest.mark.parametrize(
+    ("rest", "version", "other"),
+    [
+        ("/-/1", OWN, ""),
+        ("/-/1", None, ""),
+        ("/-/1", "0.2.0", "0.2.0"),
+        ("/-/2", "0.9.0", "0.9.0"),
+        ("", None, "in another version"),
+    ],
+)
+def test_a_server_of_another_version_is_told_from_ours(rest: str, version: str | None, other: str) -> None:
+    presence, transport = make_presence()
+    if version is not None:
+        transport.serve_status("nao", lambda: status_of(version))
+    transport.announce(f"{OLD_TOKEN}/{transport.id}/1{rest}")
+    text = f"its server has VisualHFSM {other}, this is {OWN}: install the same version on both sides"
+    assert presence.other_version(HEAD, FOREVER) == (text if other else "")
+    assert presence.has_other_format(HEAD) is (rest != "/-/1")
 
 
 @pytest.fixture

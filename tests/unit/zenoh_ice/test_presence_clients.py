@@ -9,8 +9,9 @@ from contextlib import closing
 import pytest
 
 from zenoh_ice._pool import Pool
-from zenoh_ice._presence import ClientWatch, client_token
+from zenoh_ice._presence import ClientWatch
 from zenoh_ice._threads import PULSE_PERIOD
+from zenoh_ice._token_keys import client_token
 from zenoh_ice.in_process import InProcessTransport
 
 Jobs = deque[Callable[[], object]]
@@ -123,3 +124,16 @@ def test_a_closed_watch_is_called_no_more(transport: InProcessTransport, watch: 
     transport.announce(client_token("nao", "b")).close()
     run(jobs)
     assert lost == []
+
+
+def test_a_client_of_another_version_is_noted_once(
+    transport: InProcessTransport, watch: Watch, jobs: Jobs, caplog: pytest.LogCaptureFixture
+) -> None:
+    lost: list[str] = []
+    watch(lost.append)
+    for client in ("c0ffee", "abc"):
+        transport.announce(f"{client_token('nao', client)}/0123456789abcdef").close()
+    run(jobs)
+    (warning,) = caplog.messages
+    assert "a client of another version of VisualHFSM" in warning
+    assert not lost

@@ -498,10 +498,11 @@ export class HfsmApp extends PageElement {
     this.#titleWindow();
   }
 
-  /** Show a newcomer a robot that dances, when the server asks for it. */
+  /** Show a newcomer a robot that dances, or a recording, when the server asks for it. */
   async #welcome() {
-    if (!store.online || !store.greeting.demo) return;
-    (await import("./robot-run.js")).watchDance(this);
+    const {demo, recording} = store.online ? store.greeting : {};
+    if (demo) (await import("./robot-run.js")).watchDance(this);
+    if (recording) (await import("./monitor/documents.js")).play(recording);
   }
 
   /** Focus the canvas after a choice on the start page, which is gone. */

@@ -84,6 +84,7 @@ export interface Answer {
 export interface Greeting {
   root?: string;
   demo?: boolean;
+  recording?: string;
   templates?: {name: string; description: string}[];
   worlds?: World[];
   bodies?: KnownBody[];
@@ -132,7 +133,7 @@ export interface Followed {
 export type Recording = Followed & {
   component: string;
   document: string;
-  complete: boolean;
+  shortened: string;
   tab: number;
   world: WorldShape[];
   cameras: string[];

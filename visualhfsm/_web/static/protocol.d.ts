@@ -715,6 +715,7 @@ export interface ReadyState {
   inputs: ReadyValue[];
   outputs: ReadyValue[];
   needs: Need[];
+  postures: string[];
   ends: boolean;
   trouble: string;
 }
@@ -909,6 +910,7 @@ export interface RobotPush {
   started?: "" | "real" | "simulation";
   simulation?: Simulation;
   hasBalls?: boolean;
+  postures?: string[];
   trouble?: string;
 }
 

@@ -5,7 +5,7 @@
  * @import {Automaton} from "./protocol.js"
  * @import {LiveStructure, Timeline} from "./protocol.js"
  * @import {WorldShape} from "./monitor/world-drawing.js"
- * @typedef {{name: string, began: number, complete: boolean, structure: LiveStructure, timeline: Timeline,
+ * @typedef {{name: string, began: number, shortened: string, structure: LiveStructure, timeline: Timeline,
  *   document: (Fields & {automata: Automaton[]}) | null, imported: Automaton[], world: WorldShape[], body: object,
  *   pictures: Record<string, [at: number, jpeg: string][]>, times: number[],
  *   figures: {name: string, value: string, note: string}[]}} Content the moments follow it, as JSON,
@@ -107,7 +107,7 @@ function beginning(moments, pictures) {
 
 async function show() {
   const {content, moments} = await run();
-  const {name, complete, structure, timeline, world, pictures, imported} = content;
+  const {name, shortened, structure, timeline, world, pictures, imported} = content;
   const frame = new TextEncoder().encode(JSON.stringify({body: BODY, why: ""})).buffer;
   store.show({answer: answers(content, moments), frames: {poses: frame}}, pushes(content));
   const tab = content.document ? TAB : 0;
@@ -116,7 +116,7 @@ async function show() {
   const cameras = Object.keys(pictures);
   const snapshot = beginning(moments, pictures);
   const found = {component: name, file: "", document: "", structure, timeline, snapshot, since: 0};
-  await monitor.lookAtRecording(name, {...found, complete, tab, world, cameras, body: BODY});
+  await monitor.lookAtRecording(name, {...found, shortened, tab, world, cameras, body: BODY});
   const canvas = new HfsmCanvas();
   const draw = () => render(layout(content, canvas), document.body);
   draw();
@@ -125,7 +125,7 @@ async function show() {
 }
 
 /** @param {Content} content @param {HfsmCanvas} canvas */
-function layout({name, began, complete, document, timeline, figures}, canvas) {
+function layout({name, began, shortened, document, timeline, figures}, canvas) {
   const marked = timeline.numbers.some((each) => each.startsWith("mark."));
   const facts = {
     seconds: decimal(timeline.end - timeline.start, 1),
@@ -138,9 +138,7 @@ function layout({name, began, complete, document, timeline, figures}, canvas) {
   return html`<div class="run-page">
     <header>
       <h1>${name}</h1>
-      <p>
-        ${complete ? t("A run of {seconds} s on {date}", facts) : t("The beginning of a run of {seconds} s on {date}", facts)}
-      </p>
+      <p>${t("A run of {seconds} s on {date}", facts)} ${shortened}</p>
       <button
         type="button"
         class="action bare"

@@ -42,6 +42,7 @@ const NO_ROBOT = {
   started: "",
   simulation: {world: "balls", speed: "1", balls: false, body: ""},
   hasBalls: false,
+  postures: [],
   trouble: "",
 };
 /**

@@ -123,6 +123,8 @@ def holder_of(endpoint: str) -> str:
 def _nobody(communicator: Communicator) -> Finding:
     reason = nobody(communicator)
     if communicator.presence.linked():
+        if communicator.presence.other_version_in(communicator.realm):
+            return fail(str(reason), "then start both again")
         return fail(str(reason), "start a server in this realm, or name the realm of one with --realm")
     return _no_link(reason)
 

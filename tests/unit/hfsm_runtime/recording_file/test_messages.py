@@ -139,7 +139,9 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
         (schema,) = summary.schemas.values()
         assert (schema.name, schema.encoding) == ("visualhfsm.Reading", "jsonschema")
         assert [(a.name, a.data) for a in reader.iter_attachments()] == [("document/a.xml", b"<a/>")]
-        assert [(m.name, m.metadata) for m in reader.iter_metadata()] == [("visualhfsm.component", STATE)]
+        (metadata,) = reader.iter_metadata()
+        assert metadata.name == "visualhfsm.component"
+        assert metadata.metadata == {"format": "1", **STATE}
     assert messages(path) == [("/readings", 1001, {"context": "automaton 1", "kind": "now", "value": 1.5})]
 
 

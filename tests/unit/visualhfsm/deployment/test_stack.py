@@ -13,6 +13,7 @@ from tests.support.processes import REPOSITORY
 from visualhfsm._deployment.launcher import free_endpoint
 from visualhfsm._deployment.stack import ProcessSpec, Restarts, StackError, load_stack, shipped, stack_path
 from visualhfsm.nao._command import app
+from zenoh_ice import ConfigurationException
 
 GOOD = """
 name = "pair"
@@ -58,6 +59,21 @@ def test_variables_are_filled_into_commands_and_environment(tmp_path):
     server, _ = stack.with_variables({"speed": "5", "endpoint": "tcp/127.0.0.1:9"})
     assert server.command[3:] == ("--listen", "tcp/127.0.0.1:9", "--speed=5")
     assert server.environment == {"MODE": "x5"}
+
+
+def test_all_processes_join_a_realm_that_do_not_name_one(tmp_path):
+    stack = load_stack(write(tmp_path, GOOD + 'environment = { VISUALHFSM_REALM = "other" }\n')).in_realm(
+        "mine"
+    )
+    server, view = stack.with_variables({})
+    assert server.environment == {"VISUALHFSM_REALM": "mine", "MODE": "x1"}
+    assert view.environment == {"VISUALHFSM_REALM": "other"}
+
+
+def test_a_realm_of_a_stack_is_checked_first():
+    done = run_here(app, "nao", "stack", "sim", "--realm", "mine/*", expected=(ConfigurationException,))
+    assert done.returncode == 1
+    assert "'mine/*' is not a valid realm" in done.stderr
 
 
 def test_a_change_of_an_unknown_variable_names_the_known_ones(tmp_path):

@@ -52,6 +52,7 @@ def test_a_body_is_drawn_as_its_server_describes_it(name: str) -> None:
     assert {foot: len(outline) for foot, outline in content["soles"].items()} == {
         sole.link: len(sole.outline) for sole in body.soles
     }
+    assert robot.postures == tuple(body.postures)
     assert content["meshes"] == looks["meshes"]
     assert [shape["link"] for shape in content["shapes"]] == [shape["link"] for shape in looks["shapes"]]
     camera = body.cameras[0]

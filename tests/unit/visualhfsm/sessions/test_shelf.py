@@ -56,6 +56,13 @@ def test_a_file_needs_nothing_but_a_name(folder: Path) -> None:
     assert found.path == "shelf/Doors_and_more/knock_twice.xml"
 
 
+def test_the_postures_that_its_code_names_are_known(folder: Path) -> None:
+    ours = {each.title: each.postures for each in Shelves(folder.parent).states()}
+    assert ours["Sit"] == ("Sit",)
+    assert ours["Stand"] == ("Stand",)
+    assert ours["Kick"] == ()
+
+
 def test_a_file_says_how_it_is_shown(folder: Path) -> None:
     (folder / "a.xml").write_text(WORTHWHILE.format(shelf=SHELF))
     (found,) = own(folder)

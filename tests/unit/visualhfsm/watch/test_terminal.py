@@ -52,6 +52,12 @@ def test_the_last_error_of_the_component_is_reported() -> None:
     assert "  halted  error at 3.2 s in followBall: no such joint HeadRoll  " in status_line(shown)
 
 
+def test_a_robot_that_its_server_does_not_reach_is_lost() -> None:
+    line = status_line(replace(watched(), robot_lost=True))
+    assert line.endswith("  robot lost")
+    assert "real time" not in line
+
+
 def test_a_robot_that_has_fallen_is_reported() -> None:
     shown = watched()
     assert shown.robot.health is not None

@@ -263,7 +263,7 @@ class MonitorBar extends MonitorElement {
 export function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording)
-    return {status: "recording", word: recording.complete ? t("Recording") : t("Recording, its beginning")};
+    return {status: "recording", word: recording.shortened ? t("Recording, its beginning") : t("Recording")};
   if (!store.online) return {status: "stale", word: t("The editor is offline")};
   if (monitor.ended && monitor.isOver)
     return {status: failedRun() ? "failed" : "ended", word: spokenEnd(monitor.ended.message)};

@@ -113,7 +113,7 @@ export async function play(path) {
   await monitor.lookAtRecording(path, found);
   if (found.tab) page.show(found.tab);
   else notify(t("The recording does not contain its document: its states cannot be drawn."));
-  if (!found.complete) notify(t("The recording is long: only its beginning was read."));
+  if (found.shortened) notify(found.shortened);
 }
 
 /** Compare what a recording contains, which is shown, with the document of that name as it is now. @param {HfsmCanvas} canvas */

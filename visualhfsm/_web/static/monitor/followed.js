@@ -40,7 +40,7 @@ export class Followed {
   /**
    * The recording that is shown; `tab` is that of its document, 0 for none.
    *
-   * @type {{file: string, complete: boolean, tab: number, world: WorldShape[], cameras: string[], body: string}
+   * @type {{file: string, shortened: string, tab: number, world: WorldShape[], cameras: string[], body: string}
    *   | undefined}
    */
   recording = undefined;

@@ -132,10 +132,10 @@ class Monitor extends Shown {
     await this.detach();
     this.#attaching = undefined;
     const {followed} = this;
-    const {component, complete, tab, world, cameras, body} = found;
+    const {component, shortened, tab, world, cameras, body} = found;
     followed.component = component;
     followed.writable = false;
-    followed.recording = {file: path, complete, tab, world, cameras, body};
+    followed.recording = {file: path, shortened, tab, world, cameras, body};
     this.#begin(found);
     followed.looking = found.snapshot ?? undefined;
     this.#emit("mode", "shown");

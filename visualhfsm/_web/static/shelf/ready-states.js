@@ -49,9 +49,12 @@ export async function lookAtRobot() {
 }
 
 /** What the robot lacks for a ready state, in words; nothing while there is no robot. @param {ReadyState} ready */
-export function lacking({needs}) {
+export function lacking({needs, postures}) {
   if (!has.has("Safety")) return ""; // every robot has it
   const missing = needs.filter(({identity}) => !has.has(identity)).map(({identity}) => PARTS[identity] ?? identity);
+  const known = has.has("Postures") ? store.robot.postures : [];
+  if (known.length)
+    missing.push(...postures.filter((name) => !known.includes(name)).map((name) => t("posture {name}", {name})));
   return missing.length ? t("this robot has no {parts}", {parts: missing.join(t(" and no "))}) : "";
 }
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from zenoh_ice._presence import (
+from zenoh_ice._token_keys import (
     ServantToken,
     any_client,
     client_token,
     parse_client_token,
     parse_servant_token,
     servant_token,
+    server_of_unknown_token,
 )
 from zenoh_ice.transport import Target
 
@@ -27,6 +28,27 @@ def test_the_token_of_a_servant_says_what_it_was_made_of(fingerprint: str, door:
     assert parse_servant_token(key) == made
 
 
+@pytest.mark.parametrize(
+    ("rest", "format"), [("", 0), (f"/{SPACE}.4321.7", 0), ("/-/2", 2)], ids=["0.2.0", "first doors", "newer"]
+)
+def test_a_token_of_another_version_says_its_format(rest: str, format: int) -> None:
+    token = parse_servant_token(f"@servant/nao/Head/::nao::PoseHead/f/a/1{rest}")
+    assert token is not None
+    assert (token.target, token.server, token.format) == (HEAD, "a", format)
+
+
+@pytest.mark.parametrize(
+    ("rest", "server"), [("", ""), ("/abc/some/new/form", "abc"), ("/not hexadecimal", "")]
+)
+def test_a_token_of_another_form_is_known_as_a_servants(rest: str, server: str) -> None:
+    assert server_of_unknown_token(f"@servant/nao/Head/::nao::PoseHead/c0ffee{rest}") == server
+
+
+@pytest.mark.parametrize("key", ["@servant/nao", "@servant/nao/Head/text", "@servant/n o/Head/::A/f"])
+def test_a_key_of_no_servant_names_none(key: str) -> None:
+    assert server_of_unknown_token(key) is None
+
+
 def test_the_token_of_a_client_says_what_it_was_made_of() -> None:
     key = client_token("nao", "abc")
     assert parse_client_token(key) == "abc"
@@ -39,6 +61,7 @@ def test_the_token_of_a_client_says_what_it_was_made_of() -> None:
         "",
         "@servant/nao/Head/::nao::PoseHead/f/a",
         "@servant/nao/Head/::nao::PoseHead/f/a/1/more",
+        "@servant/nao/Head/::nao::PoseHead/f/a/1/-/one",
         "@servant/nao/He ad/::nao::PoseHead/f/a/1",
         f"@servant/nao/{'x' * 129}/::nao::PoseHead/f/a/1",
         "@servant/nao/Head/PoseHead/f/a/1",
