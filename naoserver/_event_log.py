@@ -102,7 +102,7 @@ class ConditionWatch:
         tilt = f"the torso tilts by {math.degrees(state.torso_tilt):.0f} deg"
         fallen = (Severity.Error, f"fallen: {tilt}")
         self._compare("fallen", state.fallen, name, fallen, f"upright again: {tilt}")
-        is_limp = max(reading.stiffnesses, default=1.0) < LIMP
+        is_limp = bool(self._robot.body.motors) and max(reading.stiffnesses) < LIMP
         limp = (Severity.Warning, "limp: no motor holds until it is made stiff again")
         self._compare("limp", is_limp, name, limp, "no longer limp: motors hold again")
         self._look_at_place()

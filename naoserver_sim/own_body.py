@@ -33,7 +33,8 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
+from naoserver.bodies import read_body_file
+from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
 from naoserver_sim._own.figure import Figure
@@ -77,9 +78,9 @@ def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], N
     """
     if path.suffix.lower() not in (".toml", ".json"):
         return _said(*_guessed(path, path.name), say)
-    text = read_text(path, RobotError) if text is None else text
     if path.suffix.lower() == ".json":
-        return read_body(text, str(path))
+        return read_body_file(path)
+    text = read_text(path, RobotError) if text is None else text
     own = parse_toml(text, OwnFile, str(path), RobotError)
     document = tomllib.loads(text)
     if not own.model:

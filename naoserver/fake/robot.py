@@ -96,6 +96,22 @@ def paint(
     return image
 
 
+def view(
+    body: Body,
+    camera: Camera,
+    reading: JointReading,
+    size: tuple[int, int],
+    balls: Iterable[tuple[Ball, tuple[int, int, int]]],
+) -> Frame:
+    """Return what a camera of a body, with its joints as they are read, sees of balls of some colors."""
+    angles = dict(zip(body.joint_names, reading.positions, strict=True))
+    kinematics = kinematics_of(body)
+    link = kinematics.torso_place(angles) @ kinematics.link_place(camera.link, angles)
+    place = link @ matrix_of((*camera.position, 0.0, camera.tilt, 0.0))
+    seen = [(project(place, ball), color) for ball, color in balls]
+    return Frame(camera.name, reading.time, *size, paint(camera, size, seen))
+
+
 _GRAVITY: Final = 9.81  # m/s2
 
 
@@ -497,21 +513,11 @@ class FakeRobot(FakeDevice):
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot is closed")
         reading = self.read()
-        place = self._place_of(facts, reading)
-        balls = [
-            (project(place, Ball(*ball.read().positions)), _COLORS[ball.name]) for ball in self.mechanisms
-        ]
-        return Frame(camera, reading.time, width, height, paint(facts, (width, height), balls))
+        balls = [(Ball(*ball.read().positions), _COLORS[ball.name]) for ball in self.mechanisms]
+        return view(self.body, facts, reading, (width, height), balls)
 
     def start(self) -> None:
         """Do nothing: the robot computes its state on request."""
-
-    def _place_of(self, camera: Camera, reading: JointReading) -> Matrix:
-        """Return where a camera is in the robot's frame."""
-        angles = dict(zip(self.body.joint_names, reading.positions, strict=True))
-        kinematics = kinematics_of(self.body)
-        link = kinematics.torso_place(angles) @ kinematics.link_place(camera.link, angles)
-        return link @ matrix_of((*camera.position, 0.0, camera.tilt, 0.0))
 
     def close(self) -> None:
         super().close()

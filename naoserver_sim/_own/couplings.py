@@ -26,6 +26,7 @@ Note = Callable[[str, str], None]
 _TINY: Final = 1e-9
 _ONE_AXIS: Final = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _OF_JOINT: Final = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+_MUSCLE: Final = mujoco.mjtGain.mjGAIN_MUSCLE
 
 
 class Pull(NamedTuple):
@@ -94,6 +95,8 @@ def couplings_of(mj: mujoco.MjModel, where: str, lines: Lines) -> Couplings:
         each.pulls += [Pull(actuator) for actuator, joint in motors.items() if joint == each.leader]
     _pull(chains, tendons)
     used = {pull.actuator for each in chains for pull in each.pulls}
+    if muscles := [mj.actuator(each).name for each in used if mj.actuator_gaintype[each] == _MUSCLE]:
+        note("", f"the muscles {', '.join(sorted(muscles))} are servos here, which pull and push")
     for actuator in sorted(set(range(mj.nu)) - used):
         joint = motors.get(actuator, "")
         why = f"joint {joint!r} follows another one" if joint else "it acts on no joint"
@@ -166,7 +169,10 @@ def loops_of(mj: mujoco.MjModel, frames: Mapping[int, Frame], where: str, lines:
             mounted = True
         elif of_robot:
             name = mj.body(of_robot[0]).name
-            note(name, f"what holds {name!r} to {'sites' if len(of_robot) > 1 else 'no link'} is left out")
+            why = (
+                "it welds sites, not links" if len(of_robot) > 1 else "its other end is no link of the robot"
+            )
+            note(name, f"an equality that holds {name!r} is left out: {why}")
     return Loops(tuple(loops), mounted, tuple(notes))
 
 

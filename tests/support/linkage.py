@@ -43,7 +43,7 @@ LINKAGE: Final = Body(
         _joint("pin", ("crank", "rod"), (0.0, 0.0, _ARM), **_PASSIVE),
         _joint("swing", ("base", "rocker"), (_ROD, 0.0, 0.1), **_PASSIVE),
         _joint("grip", ("base", "finger"), (0.0, 0.2, 0.1), lower=-0.2, upper=0.6),
-        _joint("pinch", ("base", "thumb"), (0.1, 0.2, 0.1), max_velocity=4.0),
+        _joint("pinch", ("base", "thumb"), (0.1, 0.2, 0.1), max_velocity=6.0),
     ),
     gears={
         "servo": Gear(stiffness=50.0, damping=2.0, inertia=0.01),

@@ -608,6 +608,12 @@ def test_the_velocity_of_a_follower_is_converted_for_its_leader():
     assert (outcome.accepted, safety.velocity("grip")) == ({"pinch": 0.5}, -0.25)
 
 
+def test_a_follower_is_driven_no_faster_than_its_leader():
+    safety, reading = linked()
+    fastest = safety.drive({"grip": 100.0}, reading, "c1", 0.0).accepted["grip"]
+    assert safety.velocity("pinch") == pytest.approx(-2.0 * fastest)
+
+
 def test_both_joints_of_a_coupling_are_made_equally_stiff_whatever_the_ratio():
     assert linked()[0].stiffen({"pinch": 0.5}) == {"grip": 0.5, "pinch": 0.5}
 

@@ -13,6 +13,7 @@ from naoserver_sim._own.tree import LARGEST_FILE
 from naoserver_sim.own_body import read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML
+from tests.support.places import ROOT
 from tests.support.present import present
 from zenoh_ice import VirtualClock
 
@@ -421,6 +422,10 @@ def test_facts_are_written_and_served(written, tmp_path):
     path = written(CART, CART_TOML, "cart.xml")
     write_own_body(path, tmp_path / "cart.json")
     assert write_body(read_own_body(tmp_path / "cart.json")) == write_body(read_own_body(path))
+
+
+def test_a_toml_file_of_all_facts_needs_no_model():
+    assert read_own_body(ROOT / "visualhfsm/template_hardware/bust.toml").joint_names[:2] == ("pan", "tilt")
 
 
 def test_a_file_is_overwritten_by_force_alone(written, tmp_path):

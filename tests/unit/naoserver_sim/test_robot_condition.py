@@ -51,6 +51,11 @@ def test_a_robot_that_stands_has_nothing_to_tell():
     assert Rig(LOOSE).run(8) == []
 
 
+def test_a_robot_without_any_motor_is_not_called_limp():
+    passive = tuple(replace(joint, max_torque=0.0) for joint in LINKAGE.joints)
+    assert Rig(replace(LINKAGE, joints=passive)).run(2) == []
+
+
 def test_a_mounted_robot_may_be_anywhere():
     below = replace(
         LINKAGE, shapes=(Shape(link="base", kind="box", size=(0.1, 0.1, 0.1), position=(0, 0, 2)),)

@@ -131,6 +131,10 @@ def test_a_tendon_moves_the_one_joint_that_has_no_motor_of_its_own():
             "the actuator 'jet' is left out: it acts on no joint",
         ),
         (
+            '<actuator><muscle name="calf" joint="a" lengthrange="0.1 1"/></actuator>',
+            "the muscles calf are servos here, which pull and push",
+        ),
+        (
             '<tendon><spatial name="t"><site site="site_a"/><site site="site_b"/></spatial></tendon>',
             "the tendon 't' is left out: it runs along sites, not over joints",
         ),
@@ -201,4 +205,6 @@ def test_a_root_that_is_welded_to_the_world_is_mounted():
 def test_a_link_that_is_held_to_the_world_is_named_with_its_line():
     loops, mounted, notes = held('<connect body1="link_b" anchor="0 0 0"/>')
     assert (loops, mounted) == ((), False)
-    assert notes == ("r.xml:9: what holds 'link_b' to no link is left out",)
+    assert notes == (
+        "r.xml:9: an equality that holds 'link_b' is left out: its other end is no link of the robot",
+    )
