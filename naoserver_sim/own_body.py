@@ -72,9 +72,9 @@ _log = logging.getLogger(__name__)
 def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], None] = _log.info) -> Body:
     """Return the body that a file describes: TOML beside its model, a model alone, or facts in JSON or TOML.
 
-    `text` is what the file is to have, if not what it has. What a model alone was taken for is told to `say`,
-    in some ten lines; what is not kept of a model is logged. Raises RobotError with file, line and name when
-    files cannot be read or do not fit together.
+    `text` is what the file is to have, if not what it has. What a model alone was taken for is reported to
+    `say`, in some ten lines; what is not kept of a model is logged. Raises RobotError with file, line and name
+    when files cannot be read or do not fit together.
     """
     if path.suffix.lower() not in (".toml", ".json"):
         return _said(*_guessed(path, path.name), say)
@@ -97,9 +97,9 @@ def write_own_body(
 ) -> None:
     """Write the body of a file: as TOML to edit, each guess with its reason, or as facts in JSON to serve.
 
-    What a model alone was taken for is told to `say`. Raises RobotError when `source` cannot be read, or not
-    be guessed from, and when `target` has another ending, exists without `force`, or is not in the folder of
-    the model or one above.
+    What a model alone was taken for is reported to `say`. Raises RobotError when `source` cannot be read, or
+    not be guessed from, and when `target` has another ending, exists without `force`, or is not in the folder
+    of the model or one above.
     """
     kind = target.suffix.lower()
     if kind not in (".toml", ".json"):

@@ -156,7 +156,7 @@ class _Guesser:
         if self._parts.tables.get("mounted"):
             return True, "the world carries it in its model"
         if not len(figure.points(*range(1, mj.nbody))):
-            return True, "no link has a shape that touches the floor: it would fall for ever"
+            return True, "no link has a shape that touches the floor: it would fall without end"
         roots = [body for body in range(1, mj.nbody) if mj.body_parentid[body] == 0]
         if any(mj.body_jntnum[root] for root in roots):  # a free joint, as the reader leaves no other
             return False, ""

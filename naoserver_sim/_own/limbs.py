@@ -236,6 +236,6 @@ class Limbs:
 
 
 def _spelled(name: str) -> str:
-    """Return the words of a name: `l hip pitch` of LHipPitch and of l_hip_pitch."""
+    """Return the words of a name: `l wrist pitch` of LWristPitch and of l_wrist_pitch."""
     apart = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
     return re.sub(r"[^A-Za-z0-9]+", " ", apart).lower()

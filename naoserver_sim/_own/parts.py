@@ -355,7 +355,7 @@ class _Reader:
         return self._moves.pulls.get(self._mj.joint(joint).name, ())
 
     def _is_driven(self, joint: int) -> bool:
-        """Return whether a joint without a torque has a motor all the same."""
+        """Return whether a joint without a torque nevertheless has a motor."""
         name = self._mj.joint(joint).name
         if self._mj.nu:
             return bool(self._pulls(joint))

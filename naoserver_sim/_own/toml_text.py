@@ -67,7 +67,7 @@ def _lines(
 
 
 def _is_table(item: object, path: tuple[str | int, ...]) -> bool:
-    """Return whether a value gets a header of its own."""
+    """Return whether a value gets a header."""
     if path[:1] in [(name,) for name in _INLINE]:
         return False
     if isinstance(item, list):

@@ -102,7 +102,7 @@ def test_what_cannot_stand_by_itself_is_mounted(read, name, mounted, why):
 def test_a_robot_without_shapes_is_held(read):
     body, said = read(robot(link("trunk"), link("leg"), joint("left_hip", "trunk", "leg", axis="0 1 0")))
     assert body.mounted
-    assert "no link has a shape that touches the floor: it would fall for ever" in said
+    assert "no link has a shape that touches the floor: it would fall without end" in said
 
 
 def test_the_neck_turns_to_the_left_and_down(read):
