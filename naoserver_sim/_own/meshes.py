@@ -12,7 +12,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,14 +43,12 @@ class MeshError(Exception):
     """A mesh cannot be used: why, as the end of a sentence."""
 
 
-@dataclass(frozen=True)
-class MeshFile:
-    """A mesh in a format of MuJoCo."""
+class MeshFile(NamedTuple):
+    """A mesh in a format of MuJoCo; its color, if it has one, is red, green, blue and opacity."""
 
     ending: str
     content: bytes
     color: tuple[float, ...] | None = None
-    """Red, green, blue and opacity, if the file has colors."""
 
 
 def packages_near(model: Path) -> dict[str, Path]:
@@ -190,11 +188,10 @@ def _stl(content: bytes) -> bytes:
     """Return a binary STL; one that is text is turned into it."""
     count = int.from_bytes(content[80:84], "little")
     size = 84 + _TRIANGLE.itemsize * count
-    if count and len(content) >= size and not (len(content) > size and content.startswith(b"solid")):
-        if count > _MOST_TRIANGLES:
-            raise MeshError(f"it has {count} triangles; MuJoCo takes at most {_MOST_TRIANGLES}")
-        return content[:size]
-    if not content.lstrip().startswith(b"solid"):
+    text = content.lstrip().startswith(b"solid")
+    if count and (len(content) == size or (len(content) > size and not text)):
+        return _written(np.frombuffer(content, _TRIANGLE, count, 84)["corners"])
+    if not text:
         raise MeshError("it is cut off" if count else "it has no triangles")
     try:
         return _written([[float(word) for word in found.groups()] for found in _VERTEX.finditer(content)])
@@ -222,13 +219,11 @@ def _by_trimesh(content: bytes, ending: str) -> MeshFile:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise MeshError("it has a document type, which a mesh does not need")
     try:
-        with np.errstate(all="ignore"):
-            scene = trimesh.load_scene(io.BytesIO(content), file_type=ending[1:], process=False)
-            parts: list[Any] = [part for part in scene.dump() if hasattr(part, "faces")]
-            corners = np.concatenate([part.vertices[part.faces] for part in parts])
-            unit = _UNIT.search(content[:100_000])
-            scaled = corners.reshape(-1, 3) * (float(unit[1]) if unit and ending == ".dae" else 1.0)
-            return MeshFile(".stl", _written(scaled), _color(parts))
+        scene = trimesh.load_scene(io.BytesIO(content), file_type=ending[1:], process=False)
+        parts: list[Any] = [part for part in scene.dump() if hasattr(part, "faces")]
+        corners = np.concatenate([part.vertices[part.faces] for part in parts])
+        unit = _UNIT.search(content[:100_000]) if ending == ".dae" else None
+        return MeshFile(".stl", _written(corners * (float(unit[1]) if unit else 1.0)), _color(parts))
     except MeshError:
         raise
     except Exception as problem:  # noqa: BLE001 - these readers raise whatever a broken file leads to
@@ -237,12 +232,9 @@ def _by_trimesh(content: bytes, ending: str) -> MeshFile:
 
 def _color(parts: list[Any]) -> tuple[float, ...] | None:
     """Return the mean color of a mesh's parts, by their triangles; None if they have none."""
-    colors = [
-        (np.asarray(material.main_color, np.float64) / 255.0, len(part.faces))
-        for part in parts
-        if (material := getattr(getattr(part, "visual", None), "material", None)) is not None
-    ]
-    if not colors:
+    colored = [part for part in parts if hasattr(getattr(part, "visual", None), "material")]
+    if not colored:
         return None
-    values, weights = zip(*colors, strict=True)
-    return tuple(np.average(values, axis=0, weights=weights).round(4).tolist())
+    colors = [np.asarray(part.visual.material.main_color, np.float64) / 255.0 for part in colored]
+    mean = np.average(colors, axis=0, weights=[len(part.faces) for part in colored])
+    return tuple(mean.round(4).tolist())

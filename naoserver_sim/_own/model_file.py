@@ -52,6 +52,8 @@ class ModelFile:
     lines: Mapping[tuple[str, str], int] = field(default_factory=dict)
     """The line in the file of each ("joint" | "link" | "body", name)."""
     kind: Literal["urdf", "mjcf"] = "mjcf"
+    fixed: bool = False
+    """Whether its root does not move: a URDF's is `world`, an MJCF's has no free joint."""
     actuated: frozenset[str] = frozenset()
     """The joints that a URDF's `<transmission>` or `<ros2_control>` names."""
     sensors: tuple[Sensor, ...] = ()
@@ -81,10 +83,10 @@ def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> Mode
     else:
         root, notes = expanded(root, path, packages)
         speeds, actuated = urdf.speeds_of(root), urdf.actuated_in(root)
-        sensors = tuple(urdf.sensors_in(root))
+        fixed, sensors = urdf.is_fixed(root), tuple(urdf.sensors_in(root))
         urdf.prepare(root, files, notes)
         model = _Reading(root, files, notes, balance).read()
-        model = replace(model, kind="urdf", speeds=speeds, actuated=actuated, sensors=sensors)
+        model = replace(model, kind="urdf", fixed=fixed, speeds=speeds, actuated=actuated, sensors=sensors)
     return replace(model, left_out=files.left_out, notes=tuple(notes))
 
 
@@ -122,7 +124,8 @@ class _Reading:
                 self._notes += more
                 compiled = self._compiled(spec)
         self._notes += [f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in set(warnings)]
-        return ModelFile(spec, lines=self.lines, compiled=compiled)
+        fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
+        return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 
     def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
         """Repair masses and inertias, and return notes on it."""

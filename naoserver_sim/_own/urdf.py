@@ -12,22 +12,12 @@ from naoserver_sim._own.meshes import Files
 from naoserver_sim._own.tree import Element, number, numbers
 
 _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _NUMBERS: Final = {
-    "origin": {"xyz": 3, "rpy": 3},
-    "axis": {"xyz": 3},
-    "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
-    "dynamics": {"damping": 1, "friction": 1},
-    "mimic": {"multiplier": 1, "offset": 1},
-    "mass": {"value": 1},
-    "inertia": dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1),
-    "box": {"size": 3},
-    "cylinder": {"radius": 1, "length": 1},
-    "capsule": {"radius": 1, "length": 1},
-    "sphere": {"radius": 1},
-    "mesh": {"scale": 3},
-    "color": {"rgba": 4},
+    *("xyz", "rpy", "lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"),
+    *("value", "size", "radius", "length", "scale", "rgba", *_TENSOR),
 }
-"""How many numbers attributes have."""
+"""Attributes that have numbers."""
 _ENDS: Final = ("lower", "upper")
 _SHAPES: Final = ("box", "cylinder", "capsule", "sphere", "mesh")
 """The geometries that MuJoCo reads."""
@@ -57,8 +47,14 @@ class Sensor(NamedTuple):
 def speeds_of(root: Element) -> dict[str, float]:
     """Return the highest speed of each joint that says one. Raises RobotError for what is no number."""
     limits = [(joint.name, limit) for joint in root.within("joint") for limit in joint.within("limit")]
-    said = {name: numbers(limit, "velocity", 1)[0] for name, limit in limits if limit.get("velocity").strip()}
+    said = {name: numbers(limit, "velocity")[0] for name, limit in limits if limit.get("velocity").strip()}
     return {name: speed for name, speed in said.items() if speed > 0.0}
+
+
+def is_fixed(root: Element) -> bool:
+    """Return whether a link `world` carries the robot."""
+    carried = {child.get("link") for child in root.within("joint", "child")}
+    return any(link.name == "world" for link in root.within("link")) and "world" not in carried
 
 
 def actuated_in(root: Element) -> frozenset[str]:
@@ -109,11 +105,11 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
         _settle(joint, notes)
     # MuJoCo takes the mass of a link that gives none from its shapes.
     root.remove_where(
-        lambda each: each.tag == "inertial" and not any(m.get("value") for m in each.within("mass"))
+        lambda each: each.tag == "inertial" and not any(m.attributes for m in each.within("mass"))
     )
     for inertial in root.within("link", "inertial"):
         tensor = next(inertial.within("inertia"), None) or inertial.add("inertia")
-        tensor.attributes = dict.fromkeys(_NUMBERS["inertia"], "0") | tensor.attributes
+        tensor.attributes = dict.fromkeys(_TENSOR, "0") | tensor.attributes
     for material in root.all("material"):
         material.attributes.setdefault("name", f"material {material.line}")
         material.children = [each for each in material.children if each.get("rgba")]
@@ -134,13 +130,12 @@ def _set_options(root: Element) -> str:
 
 
 def _require_numbers(root: Element) -> None:
-    """Raise RobotError for an attribute that has other than the right count of numbers; drop empty ones."""
     for element in root.all():
-        for name, count in _NUMBERS.get(element.tag, {}).items():
+        for name in _NUMBERS & element.attributes.keys():
             if element.get(name).strip():
-                numbers(element, name, count)
+                numbers(element, name)
             else:
-                element.attributes.pop(name, None)
+                del element.attributes[name]
 
 
 def _require_names(root: Element) -> None:
@@ -195,7 +190,7 @@ def _root_it(root: Element, notes: list[str]) -> None:
         tops.setdefault(way[-1], []).append(link)
     links = {link.name: link for link in root.within("link")}
     top = max(tops, key=lambda name: len(tops[name]))
-    for name in tops.keys() - {top}:
+    for name in [each for each in tops if each != top]:
         if len(tops[name]) > 1:
             trees = f"here are two, from {top!r} and {name!r}"
             raise RobotError(f"{links[name].at}: a robot is one tree of links; {trees}: add a joint")
@@ -215,24 +210,34 @@ def _set_down(root: Element, link: Element, notes: list[str]) -> None:
         root.children.remove(link)
         root.children.remove(below[0])
     elif link.name == "world" and not (bare and below[0].get("type") == "fixed"):
-        notes.append(f"{link.at}: link 'world' is called {MOUNT!r}")
-        link.attributes["name"] = MOUNT
-        for joint in below:
-            _end(joint, "parent").attributes["link"] = MOUNT
+        name = unused(MOUNT, root)
+        notes.append(f"{link.at}: link 'world' is called {name!r}")
+        for attributes, key in [
+            (link.attributes, "name"),
+            *((_end(j, "parent").attributes, "link") for j in below),
+        ]:
+            attributes[key] = name
+
+
+def unused(name: str, root: Element) -> str:
+    """Return a name that no link or body has."""
+    while any(part.name == name for part in root.all("link", "body")):
+        name += "_"
+    return name
 
 
 def _settle(joint: Element, notes: list[str]) -> None:
     """Check the axis of a joint and its range, and put the ends of the range in order."""
     for axis in joint.within("axis"):
-        if not any(numbers(axis, "xyz", 3, "1 0 0")):
+        if not any(numbers(axis, "xyz", "1 0 0")):
             if joint.get("type") != "fixed":
                 raise RobotError(f"{axis.at}: the axis of joint {joint.name!r} is 0: write its direction")
             axis.attributes["xyz"] = "1 0 0"
     for limit in joint.within("limit"):
-        lower, upper = (numbers(limit, name, 1, "0")[0] for name in _ENDS)
+        lower, upper = (numbers(limit, name, "0")[0] for name in _ENDS)
         if lower > upper:
             notes.append(
-                f"{limit.at}: joint {joint.name!r}: the limits are exchanged, as lower is above upper"
+                f"{limit.at}: the limits of joint {joint.name!r} are exchanged: lower is above upper"
             )
             limit.attributes |= {"lower": str(upper), "upper": str(lower)}
         elif lower == upper:  # as exporters write it that know no range
@@ -244,15 +249,14 @@ def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> 
     for link in root.within("link"):
         for shape in [each for each in link.children if each.tag != "inertial"]:
             shape.attributes.clear()  # a name, which need not be the only one
-            solid = next((each for each in shape.all(*_SHAPES) if each is not shape), None)
+            solids = [each for geometry in shape.within("geometry") for each in geometry.children]
+            solid = next((each for each in solids if each.tag in _SHAPES), None)
             if solid is not None and solid.tag == "mesh":
                 if not _read_mesh(shape, solid, files, folder):
                     link.children.remove(shape)
                 continue
-            sizes = (
-                [float(word) for text in solid.attributes.values() for word in text.split()] if solid else []
-            )
-            if min(sizes, default=0.0) <= 0.0:
+            given = [solid.get(name) for name in _NUMBERS] if solid else []
+            if min((number(word) or 0.0 for text in given for word in text.split()), default=0.0) <= 0.0:
                 what = f"its <{solid.tag}> has a size that is not above 0" if solid else f"none of {_SHAPES}"
                 notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {what}")
                 link.children.remove(shape)
