@@ -31,8 +31,9 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
+from naoserver.hardware.link import CallLink, call
 from naoserver.naoqi._libqi import connect
-from naoserver.naoqi._link import Link, RobotAddress, call
+from naoserver.naoqi._link import RobotAddress
 from naoserver.options import ServerOptions
 from naoserver.qi import serve_as_naoqi
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -75,7 +76,7 @@ def be_the_robot() -> None:
 class Bench:
     """The processes, and the client's connections to them."""
 
-    def __init__(self, robot: ComponentProcess, communicator: Communicator, link: Link) -> None:
+    def __init__(self, robot: ComponentProcess, communicator: Communicator, link: CallLink) -> None:
         self.robot = robot
         self.communicator = communicator
         self.link = link

@@ -133,6 +133,7 @@ class GuardedDevice:
         def command(reading: JointReading) -> Outcome:
             self.gate.require(client, begun=bool(owner))
             self.claims.check(targets, owner)
+            _require_reached(targets, reading)
             sender = "" if owner else client
             return self._safety.move(targets, speeds, reading, sender, full_speed=bool(owner))
 
@@ -148,6 +149,7 @@ class GuardedDevice:
         def command(reading: JointReading) -> Outcome:
             self.gate.require(client)
             self.claims.check(velocities)
+            _require_reached(velocities, reading)
             return self._safety.drive(velocities, reading, client, now)
 
         return self._obey(command)
@@ -180,6 +182,7 @@ class GuardedDevice:
         """
         with self._lock:
             self.gate.require(client, begun=bool(owner))
+            _require_reached(stiffnesses, self.read())
             safe = self._safety.stiffen(stiffnesses)
             if not self._closed:
                 self._device.command_stiffnesses(safe, seconds)
@@ -242,3 +245,11 @@ class GuardedDevice:
             if outcome.velocities:
                 self._device.command_velocities(outcome.velocities)
         return outcome
+
+
+def _require_reached(joints: Iterable[str], reading: JointReading) -> None:
+    """Raise InvalidCommand if the servo of a joint is lost."""
+    if reading.faults:
+        for joint in joints:
+            if (fault := reading.faults.get(joint)) is not None and fault.lost:
+                raise InvalidCommand(joint, f"{joint} is not reached: {fault.message}; command other joints")

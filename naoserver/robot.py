@@ -7,29 +7,41 @@ Contract of every implementation
 --------------------------------
 - **Threads.** Every method may be called from any thread at any time between `start` and `close`. `read`
   and `state` are snapshots that never block (publish an immutable object, return the newest); `command_*`
-  store the command and return at once.
+  store the command and return at once. `Senses.read` is another one: the senses are another object.
 - **Setpoints.** A joint follows a setpoint, which `JointReading.commands` reports. A position command moves
   the setpoint from where it is to the target at no more than the given speed; a velocity command moves it
   at that velocity until the next command. Velocity 0 holds the setpoint where it is. The newest command of
   a joint replaces the one before, of either kind; joints that a command does not name keep theirs.
   Commands take effect at the next control tick. The setpoint of a limp motor follows its joint, so that
   nothing jumps when it becomes stiff again.
+- **Small steps.** A server that is killed or hangs must not leave a motor on its way to a far goal: send
+  setpoints in small steps, and set the watchdog of the bus, which holds every motor once nothing comes.
+  Hardware that has none, and goes to its goals by itself, gets a `naoserver.hardware.dead_man` switch.
 - **Control.** A robot with a `control_loop` ticks it at the end of every control tick, with its new state
   published; it waits for the jobs there, and its time with it.
 - **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An
   implementation may limit further, and keeps its setpoints inside `JointFacts.lower` and `upper`.
+- **Refusals.** `command_*` raise nothing for a robot or a joint that is lost: they do nothing, as the layer
+  above has refused what it could. A command that cannot be passed on raises HardwareFailure, and its client
+  gets `UnknownException` with the message; a command to stop is passed on by all means.
 - **Units.** SI and radians, about the axes that the body's description gives the joints.
 - **Loss.** What serves a real robot calls `Gate.lose` once no command reaches it, and `Gate.find` when they
-  do again. Meanwhile `read`, `state` and the senses return what was measured last, with its
-  time: whether the joints move is not known.
+  do again (`Assembly.gate`), and adds an event (`Assembly.events`). Meanwhile `read`, `state` and the senses
+  return what was measured last, velocities too, with its time: whether the joints move is not known, and
+  the state of Safety says so. Found again, joints rest where they are: nothing that was commanded before the
+  loss is carried out. The loss of a single servo is a fault in `JointReading.faults`.
+- **Stop.** The server passes the open `latch_of` its settings to `serve`. A robot that was stopped, as
+  `latch.found.stop` says, does not move at the start, nor does one whose server ended without warning.
 - **Life.** `start` once, `close` any number of times, also without `start`. After `close`, `read` and
   `state` return the last snapshot, commands are ignored, `capture` raises `HardwareFailure`.
+
+`naoserver.hardware` does all that for servos on a bus (docs/how-to/own-hardware.md).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 import numpy as np
@@ -42,6 +54,16 @@ from zenoh_ice import Clock
 if TYPE_CHECKING:
     from naoserver.body import Body
     from naoserver.jobs import ControlLoop
+
+
+@dataclass(frozen=True, slots=True)
+class JointFault:
+    """What keeps one joint from obeying while the others go on."""
+
+    message: str
+    """Such as `overload: it holds nothing until its motor is made stiff again`."""
+    lost: bool = False
+    """Whether its servo does not answer: its reading is the last one, and commands to it are refused."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +83,8 @@ class JointReading:
     """Stiffness of each motor, from 0, limp, to 1."""
     temperatures: tuple[float, ...]
     """Temperatures of the motors in degrees Celsius."""
+    faults: Mapping[str, JointFault] = field(default_factory=dict)
+    """The joints whose servos are lost or report a fault: Health says each, with the joint."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +111,7 @@ class BodyState:
     torso_tilt: float
     """Angle between the torso's z axis and the vertical in rad."""
     fallen: bool
-    """Whether `torso_tilt` is above the tilt at which the body lies, as of `Body.lying_tilt`."""
+    """Whether `torso_tilt` is above the tilt at which the body lies, `Body.lying_tilt`; never if mounted."""
     real_time_factor: float
     """Robot seconds in a wall second, over the last second; 0 while a real robot is unreachable."""
     lag: float

@@ -35,6 +35,7 @@ import numpy as np
 from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
+from naoserver_sim._own.hulls import coarsen_hulls
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
@@ -72,12 +73,19 @@ def read_own_body(path: Path) -> Body:
         )
     model = read_model(path.parent / own.model, path.parent / own.meshes)
     where = str(path.parent / own.model)
+    coarsen_hulls(model.spec)
     try:
         mj = model.spec.compile()
     except (ValueError, mujoco.FatalError) as problem:
         raise RobotError(f"{where}: {' '.join(str(problem).split())}") from None
     described["name"] = own.name or path.stem
     parts, frames = parts_of(mj, model, own, where)
+    given = described.get("couplings", [])
+    followers = [pair.get("follower") for pair in given]
+    parts["couplings"] = [pair for pair in parts["couplings"] if pair["follower"] not in followers] + given
+    parts |= {key: described[key] for key in ("loops", "mounted") if key in described}
+    for note in parts.pop("notes"):
+        _log.warning("%s", note)
     described |= parts
     described["shapes"] += _soles(described)
     for camera in described.get("cameras", ()):
@@ -87,6 +95,12 @@ def read_own_body(path: Path) -> Body:
     body = convert(described, Body, str(path), RobotError, text=text)
     if (size := len(write_body(body))) > LARGEST_DESCRIPTION:
         raise RobotError(f"{path}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}")
+    if not (body.shapes or body.mounted):
+        missing = ", for its meshes are left out" if model.left_out else ""
+        raise RobotError(
+            f"{path}: no link of {body.name} has a shape that touches{missing}: it would fall through the"
+            ' floor; name the folder of its meshes, meshes = "...", or fix it to its place, mounted = true'
+        )
     _report(model.left_out, where)
     dressed = msgspec.structs.replace(body, looks=looks_in(mj, frames, body))
     if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:

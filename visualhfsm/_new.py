@@ -17,9 +17,12 @@ EPILOG: Final = """Examples:
 
 visualhfsm new my-robot
 
+visualhfsm new my-bust --hardware
+
 visualhfsm new ana --exercise look --language es"""
 
 _TEMPLATE: Final = Path(__file__).with_name("template")
+_HARDWARE: Final = Path(__file__).with_name("template_hardware")
 _HIDDEN: Final = ("_gitattributes", "_gitignore")
 """Files whose names begin with a dot in a project; here Git and packagers would obey them."""
 _KEPT: Final = frozenset({".git"})
@@ -31,6 +34,13 @@ Next:
   nao stack ./stack.toml                     run it: a simulated Nao, the lamp and the behavior
   visualhfsm edit behaviors/blinker.xml      draw, and run what is drawn
   codegen interfaces/*.idl behaviors/*.xml   generate again, after a change"""
+_NEXT_HARDWARE: Final = """\
+Next:
+  cd {folder}
+  pytest                      test the robot, on a bus of simulated servos
+  nao stack ./stack.toml      run it, and a behavior that follows a ball
+  visualhfsm edit             see it
+Then write the packets of your servos into server.py, and what your robot is into bust.toml."""
 _NEXT_EXERCISE: Final = """\
 Next: read task.md
   cd {folder}
@@ -57,12 +67,19 @@ def new(
         str | None,
         typer.Option(metavar="CODE", help="Language of the task.", show_default="the system's"),
     ] = None,
+    hardware: Annotated[
+        bool,
+        typer.Option("--hardware", help="Make a robot of your own instead: a server of servos on a bus."),
+    ] = False,
 ) -> None:
     """Make a project: an interface, a program that serves it, a behavior, its test, a stack, files for Git.
 
     They run at once, and are meant to be changed. With --exercise it is a pupil's folder: a task, a document
-    to draw in, and the trials that pupils see. Files that are there are never overwritten.
+    to draw in, and the trials that pupils see; with --hardware it is a robot: its server, its description,
+    its test, its stack. Files that are there are never overwritten.
     """
+    if hardware and exercise is not None:
+        raise typer.BadParameter("give either --hardware or --exercise")
     if exercise is not None:
         _make_exercise(folder, exercise, language)
         return
@@ -70,9 +87,12 @@ def new(
         raise typer.BadParameter("--language needs --exercise EXERCISE")
     from codegen.command import generate
 
+    template = _HARDWARE if hardware else _TEMPLATE
+    files = {path: path.relative_to(template) for path in template.rglob("*")}
+    files |= {_TEMPLATE / name: Path(name) for name in _HIDDEN}
     made = {
-        path: folder / path.relative_to(_TEMPLATE).with_name(_name_of(path))
-        for path in sorted(_TEMPLATE.rglob("*"))
+        path: folder / name.with_name(_name_of(path))
+        for path, name in sorted(files.items())
         if path.is_file() and "__pycache__" not in path.parts
     }
     try:
@@ -86,8 +106,9 @@ def new(
         ) from error
     for target in sorted(made.values()):
         typer.echo(f"wrote {target}")
-    generate([*folder.glob("interfaces/*.idl"), *folder.glob("behaviors/*.xml")])
-    typer.echo(_NEXT.format(folder=shlex.quote(str(folder))))
+    if not hardware:
+        generate([*folder.glob("interfaces/*.idl"), *folder.glob("behaviors/*.xml")])
+    typer.echo((_NEXT_HARDWARE if hardware else _NEXT).format(folder=shlex.quote(str(folder))))
 
 
 def _make_exercise(folder: Path, name: str, language: str | None) -> None:

@@ -8,6 +8,7 @@ from interfaces.nao import Clock as ClockServant
 from interfaces.nao import ClockReading, Health, HealthReport, Safety, SafetyState
 from naoserver._event_log import ConditionWatch
 from naoserver._gate import Gate
+from naoserver._joint_watch import JointWatch
 from naoserver._servants.camera import CameraI
 from naoserver._servants.shared import refusals_raised
 from naoserver.robot import Robot
@@ -42,6 +43,7 @@ class HealthI(Health):
         self._cameras = cameras
         self._started = events.wall_time()
         self._condition = ConditionWatch(robot, events)
+        self._joints = JointWatch(robot, events)
 
     def getHealth(self, current: Current) -> HealthReport:
         return self._report()
@@ -49,6 +51,7 @@ class HealthI(Health):
     def publish(self) -> None:
         """Check the robot, and send a report to the listeners."""
         self._condition.look(self._robot.state())
+        self._joints.look(self._robot.read())
         self.report_now()
 
     def report_now(self) -> None:

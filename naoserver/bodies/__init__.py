@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
+from pathlib import Path
 from typing import Final
 
 from msgspec import Struct
@@ -18,6 +19,7 @@ from msgspec import Struct
 from naoserver.body import Body, read_body
 from naoserver.errors import RobotError
 from zenoh_ice import typed
+from zenoh_ice.toml_file import parse_toml, read_text
 
 
 class _Known(Struct, frozen=True, forbid_unknown_fields=True):
@@ -54,6 +56,26 @@ def _read(name: str) -> Body:
         return _read(known.of).without(name, known.title, known.fixed, known.missing)
     path = _HERE / known.folder / known.facts
     return read_body(path.read_bytes(), str(path))
+
+
+def read_body_file(path: Path) -> Body:
+    """Return the body that a user's file describes, JSON or TOML, without MuJoCo: for a robot's own computer.
+
+    Raises RobotError with file and entry, also for a TOML file whose parts come from a model.
+    """
+    text = read_text(path, RobotError)
+    if path.suffix != ".toml":
+        return read_body(text, str(path))
+    try:
+        is_of_model = "model" in tomllib.loads(text)
+    except (ValueError, RecursionError):
+        is_of_model = False  # parse_toml says what is wrong
+    if is_of_model:
+        written = f"naoserver-sim --body {path} --write-body {path.with_suffix('.json')}"
+        raise RobotError(
+            f"{path}: its parts come from a model, which needs MuJoCo: write them once, {written}"
+        )
+    return parse_toml(text, Body, str(path), RobotError)
 
 
 def folder_of(body: Body) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
@@ -35,7 +35,7 @@ from naoserver.expression import FadingLights, Ramp, TimedSounds, TimedVoice
 from naoserver.jobs import ControlLoop
 from naoserver.kinematics import Matrix, kinematics_of, matrix_of
 from naoserver.looks.description import write_looks
-from naoserver.parts import Camera, CameraFacts, JointFacts, Wheels
+from naoserver.parts import Camera, CameraFacts, Coupling, JointFacts, Wheels
 from naoserver.robot import BodyState, Frame, JointReading
 from zenoh_ice import Clock, WallClock
 
@@ -94,6 +94,22 @@ def paint(
             inside = (rows[:, None] + 0.5 - row) ** 2 + (columns + 0.5 - column) ** 2 <= radius**2
             image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1][inside] = color
     return image
+
+
+def view(
+    body: Body,
+    camera: Camera,
+    reading: JointReading,
+    size: tuple[int, int],
+    balls: Iterable[tuple[Ball, tuple[int, int, int]]],
+) -> Frame:
+    """Return what a camera of a body, with its joints as they are read, sees of balls of some colors."""
+    angles = dict(zip(body.joint_names, reading.positions, strict=True))
+    kinematics = kinematics_of(body)
+    link = kinematics.torso_place(angles) @ kinematics.link_place(camera.link, angles)
+    place = link @ matrix_of((*camera.position, 0.0, camera.tilt, 0.0))
+    seen = [(project(place, ball), color) for ball, color in balls]
+    return Frame(camera.name, reading.time, *size, paint(camera, size, seen))
 
 
 _GRAVITY: Final = 9.81  # m/s2
@@ -275,6 +291,11 @@ class _Motion(NamedTuple):
             position = setpoint + (position - setpoint) * math.exp(-left / LAG)
         return _Motion(max(time, self.time), setpoint, position, rate, self.end)
 
+    def by(self, pair: Coupling) -> _Motion:
+        """Return the motion of the joint that follows this one."""
+        setpoint, position, end = (pair.of(at) for at in (self.setpoint, self.position, self.end))
+        return _Motion(self.time, setpoint, position, pair.ratio * self.rate, end)
+
     def turned(self, angle: float) -> _Motion:
         """Return the motion of a joint that something else has turned by an angle."""
         return self._replace(
@@ -286,7 +307,12 @@ class FakeDevice:
     """Joints that follow their setpoints with a first-order lag. Implements JointDevice."""
 
     def __init__(
-        self, name: str, joints: tuple[JointFacts, ...], clock: Clock, posture: Mapping[str, float]
+        self,
+        name: str,
+        joints: tuple[JointFacts, ...],
+        clock: Clock,
+        posture: Mapping[str, float],
+        couplings: tuple[Coupling, ...] = (),
     ) -> None:
         self.name: Final = name
         self.joints: Final = joints
@@ -294,9 +320,11 @@ class FakeDevice:
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
         self._closed = False
-        self._stiffnesses = {name: Ramp(1.0, 1.0) for name in self._by_name}
+        self._couplings = couplings
+        firm, limp = Ramp(1.0, 1.0), Ramp(0.0, 0.0)
+        self._stiffnesses = {joint.name: limp if joint.passive else firm for joint in joints}
         self._time = clock.now()
-        self._motions: dict[str, _Motion] = {}
+        self._motions = {joint.name: _Motion(self._time, 0.0, 0.0) for joint in joints}
         self._reading: JointReading | None = None
         """The newest reading; None after a command."""
         self.place({joint.name: posture.get(joint.name, 0.0) for joint in joints})
@@ -339,7 +367,10 @@ class FakeDevice:
         with self._lock:
             self._go_on()
             self._reading = None
-            for name, value in stiffnesses.items() if not self._closed else ():
+            commanded = {} if self._closed else stiffnesses
+            for name, value in commanded.items():
+                if self._by_name[name].passive:
+                    continue
                 before = self._stiffnesses[name].at(self._time)
                 self._stiffnesses[name] = Ramp(before, value, self._time, seconds)
 
@@ -352,6 +383,7 @@ class FakeDevice:
                 facts = self._by_name[name]
                 value = min(max(position, facts.lower), facts.upper)
                 self._motions[name] = _Motion(now, value, value)
+            self._lead(positions)
 
     def close(self) -> None:
         self.read()
@@ -383,6 +415,15 @@ class FakeDevice:
                 end = min(max(target, facts.lower), facts.upper)
                 rate = math.copysign(speed, end - motion.setpoint) if end != motion.setpoint else 0.0
                 self._motions[name] = _Motion(now, motion.setpoint, motion.position, rate, end)
+            self._lead(commands)
+
+    def _lead(self, commanded: Collection[str]) -> None:
+        """Let coupled joints move together: as the leader, or else as a follower that is commanded."""
+        for pair in self._couplings:
+            if pair.follower in commanded and pair.leader not in commanded:
+                self._motions[pair.leader] = self._motions[pair.follower].by(pair.reversed())
+        for pair in self._couplings:
+            self._motions[pair.follower] = self._motions[pair.leader].by(pair)
 
 
 _BALL_JOINTS: Final = (
@@ -417,7 +458,8 @@ class FakeRobot(FakeDevice):
         body = self.body
         self.walker: Final = _walker_of(body, self.clock)
         self._driven: Mapping[str, float] = {}
-        super().__init__(body.title or body.name, body.joints, self.clock, posture or body.resting_angles)
+        angles = body.complete(posture or body.resting_angles)
+        super().__init__(body.title or body.name, body.joints, self.clock, angles, body.couplings)
         self._camera_failure = camera_failure
         self.cameras: Final = body.cameras
         self.mechanisms: Final = tuple(
@@ -471,21 +513,11 @@ class FakeRobot(FakeDevice):
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot is closed")
         reading = self.read()
-        place = self._place_of(facts, reading)
-        balls = [
-            (project(place, Ball(*ball.read().positions)), _COLORS[ball.name]) for ball in self.mechanisms
-        ]
-        return Frame(camera, reading.time, width, height, paint(facts, (width, height), balls))
+        balls = [(Ball(*ball.read().positions), _COLORS[ball.name]) for ball in self.mechanisms]
+        return view(self.body, facts, reading, (width, height), balls)
 
     def start(self) -> None:
         """Do nothing: the robot computes its state on request."""
-
-    def _place_of(self, camera: Camera, reading: JointReading) -> Matrix:
-        """Return where a camera is in the robot's frame."""
-        angles = dict(zip(self.body.joint_names, reading.positions, strict=True))
-        kinematics = kinematics_of(self.body)
-        link = kinematics.torso_place(angles) @ kinematics.link_place(camera.link, angles)
-        return link @ matrix_of((*camera.position, 0.0, camera.tilt, 0.0))
 
     def close(self) -> None:
         super().close()

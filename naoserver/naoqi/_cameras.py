@@ -17,8 +17,9 @@ from msgspec import structs
 
 from naoserver._naoqi_names import IMAGE_SIZES
 from naoserver.errors import HardwareFailure
-from naoserver.naoqi._connection import Connection
-from naoserver.naoqi._link import NAME, CallFailed, Link, call, is_nao6
+from naoserver.hardware.connection import CallConnection
+from naoserver.hardware.link import CallFailed, CallLink, call
+from naoserver.naoqi._link import NAME, is_nao6
 from naoserver.parts import CameraFacts
 from naoserver.robot import Frame
 
@@ -54,7 +55,7 @@ class Stamps:
 
 @dataclass(frozen=True, slots=True)
 class _Subscription:
-    link: Link
+    link: CallLink
     handle: str
     size: tuple[int, int]
     period: float
@@ -76,7 +77,7 @@ class NaoqiCameras:
     """Take pictures with the cameras of a robot."""
 
     def __init__(
-        self, connection: Connection, now: Callable[[], float], cameras: Sequence[CameraFacts]
+        self, connection: CallConnection, now: Callable[[], float], cameras: Sequence[CameraFacts]
     ) -> None:
         self._connection = connection
         self._known = cameras
@@ -89,7 +90,7 @@ class NaoqiCameras:
         """Abilities of the robot's cameras; none before it was asked for them."""
         return tuple(camera.facts for camera in self._cameras.values())
 
-    def open(self, link: Link) -> None:
+    def open(self, link: CallLink) -> None:
         """Release subscriptions left by an earlier server, and find out which cameras there are."""
         try:
             call(link, "ALVideoDevice.unsubscribeAllInstances", NAME)
@@ -195,7 +196,7 @@ def _release(camera: _Camera) -> None:
         call(subscription.link, "ALVideoDevice.unsubscribe", subscription.handle, timeout=_FAREWELL)
 
 
-def _has_camera(link: Link, index: int) -> bool:
+def _has_camera(link: CallLink, index: int) -> bool:
     """Return whether the robot has a camera; a NAOqi before 2.1 has both unless it has no video at all."""
     for operation, *arguments in (("hasCamera", index), ("getActiveCamera",)):
         with suppress(CallFailed):
@@ -203,7 +204,7 @@ def _has_camera(link: Link, index: int) -> bool:
     return False
 
 
-def _facts(link: Link, index: int, facts: CameraFacts, *, large: bool) -> CameraFacts:
+def _facts(link: CallLink, index: int, facts: CameraFacts, *, large: bool) -> CameraFacts:
     """Return a camera's abilities: its field of view from the robot, its sizes from the generation."""
     try:
         fov = float(call(link, "ALVideoDevice.getHorizontalFOV", index))

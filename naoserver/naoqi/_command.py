@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from contextlib import closing
-from functools import partial
 from typing import Annotated, Final
 
 import typer
 
 from naoserver.bodies import find_body
 from naoserver.bodies.nao import H25, require_nao
-from naoserver.latch import latch_of
-from naoserver.naoqi._dead_man import DeadMansSwitch
+from naoserver.hardware.dead_man import DeadMansSwitch
+from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
+from naoserver.naoqi._dead_man import SWITCH
 from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import AddressError, RobotAddress
 from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from naoserver.options import ServerOptions, capped
-from naoserver.server import JointSpeed, ResumeAfterReset, problem_of, serve
-from zenoh_ice import initialize
-from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
-from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+from naoserver.server import JointSpeed, ResumeAfterReset
+from zenoh_ice.application.cli import with_settings
+from zenoh_ice.settings import Settings
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -33,7 +32,7 @@ NAOQI_PASSWORD=... naoserver-naoqi --robot tcps://192.168.1.20:9503 --user nao""
 
 
 @app.command(epilog=_EPILOG)
-@with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
+@with_settings(defaults=SERVER_DEFAULTS)
 def naoserver_naoqi(
     *,
     settings: Settings,
@@ -70,29 +69,11 @@ def naoserver_naoqi(
     address = parse_address(robot, user, password)
     lifecycle, facts = LifecycleOptions(start, end, life), find_body(body)
     require_nao(facts, "naoserver-naoqi drives NAOqi")
-    with (
-        stop_on_signals() as stop,
-        initialize(settings) as communicator,
-        latch_of(settings) as latch,
-        closing(DeadMansSwitch(address)) as switch,
-        closing(
-            NaoqiRobot(
-                lambda timeout: connect(address, timeout),
-                lifecycle,
-                facts,
-                stopped=latch is not None and bool(latch.found.stop),
-            )
-        ) as nao,
-    ):
+    options = ServerOptions(safety=capped(joint_speed), resume_after_reset=resume_after_reset)
+    with closing(DeadMansSwitch(SWITCH, address)) as switch:
+        nao = NaoqiRobot(lambda timeout: connect(address, timeout), lifecycle, facts)
         nao.report_to_switch(switch.beat, switch.release)
-        nao.start()
-        adapter = communicator.createObjectAdapter("NaoServer")
-        options = ServerOptions(safety=capped(joint_speed), resume_after_reset=resume_after_reset)
-        with serve(nao, adapter, options, latch=latch) as assembly:
-            nao.report_to(assembly)
-            adapter.activate()
-            served = f"realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}"
-            report_ready(f"ready: {served}").wait(stop, partial(problem_of, communicator, assembly))
+        serve_hardware(nao, settings, options, where=f"robot {address}")
 
 
 def parse_address(robot: str, user: str, password: str) -> RobotAddress:

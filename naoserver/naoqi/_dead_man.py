@@ -1,195 +1,36 @@
-"""A dead man's switch: a separate process that stops a real robot when its server is killed, or hangs.
-
-NAOqi walks, and moves joints to their goals, until somebody stops it. The server reports to the switch over a
-pipe that it is alive, each time it has heard from the robot; the kernel reports its end.
-"""
+"""The dead man's switch of a Nao: NAOqi walks, and moves joints to their goals, until somebody stops it."""
 
 from __future__ import annotations
 
-import logging
-import os
-import select
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
-import msgspec
+from naoserver.hardware.dead_man import attend
+from naoserver.hardware.link import CallLink, call
+from naoserver.naoqi._link import RobotAddress
 
-from naoserver.errors import HardwareFailure
-from naoserver.naoqi._link import Link, RobotAddress, call
-from zenoh_ice import typed
-
-_logger = logging.getLogger(__name__)
-
-_PERIOD: Final = 0.1
-"""Seconds between two beats."""
-_STOP_LIMIT: Final = 10.0
-"""Seconds within which the robot must be stopped."""
-_CONNECTION_LIMIT: Final = 2.0  # s
-_END_LIMIT: Final = 3.0  # s
+SWITCH: Final = "naoserver.naoqi._dead_man"
+"""The module that is the process of the switch: this one."""
 _HOLD_FRACTION: Final = 0.1
-_BEAT: Final = b"."
-_DONE: Final = b"q"
-_LARGEST_MESSAGE: Final = 4096
 
 
-@dataclass(frozen=True, slots=True)
-class SwitchLimits:
-    """How long the switch waits, in s."""
-
-    silence: float = 0.7
-    """Without a beat until the robot is stopped."""
-    repetition: float = 0.3
-    """Until a stop that failed is repeated."""
-
-
-_USUAL: Final = SwitchLimits()
-
-
-class DeadMansSwitch:
-    """The server's end of the switch. It acts only after the first `beat`, and not after `release`."""
-
-    def __init__(self, address: RobotAddress) -> None:
-        self._process: Final = subprocess.Popen(
-            [sys.executable, "-P", "-m", __name__],
-            stdin=subprocess.PIPE,
-            start_new_session=True,  # what ends the server's group is not to end it
-            bufsize=0,
-        )
-        assert self._process.stdin is not None
-        self._pipe: Final = self._process.stdin
-        self._beaten = 0.0
-        self._broken = self._released = False
-        self._pipe.write(msgspec.json.encode(address) + b"\n")  # others could see a login on a command line
-        os.set_blocking(self._pipe.fileno(), False)
-
-    def beat(self, _link: Link) -> None:
-        """Say that the server is alive and has heard from the robot."""
-        now = time.monotonic()
-        if self._broken or now - self._beaten < _PERIOD:
-            return
-        self._beaten = now
-        try:
-            self._pipe.write(_BEAT)
-        except BrokenPipeError:
-            self._broken = True
-            _logger.error("the dead man's switch ended: nothing stops the robot if this server is killed")
-
-    def release(self) -> None:
-        """Let the switch end without stopping the robot, which has been stopped."""
-        self._released = True
-        with suppress(BrokenPipeError):
-            self._pipe.write(_DONE)
-
-    def close(self) -> None:
-        """End the switch; unless it was released, it stops the robot first, which takes 13 s at most."""
-        self._pipe.close()
-        try:
-            self._process.wait(_END_LIMIT if self._released else _STOP_LIMIT + _END_LIMIT)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait(_END_LIMIT)
-
-
-def guard(pipe: int, connect: Callable[[float], Link], limits: SwitchLimits = _USUAL) -> None:
-    """Stop the robot when beats stay away or the pipe breaks, until the server says that it is done.
-
-    `connect` makes a link within some seconds.
-    """
-    robot = _Robot(connect, limits)
-    armed = False
-    while True:
-        heard = bool(select.select([pipe], [], [], limits.silence if armed else None)[0])
-        news = os.read(pipe, _LARGEST_MESSAGE) if heard else b""
-        ended = heard and not news
-        if _DONE in news or (ended and not armed):
-            return
-        if news:
-            if not armed:
-                robot.find()
-            armed = True
-            continue
-        trouble = robot.stop()
-        # Not earlier: nobody may read the log while the server hangs, and a full pipe would block us.
-        why = "ended without warning" if ended else "is silent"
-        _logger.error("the server %s: the robot %s", why, trouble or "was stopped")
-        if ended:
-            return
-        armed = False  # one stop for each silence: somebody else may command the robot then
-
-
-class _Robot:
-    """The robot, over a link that the server does not share."""
-
-    def __init__(self, connect: Callable[[float], Link], limits: SwitchLimits) -> None:
-        self._connect = connect
-        self._limits = limits
-        self._link: Link | None = None
-        self._joints: list[str] = []
-
-    def find(self) -> None:
-        """Make a link, so that a stop need not wait for it; without one a stop tries again."""
-        with suppress(HardwareFailure):
-            self._linked()
-
-    def stop(self) -> str:
-        """Stop walk, posture and joints; try until that has succeeded, or for 10 s. Return what failed."""
-        deadline = time.monotonic() + _STOP_LIMIT
-        left: list[Callable[[Link], object]] = [
-            lambda link: call(link, "ALMotion.stopMove"),
-            lambda link: call(link, "ALRobotPosture.stopMove"),
-            lambda link: call(
-                link, "ALMotion.changeAngles", self._joints, [0.0] * len(self._joints), _HOLD_FRACTION
-            ),
-        ]
-        trouble = ""
-        while left and time.monotonic() < deadline:
-            failed = []
-            for stop in left:
-                try:
-                    stop(self._linked())
-                except HardwareFailure as error:
-                    trouble = f"could not be stopped: {error}"
-                    failed.append(stop)
-            left = failed
-            if left:
-                time.sleep(self._limits.repetition)
-        return trouble if left else ""
-
-    def _linked(self) -> Link:
-        if self._link is None or self._link.lost.is_set():
-            link = self._connect(_CONNECTION_LIMIT)
-            try:
-                self._joints = [str(name) for name in call(link, "ALMotion.getBodyNames", "Body")]
-            except HardwareFailure:
-                link.close()
-                raise
-            self._link = link  # not earlier: without their names, the joints would count as stopped
-        return self._link
+def stops_of(link: CallLink) -> list[Callable[[], object]]:
+    """Return what stops walk, posture and joints. Raises HardwareFailure when NAOqi does not name these."""
+    joints = [str(name) for name in call(link, "ALMotion.getBodyNames", "Body")]
+    stay = ([0.0] * len(joints), _HOLD_FRACTION)
+    return [
+        partial(call, link, "ALMotion.stopMove"),
+        partial(call, link, "ALRobotPosture.stopMove"),
+        partial(call, link, "ALMotion.changeAngles", joints, *stay),
+    ]
 
 
 def main() -> None:
     """Be the process of a switch."""
     from naoserver.naoqi._libqi import connect
 
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the server decides when it is done
-    logging.basicConfig(format="%(asctime)s %(levelname)-8s %(name)s: %(message)s", level=logging.WARNING)
-    pipe = sys.stdin.fileno()
-    address = typed.from_json(_first_line(pipe), RobotAddress)
-    guard(pipe, lambda timeout: connect(address, timeout))
-
-
-def _first_line(pipe: int) -> bytes:
-    line = b""
-    while not line.endswith(b"\n") and (character := os.read(pipe, 1)):
-        line += character
-    return line
+    attend(RobotAddress, connect, stops_of)
 
 
 if __name__ == "__main__":

@@ -13,9 +13,10 @@ from naoserver._sounds import Sound, Tone
 from naoserver.capabilities import Color, Playback, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, FadingLights
-from naoserver.naoqi._background_calls import BackgroundCalls
-from naoserver.naoqi._connection import Connection, Reporter
-from naoserver.naoqi._link import Link, LinkLost, Reply
+from naoserver.hardware.background import BackgroundCalls
+from naoserver.hardware.connection import CallConnection
+from naoserver.hardware.link import CallLink, Reply
+from naoserver.hardware.reporter import Reporter
 from naoserver.parts import Lamp
 
 
@@ -54,13 +55,13 @@ class NaoqiVoice:
     `say` raises InvalidCommand when too many texts wait, CommandRefused while the robot is lost.
     """
 
-    def __init__(self, connection: Connection, calls: BackgroundCalls, reporter: Reporter) -> None:
+    def __init__(self, connection: CallConnection, reporter: Reporter) -> None:
         self._connection = connection
-        self._calls = calls
         self._reporter = reporter
         self._lock = threading.Lock()
         self._waiting: deque[str] = deque()
         self._saying: Reply | None = None
+        self._stopping: Reply | None = None
         self._utterance = Utterance()
 
     def say(self, text: str) -> None:
@@ -76,17 +77,14 @@ class NaoqiVoice:
     def stop(self) -> None:
         with self._lock:
             self._waiting.clear()
-            if self._saying is None:
-                return
-        try:
-            self._calls.run("ALTextToSpeech.stopAll", urgent=True)
-        except LinkLost:
-            self.forget()
+            link = self._connection.link
+            if link is not None and self._saying is not None and self._stopping is None:
+                self._stopping = link.begin("ALTextToSpeech.stopAll")
 
     def utterance(self) -> Utterance:
         return self._utterance
 
-    def tick(self, link: Link) -> None:
+    def tick(self, link: CallLink) -> None:
         """Begin the next text at the end of the previous one."""
         with self._lock:
             self._go_on(link)
@@ -95,13 +93,19 @@ class NaoqiVoice:
         """Say nothing more: the robot is lost."""
         with self._lock:
             self._waiting.clear()
-            self._saying = None
+            self._saying = self._stopping = None
             self._utterance = replace(self._utterance, speaking=False)
 
-    def _go_on(self, link: Link) -> None:
+    def _go_on(self, link: CallLink) -> None:
+        is_saying = self._saying is not None and not self._saying.done
+        if self._stopping is not None and self._stopping.done:
+            with self._reporter.failures_of("voice"):
+                self._stopping.result(0.0)
+            # NAOqi may run two calls in either order: a stop that came before the text is repeated.
+            self._stopping = link.begin("ALTextToSpeech.stopAll") if is_saying else None
+        if is_saying or self._stopping is not None:
+            return
         if self._saying is not None:
-            if not self._saying.done:
-                return
             with self._reporter.failures_of("voice"):
                 self._saying.result(0.0)
             self._saying = None
@@ -124,7 +128,7 @@ class NaoqiLoudspeaker:
     `play` raises CommandRefused while the robot is lost.
     """
 
-    def __init__(self, connection: Connection, reporter: Reporter, now: Callable[[], float]) -> None:
+    def __init__(self, connection: CallConnection, reporter: Reporter, now: Callable[[], float]) -> None:
         self._connection = connection
         self._reporter = reporter
         self._now = now
@@ -156,7 +160,7 @@ class NaoqiLoudspeaker:
     def playback(self) -> Playback:
         return self._playback
 
-    def tick(self, link: Link) -> None:
+    def tick(self, link: CallLink) -> None:
         """Begin the next tone at the end of the previous one."""
         with self._lock:
             self._go_on(link)
@@ -169,14 +173,14 @@ class NaoqiLoudspeaker:
             self._end = -math.inf
             self._playback = replace(self._playback, playing=False)
 
-    def _end_tone(self, link: Link) -> None:
+    def _end_tone(self, link: CallLink) -> None:
         """End the present tone, and drop those that wait."""
         self._waiting.clear()
         self._end = -math.inf
         if self._tone is not None and not self._tone.done and self._stopping is None:
             self._stopping = link.begin("ALAudioPlayer.stopAll")
 
-    def _go_on(self, link: Link) -> None:
+    def _go_on(self, link: CallLink) -> None:
         # NAOqi may run two calls in either order, so nothing is begun before a stop has been answered.
         for reply in (self._stopping, self._tone):
             if reply is not None and not reply.done:

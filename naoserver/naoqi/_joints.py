@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from naoserver.naoqi._background_calls import BackgroundCalls, CoalescingQueue
-from naoserver.naoqi._connection import Connection, Reporter
-from naoserver.naoqi._link import Link, Reply
+from naoserver.hardware.background import BackgroundCalls, CoalescingQueue
+from naoserver.hardware.connection import CallConnection
+from naoserver.hardware.link import CallLink, Reply
+from naoserver.hardware.reporter import Reporter
 from naoserver.naoqi._state import NaoqiState
 
 _SLOWEST_FRACTION: Final = 0.002
@@ -32,7 +33,7 @@ class NaoqiJoints:
     """Command the joints of a robot, as in `JointDevice`; a lost robot gets no commands."""
 
     def __init__(
-        self, connection: Connection, state: NaoqiState, calls: BackgroundCalls, reporter: Reporter
+        self, connection: CallConnection, state: NaoqiState, calls: BackgroundCalls, reporter: Reporter
     ) -> None:
         self._state = state
         self._joints = {joint.name: joint for joint in state.facts.joints}
@@ -80,10 +81,10 @@ class NaoqiJoints:
         if orders:
             self.orders.post(orders)
 
-    def _send_orders(self, link: Link, orders: Mapping[str, Order]) -> list[Reply]:
+    def _send_orders(self, link: CallLink, orders: Mapping[str, Order]) -> list[Reply]:
         return [link.begin(method, *arguments) for method, *arguments in calls_of(orders)]
 
-    def _send_stiffnesses(self, link: Link, wanted: Mapping[str, tuple[float, float]]) -> list[Reply]:
+    def _send_stiffnesses(self, link: CallLink, wanted: Mapping[str, tuple[float, float]]) -> list[Reply]:
         at_once = {joint: value for joint, (value, seconds) in wanted.items() if seconds <= 0.0}
         slowly = {joint: change for joint, change in wanted.items() if change[1] > 0.0}
         if slowly:  # it answers when the last motor has arrived: the next change does not wait for that

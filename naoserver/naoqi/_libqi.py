@@ -8,7 +8,8 @@ from typing import Any, Final
 import qi
 
 from naoserver._libqi import start_libqi
-from naoserver.naoqi._link import CallFailed, CallTimeout, Failure, LinkLost, Reply, RobotAddress
+from naoserver.hardware.link import CallFailed, CallTimeout, Failure, LinkLost, Reply
+from naoserver.naoqi._link import RobotAddress
 
 _FINDING: Final = 2.0
 """Time limit in s for the robot to find a service."""
@@ -41,7 +42,7 @@ def connect(address: RobotAddress, timeout: float) -> LibqiLink:
 
 
 class LibqiLink:
-    """A session of libqi. Implements Link."""
+    """A session of libqi. Implements CallLink."""
 
     def __init__(self, session: qi.Session) -> None:
         self._session = session

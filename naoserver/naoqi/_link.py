@@ -1,74 +1,15 @@
-"""The protocol of connections to NAOqi: their address, calls by name, and their loss."""
+"""The address of a NAOqi, and its model."""
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol, Self
+from typing import Final, Self
 from urllib.parse import urlsplit
 
-from naoserver.errors import HardwareFailure
+from naoserver.hardware.link import CallFailed, CallLink, call
 
 NAME: Final = "naoserver-naoqi"
 """Name of subscriptions of cameras and sonar, by which those of an earlier server are found."""
-
-
-class CallFailed(HardwareFailure):
-    """NAOqi refused a call, or has no such service or method; the message is NAOqi's, behind the call."""
-
-
-class CallTimeout(HardwareFailure):
-    """NAOqi did not answer in time. The call may still be executed."""
-
-
-class LinkLost(HardwareFailure):
-    """There is no connection to the robot, or it broke during the call."""
-
-
-class Reply(Protocol):
-    """The answer to a call that was begun."""
-
-    @property
-    def done(self) -> bool:
-        """Whether the answer has arrived, or can no longer arrive."""
-
-    def result(self, timeout: float) -> Any:  # noqa: ANN401 - whatever NAOqi answers
-        """Return the answer within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
-
-
-class Link(Protocol):
-    """A connection to NAOqi. Any thread may use it."""
-
-    @property
-    def lost(self) -> threading.Event:
-        """Set as soon as the connection is known to be gone."""
-
-    def begin(self, operation: str, *arguments: object) -> Reply:
-        """Begin a call such as `ALMotion.setAngles` without waiting for the answer.
-
-        The reply reports every failure.
-        """
-
-    def close(self) -> None:
-        """Close the link; running calls end with LinkLost. Does nothing the second time."""
-
-
-class Failure:
-    """The answer to a call that could not be begun. Implements Reply."""
-
-    done: Final = True
-
-    def __init__(self, error: Exception) -> None:
-        self._error = error
-
-    def result(self, timeout: float) -> Any:  # noqa: ANN401, ARG002
-        """Raise the reason."""
-        raise self._error
-
-
-def call(link: Link, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401
-    """Return what NAOqi answers within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
-    return link.begin(operation, *arguments).result(timeout)
 
 
 _PORTS: Final = {"tcp": 9559, "tcps": 9503}
@@ -127,7 +68,7 @@ class RobotAddress:
         return self.url
 
 
-def is_nao6(link: Link) -> bool:
+def is_nao6(link: CallLink) -> bool:
     """Return whether the robot is a NAO6, not an earlier model. Raises CallTimeout or LinkLost."""
     try:
         version = str(call(link, "ALMemory.getData", "RobotConfig/Head/BaseVersion"))

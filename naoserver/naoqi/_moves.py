@@ -11,9 +11,10 @@ from interfaces.nao import Severity
 from naoserver._naoqi_names import gait_limits
 from naoserver.capabilities import STILL, Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
-from naoserver.naoqi._background_calls import BackgroundCalls, CoalescingQueue, Poll
-from naoserver.naoqi._connection import Connection, Reporter
-from naoserver.naoqi._link import CallFailed, Link, LinkLost, Reply, call
+from naoserver.hardware.background import BackgroundCalls, CoalescingQueue, Poll
+from naoserver.hardware.connection import CallConnection
+from naoserver.hardware.link import CallFailed, CallLink, LinkLost, Reply, call
+from naoserver.hardware.reporter import Reporter
 from naoserver.naoqi._state import NaoqiState
 from naoserver.robot import LIMP
 from zenoh_ice import Clock
@@ -40,7 +41,9 @@ class NaoqiWalker:
 
     lag = 0.0
 
-    def __init__(self, connection: Connection, state: NaoqiState, clock: Clock, reporter: Reporter) -> None:
+    def __init__(
+        self, connection: CallConnection, state: NaoqiState, clock: Clock, reporter: Reporter
+    ) -> None:
         self._connection = connection
         self._state = state
         self._clock = clock
@@ -64,7 +67,7 @@ class NaoqiWalker:
             Poll(reporter, clock.now, self._period, self._take_active, "ALMotion.moveIsActive"),
         )
 
-    def open(self, link: Link) -> None:
+    def open(self, link: CallLink) -> None:
         """End an earlier walk, and find out how fast the robot walks."""
         call(link, "ALMotion.stopMove")
         try:
@@ -161,7 +164,7 @@ class NaoqiWalker:
                 return f"it refused to walk: {error}"
         return "it has fallen" if self._state.body().fallen else "NAOqi stopped it, and does not say why"
 
-    def _send(self, link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
+    def _send(self, link: CallLink, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
         velocity = commands["velocity"]
         if velocity == STILL:
             self._newest = link.begin("ALMotion.stopMove")
@@ -180,7 +183,11 @@ class NaoqiPostures:
     """The postures of a robot. Implements OwnPostures; `go` raises CommandRefused while the robot is lost."""
 
     def __init__(
-        self, connection: Connection, calls: BackgroundCalls, reporter: Reporter, now: Callable[[], float]
+        self,
+        connection: CallConnection,
+        calls: BackgroundCalls,
+        reporter: Reporter,
+        now: Callable[[], float],
     ) -> None:
         self._connection = connection
         self._calls = calls
@@ -197,7 +204,7 @@ class NaoqiPostures:
             reporter, now, lambda: _POSTURE_PERIOD, self._take, "ALRobotPosture.getPosture"
         )
 
-    def open(self, link: Link) -> None:
+    def open(self, link: CallLink) -> None:
         """End an earlier way into a posture, and find out which postures the robot knows."""
         call(link, "ALRobotPosture.stopMove")
         self.names = tuple(str(name) for name in call(link, "ALRobotPosture.getPostureList"))
@@ -227,7 +234,7 @@ class NaoqiPostures:
     def progress(self) -> PostureProgress:
         return self._progress
 
-    def tick(self, _link: Link) -> None:
+    def tick(self, _link: CallLink) -> None:
         """Check whether the way has ended, and repeat a stop that has not ended it."""
         with self._lock:
             going = self._going

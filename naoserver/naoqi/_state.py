@@ -13,8 +13,9 @@ from typing import Final
 from naoserver.body import Body
 from naoserver.capabilities import InertialReading, SenseReading
 from naoserver.errors import HardwareFailure
-from naoserver.naoqi._connection import NaoqiLimits
-from naoserver.naoqi._link import NAME, CallFailed, Link, call, is_nao6
+from naoserver.hardware.connection import HardwareLimits
+from naoserver.hardware.link import CallFailed, CallLink, call
+from naoserver.naoqi._link import NAME, is_nao6
 from naoserver.naoqi._memory_keys import FARTHEST_ECHO, Measurements, MemoryLayout
 from naoserver.parts import LYING_TILT, JointFacts
 from naoserver.robot import BodyState, JointReading
@@ -112,7 +113,7 @@ class Setpoints:
 class NaoqiState:
     """The newest measurements of a robot, and its setpoints."""
 
-    def __init__(self, clock: Clock, facts: Body, limits: NaoqiLimits) -> None:
+    def __init__(self, clock: Clock, facts: Body, limits: HardwareLimits) -> None:
         self.facts: Final = facts
         """The facts of its body."""
         self._clock = clock
@@ -124,7 +125,7 @@ class NaoqiState:
         self._newest: Measurements | None = None  # replaced as a whole
         self._frozen: float | None = None
 
-    def open(self, link: Link) -> None:
+    def open(self, link: CallLink) -> None:
         """Find out which keys the robot has. Raises HardwareFailure when it has another body."""
         known = call(link, "ALMemory.getDataListName", timeout=_LISTING)
         nao6 = is_nao6(link)
@@ -141,7 +142,7 @@ class NaoqiState:
         self._history.clear()
         self._frozen = None
 
-    def tick(self, link: Link) -> None:
+    def tick(self, link: CallLink) -> None:
         """Measure. Raises CallFailed, CallTimeout or LinkLost."""
         layout = self._layout
         assert layout is not None
@@ -226,7 +227,7 @@ class NaoqiSenses:
     def inertial(self) -> InertialReading:
         return self.read().inertial
 
-    def open(self, link: Link) -> None:
+    def open(self, link: CallLink) -> None:
         """Turn the sonar on, if the robot has one."""
         self._sonar = False
         try:
@@ -235,7 +236,7 @@ class NaoqiSenses:
         except CallFailed as error:
             _logger.info("the sonar stays off: %s", error)
 
-    def close(self, link: Link | None) -> None:
+    def close(self, link: CallLink | None) -> None:
         """Turn the sonar off, unless another program uses it."""
         try:
             if link is not None:

@@ -6,7 +6,7 @@ They are tables of a facts file (`naoserver.body`), in its units and frames.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
 import msgspec
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Gear
 from naoserver_sim._body import KINDS
+from naoserver_sim._own.couplings import Couplings, Pull, couplings_of, keep_in_range, loops_of
+from naoserver_sim._own.hulls import hull_of
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
 
@@ -29,6 +31,8 @@ _GIVES: Final = 0.1
 """Angle in rad by which a servo gives way at its largest torque, if nothing says how stiff it is."""
 _INERTIA: Final = 0.01
 """Inertia of a rotor behind its gear in kg m2, if the model has none: keeps light links steady."""
+_DIGITS: Final = 5
+"""Digits behind the point, in m, of the corners of hulls: short enough for thousands of them."""
 _FRICTION: Final = 1.0
 """MuJoCo's friction of a shape that names none."""
 
@@ -70,6 +74,7 @@ def parts_of(
         names = ", ".join(mj.body(root).name for root in roots[:5])
         raise RobotError(f"{where}: a robot is one tree of links; here are {len(roots)}: {names}")
     inertias = _inertias(mj)
+    moves = couplings_of(mj, where, {})
     links: list[dict[str, Any]] = []
     joints: list[dict[str, Any]] = []
     fixed: list[dict[str, Any]] = []
@@ -93,13 +98,14 @@ def parts_of(
             step = _rotated(turn, at - offset) if number == 0 else at - offset
             child = name if number == len(moved) - 1 else f"{name} {number + 1}"
             joints.append(
-                _joint(mj, joint, model, own, where)
+                _joint(mj, joint, model, own, moves, where=where)
                 | {"parent": carrier, "child": child, "origin": (origin + step).tolist(), "turn": turn}
             )
             gear = given.get(joints[-1]["name"])
             if gear is None:
                 gear = joints[-1]["name"]
-                gears[gear] = _gear(mj, joint, float(joints[-1]["max_torque"]), inertias)
+                torque, pulls = float(joints[-1]["max_torque"]), moves.pulls.get(gear, ())
+                gears[gear] = _gear(mj, joint, torque, pulls, inertias) if torque else _bearing(mj, joint)
             joints[-1]["gear"] = gear
             if child != name:
                 links.append({"name": child, "mass": 0.0})
@@ -110,9 +116,16 @@ def parts_of(
         frames[body] = Frame(name, offset)
         links.append(_link(mj, body, name, offset))
     del frames[0]
+    keep_in_range(joints, moves.couplings, where)
+    loops = loops_of(mj, frames, where, {})
     shapes = [shape for geom in range(mj.ngeom) for shape in _shape(mj, geom, frames)]
     parts = {"links": links, "joints": joints, "fixed_joints": fixed, "gears": gears, "shapes": shapes}
-    return parts, frames
+    parts |= {
+        "couplings": msgspec.to_builtins(moves.couplings),
+        "loops": loops.loops,
+        "notes": [*moves.notes, *loops.notes],
+    }
+    return parts | ({"mounted": True} if loops.mounted else {}), frames
 
 
 def _joints(mj: mujoco.MjModel, body: int) -> range:
@@ -132,7 +145,9 @@ def _link(mj: mujoco.MjModel, body: int, name: str, offset: Array) -> dict[str, 
     return {"name": name, "mass": float(mj.body_mass[body]), "com": com, "inertia": tensor}
 
 
-def _joint(mj: mujoco.MjModel, joint: int, model: ModelFile, own: OwnFile, where: str) -> dict[str, Any]:
+def _joint(
+    mj: mujoco.MjModel, joint: int, model: ModelFile, own: OwnFile, moves: Couplings, *, where: str
+) -> dict[str, Any]:
     """Return what a model says of a joint, corrected by the TOML file."""
     name = mj.joint(joint).name
     if not name:
@@ -141,7 +156,7 @@ def _joint(mj: mujoco.MjModel, joint: int, model: ModelFile, own: OwnFile, where
         raise RobotError(
             f"{where}: joint {name!r} is a ball joint; joints turn about one axis or slide along it"
         )
-    torque = _torque(mj, joint)
+    torque = 0.0 if name in moves.passive else _torque(mj, joint, moves.pulls.get(name, ()))
     found: dict[str, Any] = {
         "name": name,
         "axis": mj.jnt_axis[joint].tolist(),
@@ -155,20 +170,22 @@ def _joint(mj: mujoco.MjModel, joint: int, model: ModelFile, own: OwnFile, where
     if name in own.joint:
         corrected = msgspec.to_builtins(own.joint[name])
         found |= {key: value for key, value in corrected.items() if value is not None}
-    if not found.get("max_torque", 0.0) > 0.0:
+    if name in moves.passive or any(pair.follower == name for pair in moves.couplings):
+        found.setdefault("max_torque", 0.0)
+    elif not found.get("max_torque", 0.0) > 0.0:
         raise RobotError(
             f"{where}: joint {name!r} has no largest torque: give one, [joint.{name}] max_torque"
         )
     return found
 
 
-def _torque(mj: mujoco.MjModel, joint: int) -> float | None:
+def _torque(mj: mujoco.MjModel, joint: int, pulls: Iterable[Pull]) -> float | None:
     """Return the largest torque of a joint in N m, by its motor or by itself; None when nothing limits it."""
     limits = []
     if mj.jnt_actfrclimited[joint]:
         limits.append(float(np.abs(mj.jnt_actfrcrange[joint]).max()))
-    for motor in _motors(mj, joint):
-        gear = abs(float(mj.actuator_gear[motor, 0]))
+    for motor, lever in pulls:
+        gear = lever * abs(float(mj.actuator_gear[motor, 0]))
         if mj.actuator_forcelimited[motor]:
             limits.append(gear * float(np.abs(mj.actuator_forcerange[motor]).max()))
         elif mj.actuator_ctrllimited[motor] and mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE:
@@ -176,28 +193,31 @@ def _torque(mj: mujoco.MjModel, joint: int) -> float | None:
     return min(limits, default=None)
 
 
-def _motors(mj: mujoco.MjModel, joint: int) -> Iterator[int]:
-    for motor in range(mj.nu):
-        of_joint = mj.actuator_trntype[motor] == mujoco.mjtTrn.mjTRN_JOINT
-        if of_joint and int(mj.actuator_trnid[motor, 0]) == joint:
-            yield motor
+def _bearing(mj: mujoco.MjModel, joint: int) -> dict[str, float]:
+    """Return the bearings of a joint, and the spring of one without a motor."""
+    dof = int(mj.jnt_dofadr[joint])
+    return {
+        "stiffness": float(np.ravel(mj.jnt_stiffness[joint])[0]),
+        "rest": float((mj.qpos_spring - mj.qpos0)[mj.jnt_qposadr[joint]]),
+        "friction_damping": float(np.ravel(mj.dof_damping[dof])[0]),
+        "friction": float(mj.dof_frictionloss[dof]),
+        "inertia": float(mj.dof_armature[dof]),
+    }
 
 
-def _gear(mj: mujoco.MjModel, joint: int, torque: float, inertias: Array) -> dict[str, float]:
+def _gear(
+    mj: mujoco.MjModel, joint: int, torque: float, pulls: Iterable[Pull], inertias: Array
+) -> dict[str, float]:
     """Return the gains of a joint's servo; without one, gains at which it neither sags nor swings."""
     dof = int(mj.jnt_dofadr[joint])
     inertia = float(mj.dof_armature[dof]) or _INERTIA
-    gear = {
-        "friction_damping": float(np.ravel(mj.dof_damping[dof])[0]),
-        "friction": float(mj.dof_frictionloss[dof]),
-        "inertia": inertia,
-    }
-    for motor in _motors(mj, joint):
+    gear = _bearing(mj, joint) | {"rest": 0.0, "inertia": inertia}
+    for motor, lever in pulls:
         if (
             mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
             and mj.actuator_biasprm[motor, 1] < 0.0
         ):
-            stiffness, damping = (-mj.actuator_biasprm[motor, 1:3]).tolist()
+            stiffness, damping = (-lever * mj.actuator_biasprm[motor, 1:3]).tolist()
             return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
     stiffness = torque / _GIVES
     return gear | {"stiffness": stiffness, "damping": 2.0 * math.sqrt(stiffness * (inertias[dof] + inertia))}
@@ -213,7 +233,7 @@ def _inertias(mj: mujoco.MjModel) -> Array:
 
 
 def _shape(mj: mujoco.MjModel, geom: int, frames: dict[int, Frame]) -> Iterator[dict[str, Any]]:
-    """Yield the contact shape of a geom, if it is one: of a mesh, the box around it."""
+    """Yield the contact shape of a geom, if it is one: of a mesh its hull, or a box if it is flat."""
     body = int(mj.geom_bodyid[geom])
     if body not in frames or not (mj.geom_contype[geom] or mj.geom_conaffinity[geom]):
         return
@@ -221,15 +241,16 @@ def _shape(mj: mujoco.MjModel, geom: int, frames: dict[int, Frame]) -> Iterator[
     place = mj.geom_pos[geom] - offset
     turn: list[float] = mj.geom_quat[geom].tolist()
     kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
-    if kind is not None:
-        size = mj.geom_size[geom][: SHAPE_SIZES[kind]]
-    elif mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-        kind, size = "box", mj.geom_aabb[geom, 3:]
+    shape: dict[str, Any] = {"link": link}
+    if len(points := hull_of(mj, geom)):
+        shape |= {"kind": "hull", "points": np.round(points - offset, _DIGITS).tolist()}
+    elif kind is not None or mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+        size = mj.geom_aabb[geom, 3:] if kind is None else mj.geom_size[geom][: SHAPE_SIZES[kind]]
         place = place + _rotated(turn, mj.geom_aabb[geom, :3])
+        shape |= {"kind": kind or "box", "size": np.maximum(size, 1e-4).tolist()}
+        shape |= {"position": place.tolist(), "turn": turn}
     else:
         return
-    size = np.maximum(size, 1e-4).tolist()
-    shape = {"link": link, "kind": kind, "size": size, "position": place.tolist(), "turn": turn}
     friction = float(mj.geom_friction[geom, 0])
     yield shape if friction == _FRICTION else shape | {"friction": max(friction, 1e-3)}
 

@@ -153,7 +153,9 @@ def test_a_model_without_a_torque_is_refused_as_the_page_says(
 ) -> None:
     (said,) = re.findall(r"naoserver-sim: error: (.*)", PAGE)
     model = (folder / "rover.xml").read_text("utf-8")
-    (tmp_path / "rover.xml").write_text(re.sub(r'.*<position joint="pan".*\n', "", model), "utf-8")
+    (tmp_path / "rover.xml").write_text(
+        re.sub(r'(<position joint="pan".*) forcerange="[^"]*"', r"\1", model), "utf-8"
+    )
     (tmp_path / "my_robot.toml").write_text((folder / "my_robot.toml").read_text("utf-8"), "utf-8")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(RobotError) as refused:

@@ -11,8 +11,9 @@ from contextlib import closing
 
 from naoserver.bodies.nao import H25
 from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.hardware.link import CallFailed, CallTimeout, LinkLost
 from naoserver.naoqi._libqi import connect
-from naoserver.naoqi._link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress
+from naoserver.naoqi._link import NAME, RobotAddress
 from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently

@@ -71,6 +71,7 @@ def events(nao):
     return [event.message for event in nao.proxy(HealthPrx, "Health").getHealth().events]
 
 
+@in_simulation(lambda body: body.walk, bodies=FAMILIES)
 def test_an_emergency_stop_of_a_walk_leaves_it_standing(nao):
     walk_on(nao)
     safety, motors = nao.proxy(SafetyPrx, "Safety"), nao.proxy(MotorsPrx, "Motors")

@@ -16,6 +16,7 @@ from naoserver.body import Body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.parts import Axis, Steps
+from naoserver.robot import Robot
 from naoserver.server import serve
 from tests.support.limits import FOREVER
 from tests.support.present import present
@@ -51,22 +52,19 @@ PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 
 
 @contextmanager
-def fake(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
-    """Serve the robot without physics."""
-    with served_to_client(FakeRobot(clock_at(SPEED), body=body), options) as nao:
-        yield nao
+def fake(body: Body = H25) -> Iterator[Robot]:
+    """Make the robot without physics."""
+    yield FakeRobot(clock_at(SPEED), body=body)
 
 
 @contextmanager
-def simulated(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
-    """Serve the simulated robot."""
+def simulated(body: Body = H25) -> Iterator[Robot]:
+    """Make the simulated robot."""
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
     from naoserver_sim.robot import SimulatedRobot
     from tests.support.camera_limits import PATIENT_CAMERAS
 
-    robot = SimulatedRobot(speed=SPEED, skin=False, body=body, camera_limits=PATIENT_CAMERAS)
-    with served_to_client(robot, options) as nao:
-        yield nao
+    yield SimulatedRobot(speed=SPEED, skin=False, body=body, camera_limits=PATIENT_CAMERAS)
 
 
 @contextmanager
@@ -85,23 +83,21 @@ def fake_as_naoqi(body: Body = H25, speed: float = 1.0) -> Iterator[str]:
 
 
 @contextmanager
-def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
-    """Serve a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi.
+def naoqi(body: Body = H25) -> Iterator[Robot]:
+    """Make a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi.
 
     It is polled less often than a real one: most of the work would be polls.
     """
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from naoserver.naoqi._connection import NaoqiLimits
+    from naoserver.hardware.connection import HardwareLimits
     from naoserver.naoqi._link import RobotAddress
     from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
     with fake_as_naoqi(body, OVER_NAOQI) as url:
-        address, limits = RobotAddress.parse(url), NaoqiLimits(period=0.05)
+        address, limits = RobotAddress.parse(url), HardwareLimits(period=0.05)
         clock = clock_at(OVER_NAOQI)
-        robot = NaoqiRobot(lambda _: connect_patiently(address), body=body, clock=clock, limits=limits)
-        with served_to_client(robot, options) as nao:
-            yield nao
+        yield NaoqiRobot(lambda _: connect_patiently(address), body=body, clock=clock, limits=limits)
 
 
 BODIES: Final = (H25, H21, *(find_body(name) for name in ("T1", "G1", "Cart")))
@@ -110,25 +106,28 @@ BODIES: Final = (H25, H21, *(find_body(name) for name in ("T1", "G1", "Cart")))
 FAMILIES: Final = tuple(body for body in BODIES if body is not H21)
 """A body of each kind of robot: for what is the same for an H21 as for an H25."""
 
-Serve = Callable[..., AbstractContextManager[RobotClient]]
-WAYS: Final[tuple[Serve, ...]] = (fake, simulated, naoqi)
-"""The ways to serve a robot; only a Nao has NAOqi."""
+Make = Callable[[Body], AbstractContextManager[Robot]]
+WAYS: Final[tuple[Make, ...]] = (fake, simulated, naoqi)
+"""The ways to make a robot; only a Nao has NAOqi."""
 
 
 @dataclass(frozen=True)
 class Implementation:
-    """A way to serve a body: without physics, in the simulation, or over NAOqi."""
+    """A way to make a robot of a body: without physics, in the simulation, or over NAOqi."""
 
-    serve: Serve
+    way: Make
     body: Body
 
-    def __call__(self, options: ServerOptions | None) -> AbstractContextManager[RobotClient]:
-        return self.serve(options, self.body)
+    @contextmanager
+    def __call__(self, options: ServerOptions | None) -> Iterator[RobotClient]:
+        """Serve the robot to a client."""
+        with self.way(self.body) as robot, served_to_client(robot, options) as nao:
+            yield nao
 
     @property
     def parameter(self) -> Any:
         """The value of a test's parameter."""
-        kind = self.serve.__name__
+        kind = self.way.__name__
         marks = [pytest.mark.sim] if kind == "simulated" else []
         return pytest.param(self, id=kind if self.body is H25 else f"{kind} {self.body.name}", marks=marks)
 
@@ -138,7 +137,7 @@ Part = Callable[[Body], object]
 
 
 def robots(
-    *parts: Part, bodies: Iterable[Body] = BODIES, ways: Sequence[Serve] = WAYS, weight: bool = False
+    *parts: Part, bodies: Iterable[Body] = BODIES, ways: Sequence[Make] = WAYS, weight: bool = False
 ) -> list[Any]:
     """Return the parameters of a test: some bodies, those that have the parts, served in some ways.
 
@@ -148,14 +147,14 @@ def robots(
     """
     able = [body for body in bodies if all(part(body) for part in parts)]
     pairs = [
-        Implementation(serve, body)
+        Implementation(way, body)
         for body in able
-        for serve in ways
-        if serve is not naoqi or isinstance(body.walk, Steps)
+        for way in ways
+        if way is not naoqi or isinstance(body.walk, Steps)
     ]
 
     def in_test(robot: Implementation) -> bool:
-        return robot.body is H25 or robot.serve is ways[0] or (weight and robot.serve is simulated)
+        return robot.body is H25 or robot.way is ways[0] or (weight and robot.way is simulated)
 
     return cases(
         [robot.parameter for robot in pairs if in_test(robot)],

@@ -12,9 +12,10 @@ from typing import Any
 import qi
 
 from naoserver._libqi import start_libqi
-from naoserver.naoqi import _link as link
+from naoserver.hardware import link
+from naoserver.hardware.link import CallLink, Reply
 from naoserver.naoqi._libqi import connect
-from naoserver.naoqi._link import Link, Reply, RobotAddress
+from naoserver.naoqi._link import RobotAddress
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 
 __all__ = ["call", "connect_patiently", "connected", "eventually_near"]
@@ -43,15 +44,15 @@ def eventually_near(measure: Callable[[], float], value: float, tolerance: float
         time.sleep(0.01)
 
 
-def connect_patiently(address: RobotAddress) -> Link:
+def connect_patiently(address: RobotAddress) -> CallLink:
     """Connect to a robot that may answer slowly on a busy machine without being reported as lost."""
     return _PatientLink(connect(address, CALL_LIMIT))
 
 
 class _PatientLink:
-    """A link whose answers may take CALL_LIMIT. Implements Link."""
+    """A link whose answers may take CALL_LIMIT. Implements CallLink."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: CallLink) -> None:
         self._link = link
 
     @property

@@ -28,8 +28,8 @@ RUN_HERE: Final = (
 RUN_APART: Final = (
     r"sed ",
     r"mkdir ",
-    r"python -m naoserver\.fake",
-    r"python (\w+_(server|client)|test_\w+)\.py",
+    r"python -m naoserver\.(fake|hardware)",
+    r"python (\w+_(server|client)|server|test_\w+)\.py",
     r"python patrol\.py --listen",
 )
 """Commands that run in separate processes, and cost little."""

@@ -35,6 +35,7 @@ LASTING: Final = {
     r"nao router": r"^the router listens",
     r"nao stack ros": r"gateway.*ready",
     r"ballmover": "",
+    r"python server\.py --listen": r"^ready",
     r"python \w+\.py --listen": "",
 }
 """Commands that go on until Ctrl-C, each with the line that a reader waits for."""

@@ -9,15 +9,15 @@ from dataclasses import replace
 from typing import Any
 
 from naoserver.bodies.nao import H25
-from naoserver.naoqi._connection import NaoqiLimits
-from naoserver.naoqi._link import CallFailed, CallTimeout, LinkLost
+from naoserver.hardware.connection import HardwareLimits
+from naoserver.hardware.link import CallFailed, CallTimeout, LinkLost
 from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import clock_at, eventually
 
 __all__ = ["DEVICES", "HASTY", "PATIENT", "ScriptedNaoqi", "nao_memory"]
 
-HASTY = NaoqiLimits(retry=0.05, repetition=0.05)
+HASTY = HardwareLimits(retry=0.05, repetition=0.05)
 """Of a robot that is found and answers at once."""
 PATIENT = replace(HASTY, answer=CALL_LIMIT)
 """For tests in which no command is to be sent before the one before is answered."""
@@ -54,7 +54,7 @@ class ScriptedNaoqi:
     """Answers calls from `answers`, and lists them; `limits` are those of its robots,
     whose time passes at `speed`. Calls that are `held` are answered when released."""
 
-    def __init__(self, limits: NaoqiLimits = HASTY, speed: float = 1.0) -> None:
+    def __init__(self, limits: HardwareLimits = HASTY, speed: float = 1.0) -> None:
         self.limits = limits
         self.speed = speed
         self.memory = nao_memory()

@@ -6,8 +6,8 @@ import typer
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
 from naoserver.fake import __main__ as fake
+from naoserver.hardware.connection import HardwareLimits
 from naoserver.naoqi import _command as naoqi
-from naoserver.naoqi._connection import NaoqiLimits
 from naoserver.naoqi._robot import End, Life, Start
 from tests.support.pages import DOCS
 
@@ -30,4 +30,4 @@ def test_every_choice_is_named_in_its_order(option, choices):
 
 
 def test_the_silence_after_which_a_robot_is_lost_is_that_of_the_page():
-    assert f"a silent robot after {NaoqiLimits().silence:g} s" in PAGE
+    assert f"a silent robot after {HardwareLimits().silence:g} s" in PAGE

@@ -1,6 +1,7 @@
 """A device behind its safety layer: what reaches it, what is reported, and what the watchdog stops."""
 
 import threading
+from dataclasses import replace
 
 import pytest
 
@@ -14,6 +15,7 @@ from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeDevice
 from naoserver.jobs import JobThreads, Watchdog
 from naoserver.options import SafetyOptions
+from naoserver.robot import JointFault
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import VirtualClock, WallClock
 
@@ -320,3 +322,20 @@ def test_who_holds_the_lease_may_command_and_nobody_else_may_but_stop(rig):
             command()
     rig.guarded.hold()
     assert rig.device.read().stiffnesses[0] == 1.0
+
+
+def test_a_joint_whose_servo_is_lost_is_refused_by_name_and_a_hold_is_not(clock):
+    device = FakeDevice("Nao", H25.joints, clock, {})
+    read, lost = device.read, JointFault("lost: its servo does not answer", lost=True)
+    device.read = lambda: replace(read(), faults={"HeadYaw": lost, "HeadPitch": JointFault("hot")})  # type: ignore[method-assign]
+    rig = Rig(clock, device)
+    for command in (
+        lambda joint: rig.guarded.move({joint: 0.1}, {}),
+        lambda joint: rig.guarded.drive({joint: 0.1}, "client"),
+        lambda joint: rig.guarded.stiffen({joint: 0.5}, 0.0),
+    ):
+        with pytest.raises(InvalidCommand, match="HeadYaw is not reached: lost") as refused:
+            command("HeadYaw")
+        assert refused.value.field == "HeadYaw"
+        command("HeadPitch")
+    rig.guarded.hold(["HeadYaw"])

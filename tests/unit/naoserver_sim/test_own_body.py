@@ -1,9 +1,11 @@
 """A body of the user's own, from a URDF or MJCF and a TOML file."""
 
 import math
+import re
 
 import pytest
 
+from naoserver.body import read_body, write_body
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.parts import Axis
@@ -182,6 +184,66 @@ def test_a_humanoid_of_ones_own_walks_though_its_hinges_have_no_ranges(written):
     clock.advance(6.0)
     assert robot.stage.truth().torso.position[0] - begin[0] > 0.5
     assert not robot.state().fallen
+
+
+GRIPPER = ARM.replace(
+    "</robot>",
+    f"""<link name="thumb">{INERTIAL}</link>
+    <joint name="thumb" type="revolute"><parent link="upper"/><child link="thumb"/><axis xyz="0 1 0"/>
+      <origin xyz="0 0.1 0.24"/><limit lower="-1" upper="0.9" effort="0" velocity="5"/>
+      <mimic joint="elbow" multiplier="-0.5" offset="0.1"/></joint></robot>""",
+)
+
+
+def moved(body, **targets):
+    """Return the angles of a body's joints by name after they were sent to targets."""
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, body=body)
+    robot.command_positions(targets, dict.fromkeys(targets, 1.0))
+    clock.advance(3.0)
+    return dict(zip(body.joint_names, robot.read().positions, strict=True))
+
+
+def test_a_joint_that_mimics_another_follows_it(written):
+    body = read_own_body(written(GRIPPER, ARM_TOML))
+    assert (body.joint["elbow"].lower, body.joint["elbow"].upper) == pytest.approx((-1.6, 2.0))
+    angles = moved(body, elbow=1.0)
+    assert (angles["elbow"], angles["thumb"]) == pytest.approx((1.0, -0.4), abs=0.02)
+
+
+FOUR_BARS = """<mujoco><worldbody><body name="base" pos="0 0 0.1"><freejoint/>
+    <geom type="box" size="0.3 0.2 0.05" mass="5"/>
+    <body name="crank" pos="0 0 0.1"><joint name="drive" axis="0 1 0" range="-60 60"/>
+      <geom type="capsule" fromto="0 0 0 0 0 0.1" size="0.01" mass="0.1"/>
+      <body name="rod" pos="0 0 0.1"><joint name="pin" axis="0 1 0" damping="0.002"/>
+        <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" mass="0.1"/></body></body>
+    <body name="rocker" pos="0.2 0 0.1"><joint name="swing" axis="0 1 0"/>
+      <geom type="capsule" fromto="0 0 0 0 0 0.1" size="0.01" mass="0.1"/></body>
+  </body></worldbody>
+  <equality><connect body1="rod" body2="rocker" anchor="0.2 0 0"/></equality>
+  <actuator><position joint="drive" kp="20" kv="1" forcerange="-5 5"/></actuator></mujoco>"""
+
+
+def test_the_rods_of_a_closed_chain_are_passive_and_move_with_it(written, caplog):
+    body = read_own_body(written(FOUR_BARS, 'model = "bars.xml"', "bars.xml"))
+    assert [joint.name for joint in body.joints if joint.passive] == ["pin", "swing"]
+    assert body.gears["pin"].friction_damping == 0.002
+    assert "no actuator moves pin, swing: passive" in caplog.text
+    angles = moved(body, drive=0.5)
+    assert (angles["drive"], angles["swing"]) == pytest.approx((0.5, 0.5), abs=0.03)
+
+
+def test_what_was_read_of_a_closed_chain_is_the_same_in_a_facts_file(written):
+    body = read_own_body(written(FOUR_BARS, 'model = "bars.xml"', "bars.xml"))
+    assert read_body(write_body(body), "bars.json").as_data() == body.as_data()
+
+
+def test_a_robot_that_nothing_holds_is_refused_with_what_to_do(written):
+    bare = re.sub("<collision>.*?</collision>", "", ARM, flags=re.DOTALL)
+    with pytest.raises(
+        RobotError, match=r"no link of my_robot has a shape that touches, for its .*meshes = .*mounted"
+    ):
+        read_own_body(written(bare, 'model = "arm.urdf"'))
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,7 @@ SPELLED: Final = {
     "visualhfsm/_monitoring/nao_h25.json": "the body of recordings that describe none",
     "visualhfsm/_monitoring/run_log.py": "an example",
     "visualhfsm/template/tests/test_blinker.py": "a user's test, for the default body",
+    "visualhfsm/template_hardware/bust.toml": "a user's robot",
     "zenoh_ice/exceptions.py": "an example",
 }
 """Files that name joints or links, and why they may."""

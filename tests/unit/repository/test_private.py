@@ -15,10 +15,10 @@ from tests.support.places import ROOT
 
 GENERATED: Final = "interfaces"
 NAMED_ON_PAGES: Final = re.compile(
-    r"""(?:from\ |import\ |:::\ |python\ -m\ |gymnasium\.make\w*\(")([a-z_0-9]+(?:\.[a-z_0-9]+)*)""",
+    r"""(?:from\ |import\ |:::\ |python\ -m\ |--pyargs\ |gymnasium\.make\w*\(")([a-z_0-9]+(?:\.[a-z_0-9]+)*)""",
     re.VERBOSE,
 )
-"""A module that pages and examples name: as an import, as a command, as environments,
+"""A module that pages and examples name: as an import, as a command, as tests, as environments,
 or in the reference of the API."""
 
 
@@ -32,7 +32,7 @@ def graph() -> grimp.ImportGraph:
 @cache
 def named_on_pages() -> frozenset[str]:
     paths = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
-    for folder in ("docs", "examples", "visualhfsm/template"):
+    for folder in ("docs", "examples", "visualhfsm/template", "visualhfsm/template_hardware"):
         paths += (ROOT / folder).rglob("*.py")
     return frozenset(name for path in paths for name in NAMED_ON_PAGES.findall(path.read_text("utf-8")))
 
@@ -56,6 +56,7 @@ def is_used_elsewhere(module: str) -> bool:
     """Return whether others use a module, or something below it, or run it as a command."""
     return (
         module in named_on_pages()
+        or module.rpartition(".")[2].startswith("test_")  # pytest collects it
         or f"{module}.__main__" in graph().modules
         or any(importers(module))
         or any(is_used_elsewhere(each) for each in graph().find_children(module) if not is_private(each))

@@ -9,8 +9,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from naoserver.naoqi._dead_man import SwitchLimits, guard
-from naoserver.naoqi._link import CallFailed
+from naoserver.hardware.dead_man import SwitchLimits, guard
+from naoserver.hardware.link import CallFailed
+from naoserver.naoqi._dead_man import stops_of
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
@@ -47,7 +48,9 @@ def naoqi() -> ScriptedNaoqi:
 @contextmanager
 def guarded(naoqi: ScriptedNaoqi) -> Iterator[Server]:
     reading, writing = os.pipe()
-    guarding = threading.Thread(target=guard, args=(reading, naoqi.connect, HASTY), name="dead man's switch")
+    guarding = threading.Thread(
+        target=guard, args=(reading, naoqi.connect, stops_of, HASTY), name="dead man's switch"
+    )
     guarding.start()
     server = Server(writing, guarding)
     try:

@@ -4,7 +4,7 @@ import pytest
 
 from naoserver._sounds import SOUNDS, Sound, Tone, single_tone
 from naoserver.errors import CommandRefused
-from naoserver.naoqi._link import CallFailed
+from naoserver.hardware.link import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
@@ -48,6 +48,23 @@ def test_silence_forgets_what_was_not_said(naoqi):
         robot.voice.stop()
         eventually(lambda: not robot.voice.utterance().speaking)
     assert naoqi.called(SAY) == [("one",)]
+
+
+def test_a_stop_that_comes_before_the_text_is_repeated(naoqi):
+    stops = []
+
+    def stop():
+        stops.append("stop")
+        if len(stops) > 1:
+            naoqi.let_go(SAY)
+
+    naoqi.held.add(SAY)
+    naoqi.answers["ALTextToSpeech.stopAll"] = stop
+    with naoqi.robot() as robot:
+        robot.voice.say("one")
+        robot.voice.stop()
+        eventually(lambda: not robot.voice.utterance().speaking)
+    assert len(stops) == 2
 
 
 def test_the_tones_of_a_sound_are_played_one_after_the_other_with_its_rests(naoqi):

@@ -7,7 +7,7 @@ import pytest
 
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
-from naoserver.naoqi._link import CallFailed
+from naoserver.hardware.link import CallFailed
 from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from naoserver.options import ServerOptions
 from tests.support.scripted_naoqi import HASTY, ScriptedNaoqi
@@ -45,7 +45,8 @@ def test_the_end(naoqi, end, call):
 
 def test_a_robot_that_is_still_stopped_does_not_move_for_the_start(naoqi, caplog):
     options = LifecycleOptions(start=Start.STAND)
-    with closing(NaoqiRobot(naoqi.connect, options, stopped=True)) as robot:
+    with closing(NaoqiRobot(naoqi.connect, options)) as robot:
+        robot.lifecycle.is_stopped = lambda: True
         robot.start()
     assert naoqi.called(WAKE) == []
     assert "still stopped: it stays as it is" in caplog.text

@@ -1,4 +1,4 @@
-"""Calls that run in the background: single calls, polls, and queues of commands."""
+"""Calls that nobody waits for, as the link may hang: single calls, polls, and queues of commands."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import Any, Final, Generic, TypeVar
 
 from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure
-from naoserver.naoqi._connection import Connection, Reporter, join
-from naoserver.naoqi._link import Failure, Link, LinkLost, Reply
+from naoserver.hardware.connection import CallConnection, join
+from naoserver.hardware.link import CallLink, Failure, LinkLost, Reply
+from naoserver.hardware.reporter import Reporter
 
 MOST_CALLS: Final = 200
 """Limit of unanswered calls; further ones are refused, unless they stop something."""
@@ -22,7 +23,7 @@ V = TypeVar("V")
 class BackgroundCalls:
     """Start calls, and report failures."""
 
-    def __init__(self, connection: Connection, reporter: Reporter) -> None:
+    def __init__(self, connection: CallConnection, reporter: Reporter) -> None:
         self._connection = connection
         self._reporter = reporter
         self._lock = threading.Lock()
@@ -39,7 +40,7 @@ class BackgroundCalls:
                 raise HardwareFailure(f"{operation}: the robot has not answered {MOST_CALLS} earlier calls")
             self._replies.append((operation, link.begin(operation, *arguments)))
 
-    def tick(self, _link: Link) -> None:
+    def tick(self, _link: CallLink) -> None:
         """Collect the answers that have arrived."""
         with self._lock:
             done = [each for each in self._replies if each[1].done]
@@ -80,11 +81,11 @@ class Poll:
         self._due = float("-inf")
         self._reply: Reply | None = None
 
-    def open(self, _link: Link) -> None:
+    def open(self, _link: CallLink) -> None:
         """Restart on a new link."""
         self._reply, self._due = None, float("-inf")
 
-    def tick(self, link: Link) -> None:
+    def tick(self, link: CallLink) -> None:
         """Take the answer if it has arrived, and call again when it is time."""
         if self._reply is not None and self._reply.done:
             reply, self._reply = self._reply, None
@@ -100,9 +101,9 @@ class Poll:
 class CoalescingQueue(Generic[V]):
     """A queue of commands that keeps the newest one for each key.
 
-    NAOqi may run two calls in either order, so each is sent after the answer to the previous one. The first
-    is sent from the caller's thread. Later commands wait, and a newer command replaces an older one with the
-    same key, so the queue stays short however slow the robot is. `send` starts the calls.
+    Two calls may be run in either order, as NAOqi does, so each is sent after the answer to the previous one.
+    The first is sent from the caller's thread. Later commands wait, and a newer command replaces an older one
+    with the same key, so the queue stays short however slow the robot is. `send` starts the calls.
 
     A command that is a stop (`is_stop`) waits for no answer: it is sent at once, and again after the answers.
     It is repeated until the robot has carried it out, unless a newer one replaces it. A call that was not
@@ -112,9 +113,9 @@ class CoalescingQueue(Generic[V]):
     def __init__(
         self,
         name: str,
-        connection: Connection,
+        connection: CallConnection,
         reporter: Reporter,
-        send: Callable[[Link, Mapping[str, V]], Sequence[Reply]],
+        send: Callable[[CallLink, Mapping[str, V]], Sequence[Reply]],
         is_stop: Callable[[V], bool],
     ) -> None:
         self._name = name
@@ -128,7 +129,7 @@ class CoalescingQueue(Generic[V]):
         self._replies: Sequence[Reply] = ()
         self._unanswered: list[Reply] = []  # calls before them that the robot may still run
         self._closing = False
-        self._thread = threading.Thread(target=self._run, name=f"NAOqi {name}", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"{reporter.source} {name}", daemon=True)
 
     @property
     def idle(self) -> bool:

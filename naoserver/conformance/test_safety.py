@@ -1,0 +1,59 @@
+"""Safety, through the server."""
+
+import pytest
+
+from interfaces.jderobot import CommandRefusedException
+from interfaces.nao import JointsPrx, SafetyPrx
+from naoserver.conformance._needs import (
+    JOINT,
+    free_joints,
+    needs,
+    slowly,
+    step_of,
+    target_of,
+)
+from naoserver.conformance._served import RobotClient
+
+pytestmark = needs(JOINT)
+
+
+def begin_to_move(nao: RobotClient, by: RobotClient) -> tuple[str, int, float]:
+    """Let a client move a joint slowly; return its name, its place and its target once it is on its way."""
+    joint = free_joints(nao.robot.body)[0]
+    place = nao.robot.body.joint_names.index(joint.name)
+    start, body = nao.robot.read().commands[place], by.proxy(JointsPrx, "Body")
+    target = {joint.name: target_of(joint, start)}
+    goal = body.setJointPositions(target, slowly(nao.robot, joint))[joint.name]
+    way = goal - start
+    nao.readings(lambda reading: (reading.commands[place] - start) / way > 0.1, f"{joint.name} sets off")
+    return joint.name, place, goal
+
+
+def check_it_is_held(nao: RobotClient, place: int, goal: float, cause: str) -> None:
+    """Check that a joint comes to rest on its way to a goal."""
+    step = step_of(nao.robot.body.joints[place])
+    nao.watched(0.3)
+    commands = [reading.commands[place] for reading in nao.watched(1.0)]
+    assert max(commands) - min(commands) < step / 50, f"{cause} does not hold the joint: it goes on"
+    assert abs(commands[-1] - goal) > step / 4, f"{cause} does not end the way to the goal"
+
+
+def test_an_emergency_stop_holds_the_joints_and_refuses_commands(rest: RobotClient) -> None:
+    """An emergency stop holds the joints where they are, and refuses commands until it is reset."""
+    name, place, goal = begin_to_move(rest, rest)
+    safety, body = rest.proxy(SafetyPrx, "Safety"), rest.proxy(JointsPrx, "Body")
+    safety.emergencyStop("enough")
+    check_it_is_held(rest, place, goal, "an emergency stop")
+    held = rest.robot.read().commands[place]
+    with pytest.raises(CommandRefusedException, match="enough"):
+        body.setJointPositions({name: goal}, 0.1)
+    safety.resetEmergencyStop()
+    assert rest.robot.read().commands[place] == pytest.approx(held, abs=0.01), "a reset moves nothing"
+    assert body.setJointPositions({name: held}, 0.1) == {name: pytest.approx(held)}
+
+
+def test_the_joints_of_a_client_that_is_gone_are_held(rest: RobotClient) -> None:
+    """What a client moves is held when the client is gone."""
+    with rest.client() as other:
+        _, place, goal = begin_to_move(rest, other)
+    check_it_is_held(rest, place, goal, "the loss of a client")

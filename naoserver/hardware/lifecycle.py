@@ -1,0 +1,75 @@
+"""What a robot does before it is served, and when its server ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import Generic
+
+from interfaces.nao import Severity
+from naoserver.errors import HardwareFailure
+from naoserver.hardware.connection import Connection, L
+from naoserver.hardware.reporter import Reporter
+
+
+class Start(StrEnum):
+    """Action of a robot with servos before it is served."""
+
+    LEAVE = "leave"  # nothing: a limp robot stays limp
+    STIFFEN = "stiffen"  # hold every joint where it is
+
+
+class End(StrEnum):
+    """Action of a robot with servos when its server ends."""
+
+    LEAVE = "leave"  # stay as it is, also stiff
+    LIMP = "limp"  # let every motor go limp
+
+
+class Lifecycle(Generic[L]):
+    """Bring a robot into its states for the start and the end; one that is stopped stays as it is.
+
+    `start` and `end` do so over the link, within some seconds, and may raise HardwareFailure or OSError; None
+    leaves the robot as it is.
+    """
+
+    def __init__(
+        self,
+        connection: Connection[L],
+        reporter: Reporter,
+        start: Callable[[L], object] | None,
+        end: Callable[[L], object] | None,
+    ) -> None:
+        self._connection = connection
+        self._reporter = reporter
+        self._start = start
+        self._end = end
+        self._begun = False
+        self.is_stopped: Callable[[], bool] = lambda: False
+        """Return whether the emergency stop is latched."""
+
+    def begin(self) -> None:
+        """Bring the robot into the state in which it is to be served. Raises HardwareFailure."""
+        self._begun = True
+        if self._start is None:
+            return
+        if self.is_stopped():
+            self._reporter.report(Severity.Warning, "the robot is still stopped: it stays as it is")
+        else:
+            self._start(self._connection.require())
+
+    def end(self) -> None:
+        """Leave the robot as it is to be left; report what fails."""
+        if self._end is None:
+            return
+        link = self._connection.link
+        if link is None:
+            if self._begun:
+                self._reporter.report(Severity.Error, "the robot is lost: it stays as it is")
+        elif self.is_stopped():
+            self._reporter.report(Severity.Warning, "the robot is stopped: it stays as it is")
+        else:
+            try:
+                self._end(link)
+            except (HardwareFailure, OSError) as error:
+                self._reporter.report(Severity.Error, f"the robot was not left as requested: {error}")

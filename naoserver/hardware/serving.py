@@ -1,0 +1,57 @@
+"""Serve a robot of real hardware until a signal ends the command."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from functools import partial
+from typing import Any, Final, Protocol
+
+from naoserver.assembly import Assembly
+from naoserver.hardware.lifecycle import Lifecycle
+from naoserver.latch import latch_of
+from naoserver.options import ServerOptions
+from naoserver.robot import Robot
+from naoserver.server import problem_of, serve
+from zenoh_ice import initialize
+from zenoh_ice.application.cli import report_ready, stop_on_signals
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+
+SERVER_DEFAULTS: Final = {"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"}
+"""The defaults of a robot server's settings, for `with_settings`."""
+
+
+class HardwareRobot(Robot, Protocol):
+    """A robot of real hardware, which may be lost."""
+
+    @property
+    def lifecycle(self) -> Lifecycle[Any]:
+        """What it does at the start and at the end; after `report_to` it knows of emergency stops."""
+
+    def report_to(self, assembly: Assembly) -> None:
+        """Report its events to clients, and call `Gate.lose` and `Gate.find` when it is lost and found."""
+
+
+def serve_hardware(
+    robot: HardwareRobot, settings: Settings, options: ServerOptions | None = None, *, where: str = ""
+) -> None:
+    """Serve a robot until SIGINT, SIGTERM or SIGHUP, and close it; on the main thread.
+
+    It stays stopped if the former server was, or ended without warning. A line that begins with `ready` says
+    where it can be called, and `where` the hardware is; under systemd, its watchdog is fed. Raises RobotError
+    when the hardware is not reached, SystemExit after a signal.
+    """
+    with (
+        stop_on_signals() as stop,
+        initialize(settings) as communicator,
+        latch_of(settings) as latch,
+        closing(robot),
+    ):
+        robot.lifecycle.is_stopped = lambda: latch is not None and bool(latch.found.stop)
+        robot.start()
+        adapter = communicator.createObjectAdapter("RobotServer")
+        with serve(robot, adapter, options, latch=latch) as assembly:
+            robot.report_to(assembly)
+            adapter.activate()
+            reached = f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}"
+            watchdog = report_ready(f"{reached}, {where}" if where else reached)
+            watchdog.wait(stop, partial(problem_of, communicator, assembly))

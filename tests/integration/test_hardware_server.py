@@ -1,0 +1,129 @@
+"""The server of a robot's own hardware as a process: its start, its end, and what operators see of a loss."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+
+from naoserver.hardware.sim_bus import SimBus
+from tests.support.limits import END_LIMIT, MOVE_LIMIT, RUN_LIMIT
+from tests.support.places import ROOT
+from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
+from tests.support.waiting import until
+
+SERVER: Final = str(ROOT / "visualhfsm/template_hardware/server.py")
+
+
+@pytest.fixture
+def bus(tmp_path: Path) -> Iterator[SimBus]:
+    bus = SimBus(4, tmp_path / "tty")
+    yield bus
+    bus.close()
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> dict[str, str]:
+    """That of a server and its operator."""
+    return {**STEADY, "PYTHONPATH": str(ROOT), "XDG_STATE_HOME": str(tmp_path), "VISUALHFSM_REALM": "own"}
+
+
+def serving(bus: SimBus, endpoint: str, environment: dict[str, str], *options: str) -> ComponentProcess:
+    command = [sys.executable, SERVER, "--bus", str(bus.path), "--listen", endpoint, *options]
+    return ComponentProcess(command, environment)
+
+
+def nao(environment: dict[str, str], *words: str) -> tuple[int, str]:
+    """Return the exit code of `nao`, and what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-m", "visualhfsm.nao", *words],
+        env={**environment, "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+def asked(environment: dict[str, str], operation: str) -> Any:
+    return json.loads(nao(environment, "call", operation)[1])
+
+
+@pytest.mark.slow
+def test_operators_see_that_no_command_reaches_a_robot_whose_cable_is_out(
+    bus: SimBus, environment: dict[str, str]
+) -> None:
+    endpoint = free_endpoint()
+    client = {**environment, "VISUALHFSM_CONNECT": endpoint}
+    with serving(bus, endpoint, environment) as server:
+        server.wait_for(f"^ready: realm own, {endpoint}, bus {bus.path}")
+        bus.command("unplug")
+        server.wait_for("lost the robot")
+        code, said = nao(client, "stop")
+        assert code == 1
+        assert "stopped, but the robot is lost" in said
+        assert "no command reaches the robot" in nao(client, "status")[1]
+        code, said = nao(client, "doctor")
+        assert code == 1
+        assert "no command reaches it" in said
+
+
+@pytest.mark.slow
+def test_it_holds_its_joints_at_the_start_and_lets_them_go_at_the_end(
+    bus: SimBus, environment: dict[str, str]
+) -> None:
+    endpoint = free_endpoint()
+    with serving(bus, endpoint, environment, "--start", "stiffen", "--end", "limp") as server:
+        server.wait_for("^ready")
+        client = {**environment, "VISUALHFSM_CONNECT": endpoint}
+        until(lambda: asked(client, "Body.getJointState")["stiffnesses"] == [1.0] * 4, MOVE_LIMIT)
+        server.process.terminate()
+        assert server.wait(END_LIMIT) == 143
+    with serving(bus, endpoint, environment) as server:
+        server.wait_for("^ready")
+        assert asked(client, "Body.getJointState")["stiffnesses"] == [0.0] * 4
+
+
+def test_a_bus_that_is_not_there_is_said_in_one_line(tmp_path: Path, environment: dict[str, str]) -> None:
+    missing = tmp_path / "ttyUSB9"
+    done = subprocess.run(
+        [sys.executable, SERVER, "--bus", str(missing), "--listen", free_endpoint()],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert f"there is no link to the robot: {missing}: No such file or directory" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_bus_as_a_program_takes_its_commands_from_standard_input(tmp_path: Path) -> None:
+    command = module("naoserver.hardware.sim_bus", str(tmp_path / "tty"), "--servos", "2")
+    with subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"},
+    ) as bus:
+        assert bus.stdin is not None
+        assert bus.stdout is not None
+        printed = [bus.stdout.readline()]
+        for line in ("stuck 2", "stuck 3"):
+            bus.stdin.write(f"{line}\n")
+            bus.stdin.flush()
+            printed.append(bus.stdout.readline())
+        bus.kill()
+    assert printed == [
+        f"ready: {tmp_path / 'tty'}\n",
+        "done\n",
+        "'stuck 3' is not a command of the bus, or of one of its servos\n",
+    ]
