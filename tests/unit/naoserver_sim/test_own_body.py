@@ -9,7 +9,7 @@ from naoserver.body import read_body, write_body
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.parts import Axis
-from naoserver_sim._own.model_file import LARGEST_FILE
+from naoserver_sim._own.tree import LARGEST_FILE
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML
@@ -363,36 +363,6 @@ def test_more_than_one_tree_is_refused(written):
 LINK = '<worldbody><body name="a"><geom size="1"/></body></worldbody>'
 
 
-@pytest.mark.parametrize(
-    "names",
-    [
-        '<include file="{}.xml"/>',
-        '<asset><texture type="2d" name="t" file="{}.png"/></asset>',
-        '<asset><texture type="cube" name="t" fileright="{}.png"/></asset>',
-        '<asset><hfield name="h" size="1 1 1 1" file="{}.png"/></asset>',
-        '<include file="part.xml"/>',
-    ],
-)
-def test_files_outside_the_folder_are_not_read(written, tmp_path, names):
-    secret = tmp_path.parent / "secret"
-    for ending in (".xml", ".png", ".stl"):
-        secret.with_suffix(ending).write_text("<mujoco/>")
-    (tmp_path / "part.xml").write_text(f'<mujoco><asset><mesh file="{secret}.stl"/></asset></mujoco>')
-    with pytest.raises(
-        RobotError, match=r"\.\w+:1: there is no file '.*secret\.\w+' in the folder of the model"
-    ):
-        read_own_body(written(f"<mujoco>{names.format(secret)}{LINK}</mujoco>", 'model = "arm.urdf"'))
-
-
-def test_a_model_within_a_model_is_refused(written):
-    with pytest.raises(
-        RobotError, match=r"arm\.urdf:1: a model within a model: write its links into arm\.urdf"
-    ):
-        read_own_body(
-            written(f'<mujoco><asset><model file="m.xml"/></asset>{LINK}</mujoco>', 'model = "arm.urdf"')
-        )
-
-
 def test_a_model_may_be_in_several_files(written, tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts/link.xml").write_text(f"<mujoco>{LINK}</mujoco>")
@@ -406,9 +376,3 @@ def test_a_part_of_a_model_is_checked_like_the_whole(written, tmp_path):
     )
     with pytest.raises(RobotError, match=r"link\.xml:1: rgba of <geom> is 'nan 0 0 1'"):
         read_own_body(written('<mujoco><include file="link.xml"/></mujoco>', 'model = "arm.urdf"'))
-
-
-def test_a_model_of_too_many_files_is_refused(written):
-    meshes = "".join(f'<mesh name="m{number}" file="{number}.stl"/>' for number in range(1001))
-    with pytest.raises(RobotError, match=r"arm\.urdf:1: more than 1000 files"):
-        read_own_body(written(f"<mujoco><asset>{meshes}</asset>{LINK}</mujoco>", 'model = "arm.urdf"'))

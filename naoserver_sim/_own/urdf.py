@@ -1,0 +1,274 @@
+"""What a URDF says beside what MuJoCo reads, and a URDF that MuJoCo reads: checked, and with repairs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final, Literal, NamedTuple
+
+from naoserver.errors import RobotError
+from naoserver.parts import MOST_PARTS
+from naoserver_sim._own.meshes import Files
+from naoserver_sim._own.tree import Element, number, numbers
+
+_TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_NUMBERS: Final = {
+    *("xyz", "rpy", "lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"),
+    *("value", "size", "radius", "length", "scale", "rgba", *_TENSOR),
+}
+"""Attributes that have numbers."""
+_ENDS: Final = ("lower", "upper")
+_SHAPES: Final = ("box", "cylinder", "capsule", "sphere", "mesh")
+"""The geometries that MuJoCo reads."""
+_READ: Final = {"robot": ("link", "joint", "material"), "link": ("inertial", "visual", "collision")}
+"""The elements of which MuJoCo reads something."""
+COMPILER: Final = re.compile(
+    "angle|eulerseq|autolimits|inertiafromgeom|inertiagrouprange|settotalmass|alignfree|fitaabb"
+    "|(balance|bound)(mass|inertia)"
+)
+"""Options of MuJoCo's compiler that a model may set; others are about files, and about speed."""
+MOUNT: Final = "mount"
+"""The name of a link that stands for the world."""
+
+
+class Sensor(NamedTuple):
+    """A camera or an inertial unit that a URDF's `<gazebo>` or `<sensor>` elements name."""
+
+    kind: Literal["camera", "imu"]
+    name: str
+    link: str
+    pose: tuple[float, ...] = (0.0,) * 6
+    """Place in m, and roll, pitch and yaw in rad, in the link's frame."""
+    horizontal_fov: float | None = None
+    """Of a camera, in rad; None where the file does not say it."""
+
+
+def speeds_of(root: Element) -> dict[str, float]:
+    """Return the highest speed of each joint that says one. Raises RobotError for what is no number."""
+    limits = [(joint.name, limit) for joint in root.within("joint") for limit in joint.within("limit")]
+    said = {name: numbers(limit, "velocity")[0] for name, limit in limits if limit.get("velocity").strip()}
+    return {name: speed for name, speed in said.items() if speed > 0.0}
+
+
+def is_fixed(root: Element) -> bool:
+    """Return whether a link `world` carries the robot."""
+    carried = {child.get("link") for child in root.within("joint", "child")}
+    return any(link.name == "world" for link in root.within("link")) and "world" not in carried
+
+
+def actuated_in(root: Element) -> frozenset[str]:
+    """Return the joints that transmissions and `<ros2_control>` drive."""
+    driven = {joint.name for joint in root.within("transmission", "joint")}
+    controlled = root.within("ros2_control", "joint")
+    return frozenset(driven | {each.name for each in controlled if any(each.within("command_interface"))})
+
+
+def sensors_in(root: Element) -> Iterator[Sensor]:
+    """Yield the cameras and inertial units."""
+    links = {link.name for link in root.within("link")}
+    for holder in root.children:
+        for sensor in holder.all("sensor") if holder.tag in ("gazebo", "sensor", "link") else ():
+            parts = {part.tag: part for part in sensor.all()}
+            link = (
+                parts["parent"].get("link") if "parent" in parts else holder.get("reference") or holder.name
+            )
+            kind = sensor.get("type").lower()
+            if link not in links or not ("imu" in kind or "camera" in kind or "camera" in parts):
+                continue
+            place = parts["pose"].text if "pose" in parts else ""
+            if "origin" in parts:
+                place = " ".join(parts["origin"].get(name, "0 0 0") for name in ("xyz", "rpy"))
+            pose = tuple(number(word) or 0.0 for word in place.split())
+            pose = pose if len(pose) == 6 else (0.0,) * 6
+            if "imu" in kind:
+                yield Sensor("imu", sensor.name, link, pose)
+                continue
+            angle = parts["image"].get("hfov") if "image" in parts else ""
+            angle = parts["horizontal_fov"].text if "horizontal_fov" in parts else angle
+            yield Sensor("camera", sensor.name, link, pose, number(angle))
+
+
+def prepare(root: Element, files: Files, notes: list[str]) -> None:
+    """Change the tree of a URDF to what MuJoCo reads, and note repairs.
+
+    Raises RobotError, with file and line, for faults that have no repair.
+    """
+    folder = _set_options(root)
+    for element in [root, *root.within("link")]:
+        known = _READ[element.tag]
+        element.children = [each for each in element.children if each.tag in known or each.tag == "mujoco"]
+    _require_numbers(root)
+    _require_names(root)
+    _root_it(root, notes)
+    for joint in root.within("joint"):
+        _settle(joint, notes)
+    # MuJoCo takes the mass of a link that gives none from its shapes.
+    root.remove_where(
+        lambda each: each.tag == "inertial" and not any(m.attributes for m in each.within("mass"))
+    )
+    for inertial in root.within("link", "inertial"):
+        tensor = next(inertial.within("inertia"), None) or inertial.add("inertia")
+        tensor.attributes = dict.fromkeys(_TENSOR, "0") | tensor.attributes
+    for material in root.all("material"):
+        material.attributes.setdefault("name", f"material {material.line}")
+        material.children = [each for each in material.children if each.get("rgba")]
+    _keep_shapes(root, files, folder, notes)
+
+
+def _set_options(root: Element) -> str:
+    """Merge the options for MuJoCo, and set ours; return the folder in which they say that meshes are."""
+    given: dict[str, str] = {}
+    for compiler in root.within("mujoco", "compiler"):
+        given |= compiler.attributes
+    root.remove_where(lambda each: each.tag == "mujoco")
+    ours = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
+    kept = {name: value for name, value in given.items() if COMPILER.fullmatch(name)}
+    root.add("mujoco").add("compiler", **kept, **ours)
+    root.children.insert(0, root.children.pop())
+    return given.get("meshdir", given.get("assetdir", ""))
+
+
+def _require_numbers(root: Element) -> None:
+    for element in root.all():
+        for name in _NUMBERS & element.attributes.keys():
+            if element.get(name).strip():
+                numbers(element, name)
+            else:
+                del element.attributes[name]
+
+
+def _require_names(root: Element) -> None:
+    """Raise RobotError unless each link and joint has another name, and the joints connect links."""
+    seen: dict[tuple[str, str], Element] = {}
+    for part in root.children:
+        if part.tag not in ("link", "joint"):
+            continue
+        if not part.name:
+            raise RobotError(f'{part.at}: a {part.tag} without a name: write name="..."')
+        first = seen.setdefault((part.tag, part.name), part)
+        if first is not part:
+            twice = f"a second {part.tag} {part.name!r}"
+            raise RobotError(f"{part.at}: {twice}; the first is in line {first.line}")
+    if not 0 < (count := sum(tag == "link" for tag, _ in seen)) <= MOST_PARTS:
+        raise RobotError(f"{root.at}: {count} links; a robot has 1 to {MOST_PARTS}")
+    for joint in root.within("joint"):
+        kind = joint.get("type")
+        if kind not in _TYPES:
+            types = ", ".join(_TYPES)
+            raise RobotError(f"{joint.at}: joint {joint.name!r} has the type {kind!r}; write one of {types}")
+        for tag in ("parent", "child"):
+            ends = list(joint.within(tag))
+            if len(ends) != 1:
+                found = f"{len(ends)} elements <{tag}>"
+                raise RobotError(f"{joint.at}: joint {joint.name!r} has {found}: write <{tag} link=.../>")
+            if ("link", link := ends[0].get("link")) not in seen:
+                raise RobotError(f"{ends[0].at}: joint {joint.name!r}: there is no link {link!r}")
+
+
+def _end(joint: Element, tag: str) -> Element:
+    return next(joint.within(tag))
+
+
+def _root_it(root: Element, notes: list[str]) -> None:
+    """Leave one tree of links, on a root that MuJoCo takes. Raises RobotError for other graphs."""
+    above: dict[str, Element] = {}
+    for joint in root.within("joint"):
+        child = _end(joint, "child")
+        if child.get("link") in above:
+            other = above[child.get("link")].name
+            raise RobotError(f"{child.at}: {child.get('link')!r} is moved by {other!r} and by {joint.name!r}")
+        above[child.get("link")] = joint
+    tops: dict[str, list[Element]] = {}
+    for link in root.within("link"):
+        way = [link.name]
+        while way[-1] in above:
+            joint = above[way[-1]]
+            way.append(_end(joint, "parent").get("link"))
+            if way[-1] in way[:-1]:
+                raise RobotError(f"{joint.at}: joint {joint.name!r} closes a circle of links")
+        tops.setdefault(way[-1], []).append(link)
+    links = {link.name: link for link in root.within("link")}
+    top = max(tops, key=lambda name: len(tops[name]))
+    for name in [each for each in tops if each != top]:
+        if len(tops[name]) > 1:
+            trees = f"here are two, from {top!r} and {name!r}"
+            raise RobotError(f"{links[name].at}: a robot is one tree of links; {trees}: add a joint")
+        notes.append(f"{links[name].at}: link {name!r} is left out: no joint connects it to {top!r}")
+        root.children.remove(links[name])
+    _set_down(root, links[top], notes)
+
+
+def _set_down(root: Element, link: Element, notes: list[str]) -> None:
+    """Let the root stand as MuJoCo wants it, which calls the ground `world` and lets only roots float."""
+    below = [joint for joint in root.within("joint") if _end(joint, "parent").get("link") == link.name]
+    bare = not link.children and len(below) == 1
+    for joint in root.within("joint"):
+        if joint.get("type") == "floating" and not (bare and joint in below):
+            raise RobotError(f"{joint.at}: joint {joint.name!r} floats: only the root of a robot may")
+    if bare and below[0].get("type") == "floating":
+        root.children.remove(link)
+        root.children.remove(below[0])
+    elif link.name == "world" and not (bare and below[0].get("type") == "fixed"):
+        name = unused(MOUNT, root)
+        notes.append(f"{link.at}: link 'world' is called {name!r}")
+        for attributes, key in [
+            (link.attributes, "name"),
+            *((_end(j, "parent").attributes, "link") for j in below),
+        ]:
+            attributes[key] = name
+
+
+def unused(name: str, root: Element) -> str:
+    """Return a name that no link or body has."""
+    while any(part.name == name for part in root.all("link", "body")):
+        name += "_"
+    return name
+
+
+def _settle(joint: Element, notes: list[str]) -> None:
+    """Check the axis of a joint and its range, and put the ends of the range in order."""
+    for axis in joint.within("axis"):
+        if not any(numbers(axis, "xyz", "1 0 0")):
+            if joint.get("type") != "fixed":
+                raise RobotError(f"{axis.at}: the axis of joint {joint.name!r} is 0: write its direction")
+            axis.attributes["xyz"] = "1 0 0"
+    for limit in joint.within("limit"):
+        lower, upper = (numbers(limit, name, "0")[0] for name in _ENDS)
+        if lower > upper:
+            notes.append(
+                f"{limit.at}: the limits of joint {joint.name!r} are exchanged: lower is above upper"
+            )
+            limit.attributes |= {"lower": str(upper), "upper": str(lower)}
+        elif lower == upper:  # as exporters write it that know no range
+            limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
+
+
+def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> None:
+    """Leave the shapes that MuJoCo can read, with their meshes."""
+    for link in root.within("link"):
+        for shape in [each for each in link.children if each.tag != "inertial"]:
+            shape.attributes.clear()  # a name, which need not be the only one
+            solids = [each for geometry in shape.within("geometry") for each in geometry.children]
+            solid = next((each for each in solids if each.tag in _SHAPES), None)
+            if solid is not None and solid.tag == "mesh":
+                if not _read_mesh(shape, solid, files, folder):
+                    link.children.remove(shape)
+                continue
+            given = [solid.get(name) for name in _NUMBERS] if solid else []
+            if min((number(word) or 0.0 for text in given for word in text.split()), default=0.0) <= 0.0:
+                what = f"its <{solid.tag}> has a size that is not above 0" if solid else f"none of {_SHAPES}"
+                notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {what}")
+                link.children.remove(shape)
+
+
+def _read_mesh(shape: Element, mesh: Element, files: Files, folder: str) -> bool:
+    """Give a mesh the name that MuJoCo gets, and its colors; return whether it can be used."""
+    found = files.mesh(mesh.get("filename"), mesh.source, folder)
+    if found is None:
+        return False
+    mesh.attributes["filename"], read = found
+    if read.color is not None and shape.tag == "visual" and not any(shape.within("material")):
+        color = " ".join(map(str, read.color))
+        shape.add("material", name=f"colors of {found[0]}").add("color", rgba=color)
+    return True

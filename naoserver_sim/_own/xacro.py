@@ -1,0 +1,142 @@
+"""Expand xacro, the macros in which ROS writes URDFs, with the package xacrodoc.
+
+Xacro evaluates expressions of Python, so it runs in another process, which may only read files of the model,
+within limits of time and memory.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import importlib.util
+import io
+import os
+import re
+import resource
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+from naoserver.errors import RobotError
+from naoserver_sim._own.tree import LARGEST_FILE, Element, parse_tree
+
+_LONGEST: Final = 5
+"""Longest time in s that an expansion may take."""
+_MEMORY: Final = 1 << 30
+_LEFTOVER: Final = re.compile(r"\$[{(][^})]*[})]?")
+_PLAIN: Final = re.compile(r"\$\{\s*\w+\s*\}")
+_NAMES: Final = ("name", "link", "joint")
+_READ: Final = ("link", "joint", "material")
+"""The elements of a URDF that are about the robot; others have texts for other programs."""
+_EVALUATED: Final = re.compile(r"when evaluating expression '(.+?)'")
+_FORBIDDEN: Final = ("os.", "subprocess.", "socket.", "ctypes.", "shutil.")
+"""Beginnings of events of Python that an expansion does not need."""
+_READING: Final = ("os.listdir", "os.scandir", "os.walk", "os.putenv", "os.unsetenv")
+_KEPT_VARIABLES: Final = ("PATH", "PYTHONPATH", "SYSTEMROOT")
+
+
+def expanded(root: Element, path: Path, packages: Mapping[str, Path]) -> tuple[Element, list[str]]:
+    """Return the tree of a URDF without xacro, and notes; `packages` are the folders of ROS packages by name.
+
+    A `${variable}` in the names of a file without definitions is what a launch file would replace: it is
+    removed. Raises RobotError, with file and line, for xacro that cannot be expanded.
+    """
+    macros = path.suffix == ".xacro" or any(each.tag.startswith("xacro:") for each in root.all())
+    read = [root] if macros else [part for part in root.children if part.tag in _READ]
+    found = [leftover for part in read for element in part.all() for leftover in _leftovers(element)]
+    if not found:
+        return root, []
+    if not macros and all(_PLAIN.fullmatch(text) for *_, text in found):
+        named = [(element, name, text) for element, name, text in found if name in _NAMES]
+        for element, name, _ in named:
+            element.attributes[name] = _PLAIN.sub("", element.attributes[name])
+        unknown = "is defined nowhere: the names are read without it"
+        return root, [f"{element.at}: {text} {unknown}" for element, _, text in named[:1]]
+    if importlib.util.find_spec("xacrodoc") is None:
+        element, _, text = found[0]
+        remedy = "pip install 'visualhfsm[models]', or run xacro first"
+        raise RobotError(f"{element.at}: {text[:60]}: this is xacro; {remedy}")
+    note = f"{path}: xacro is expanded; lines are those of the URDF that it gives"
+    return parse_tree(_run(root, path, packages), path), [note]
+
+
+def _leftovers(element: Element) -> Iterator[tuple[Element, str, str]]:
+    """Yield what is xacro in an element: with the name of the attribute, and the text."""
+    if element.tag.startswith("xacro:"):
+        yield element, "", f"<{element.tag}>"
+    for name, value in element.attributes.items():
+        for text in _LEFTOVER.findall(value):
+            yield element, name, text
+
+
+def _run(root: Element, path: Path, packages: Mapping[str, Path]) -> bytes:
+    """Return the text of an expanded file."""
+    known = [f"{name}={folder}" for name, folder in packages.items()]
+    command = [sys.executable, "-P", "-m", "naoserver_sim._own.xacro", path.name, *known]
+    kept = {name: os.environ[name] for name in _KEPT_VARIABLES if name in os.environ}
+    try:
+        done = subprocess.run(
+            command, cwd=path.parent, capture_output=True, timeout=_LONGEST, check=False, env=kept
+        )
+    except subprocess.TimeoutExpired:
+        raise RobotError(f"{path}: xacro is not expanded within {_LONGEST} s") from None
+    if done.returncode == 0:
+        return done.stdout
+    why = " ".join(done.stderr.decode(errors="replace").split())[-300:] or "it takes too much memory or time"
+    place = str(path)
+    if expression := _EVALUATED.search(why):
+        said = (
+            each for each in root.all() if any(expression[1] in text for text in each.attributes.values())
+        )
+        place = next((each.at for each in said), place)
+    raise RobotError(f"{place}: xacro cannot be expanded: {why}")
+
+
+def _guard(folders: Iterable[Path]) -> None:
+    """Let this process from now on only read files in some folders and those of Python."""
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (_LONGEST, _LONGEST))
+    allowed = [*folders, *(Path(entry).resolve() for entry in sys.path if entry), Path(sys.base_prefix)]
+
+    def watch(event: str, arguments: tuple[object, ...]) -> None:
+        if event == "open":
+            name, mode, _ = arguments
+            if isinstance(name, int):
+                return
+            path = Path(os.fsdecode(name)).resolve()  # type: ignore[arg-type]  # a path, then
+            if set(str(mode or "")) & set("wax+") or not any(map(path.is_relative_to, allowed)):
+                why = "outside the folders of the model and of its ROS package"
+                raise PermissionError(errno.EACCES, why, str(path))
+        elif event.startswith(_FORBIDDEN) and event not in _READING:
+            raise PermissionError(errno.EACCES, "nothing that xacro needs", event)
+
+    sys.addaudithook(watch)
+
+
+def _main(name: str, *known: str) -> int:
+    """Print the file `name` of this folder, expanded."""
+    import xacrodoc
+
+    folders = dict(each.split("=", 1) for each in known)
+    xacrodoc.packages.update_package_cache(folders)
+    _guard([Path.cwd().resolve(), *(Path(folder).resolve() for folder in folders.values())])
+    try:
+        # What xacro prints are warnings about old spellings.
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            text = Path(name).read_text(encoding="utf-8-sig")
+            document = xacrodoc.XacroDoc.from_string(text, resolve_packages=False).dom
+            content = document.toprettyxml(indent=" ").encode()
+    except Exception as problem:  # noqa: BLE001 - whatever an expression raises is the user's to know
+        sys.stderr.write(f"{problem or type(problem).__name__}")
+        return 1
+    if len(content) > LARGEST_FILE:
+        sys.stderr.write(f"it gives more than {LARGEST_FILE >> 20} MB")
+        return 1
+    sys.stdout.buffer.write(content)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(_main(*sys.argv[1:]))

@@ -1,0 +1,189 @@
+"""Meshes are found in the folders of a model, and brought into a format of MuJoCo."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from naoserver_sim._own import meshes
+from naoserver_sim._own.meshes import Files, MeshError, packages_near, read_mesh
+from tests.support.meshes import cone, write_stl
+
+CUBE = """v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1
+f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"""
+TRIANGLES = cone(0.1, 0.2, sides=6)
+
+
+@pytest.fixture
+def files(tmp_path):
+    """The files of a model that lies in a ROS package beside another one."""
+    for package in ("arm_description", "hand_description", "elsewhere"):
+        (tmp_path / "ws" / package).mkdir(parents=True)
+    for package in ("arm_description", "hand_description"):
+        (tmp_path / "ws" / package / "package.xml").write_text(
+            f"<package><name>{package[:-12]}</name></package>"
+        )
+    model = tmp_path / "ws/arm_description/urdf/arm.urdf"
+    return Files(model, model.parent, packages_near(model))
+
+
+def place(tmp_path, name):
+    path = tmp_path / "ws" / name
+    write_stl(path, TRIANGLES)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "where"),
+    [
+        ("a.stl", "arm_description/urdf/a.stl"),
+        ("../meshes/a.stl", "arm_description/meshes/a.stl"),
+        ("package://arm/meshes/v/a.stl", "arm_description/meshes/v/a.stl"),
+        ("package://arm_description/meshes/v/a.stl", "arm_description/meshes/v/a.stl"),
+        ("model://arm/a.stl", "arm_description/a.stl"),
+        ("package://other_name/meshes/v/a.stl", "arm_description/meshes/v/a.stl"),
+        ("package://hand/meshes/a.stl", "hand_description/meshes/a.stl"),
+        ("file:///opt/robot/meshes/a.stl", "arm_description/meshes/a.stl"),
+        ("C:\\robot\\meshes\\a.stl", "arm_description/meshes/a.stl"),
+    ],
+)
+def test_a_mesh_is_found_in_the_packages_of_a_model(files, tmp_path, name, where):
+    path = place(tmp_path, where)
+    assert files.find(name, files.model) == path
+
+
+@pytest.mark.parametrize(
+    ("name", "where"),
+    [
+        ("../parts/meshes/a.stl", "parts/meshes/a.stl"),
+        ("package://robot/meshes/a.stl", "urdf/meshes/a.stl"),
+        ("package://ws/urdf/stl/a.stl", "urdf/stl/a.stl"),
+    ],
+)
+def test_without_a_package_it_is_found_beside_the_model(tmp_path, name, where):
+    model = tmp_path / "ws/urdf/arm.urdf"
+    model.parent.mkdir(parents=True)
+    path = place(tmp_path, where)
+    assert Files(model, model.parent).find(name, model) == path
+
+
+def test_of_several_with_one_name_the_folder_counts(files, tmp_path):
+    seen = place(tmp_path, "arm_description/meshes/visual/a.stl")
+    touched = place(tmp_path, "arm_description/meshes/collision/a.stl")
+    assert files.find("package://x/meshes/visual/a.stl", files.model) == seen
+    assert files.find("package://x/meshes/collision/a.stl", files.model) == touched
+
+
+@pytest.mark.parametrize("name", ["../../elsewhere/a.stl", "WS/elsewhere/a.stl", "package://elsewhere/a.stl"])
+def test_what_lies_elsewhere_is_not_read(files, tmp_path, name):
+    place(tmp_path, "elsewhere/a.stl")
+    with pytest.raises(MeshError, match=r"there is no such file|it lies outside"):
+        files.find(name.replace("WS", str(tmp_path / "ws")), files.model)
+
+
+def test_a_link_to_elsewhere_is_not_followed(files, tmp_path):
+    secret = place(tmp_path, "elsewhere/a.stl")
+    files.model.parent.mkdir()
+    (files.model.parent / "a.stl").symlink_to(secret)
+    with pytest.raises(MeshError, match="it lies outside the folder of the model"):
+        files.find("a.stl", files.model)
+
+
+@pytest.mark.parametrize(
+    "name", ["", "/", "..", "a/" * 5000, "x" * 5000, "a\0b.stl", "package://", "file://"]
+)
+def test_odd_names_are_those_of_no_file(files, name):
+    with pytest.raises(MeshError, match="there is no such file"):
+        files.find(name, files.model)
+
+
+def test_a_mesh_that_is_named_twice_is_read_once(files, tmp_path):
+    place(tmp_path, "arm_description/meshes/a.stl")
+    assert files.mesh("a.stl", files.model) == files.mesh("package://arm/meshes/a.stl", files.model)
+    assert list(files.assets) == ["0.stl"]
+
+
+def test_more_files_and_larger_ones_than_allowed_are_left_out(files, tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "_MOST_FILES", 1)
+    for name in "ab":
+        place(tmp_path, f"arm_description/meshes/{name}.stl")
+        files.mesh(f"{name}.stl", files.model)
+    assert files.left_out == {"b.stl": "it is one of more than 1 files"}
+
+
+def ascii_stl(triangles):
+    facets = "".join(
+        "facet normal 0 0 1\n outer loop\n"
+        + "".join("  vertex {:e} {:e} {:e}\n".format(*corner) for corner in triangle)
+        + " endloop\nendfacet\n"
+        for triangle in triangles
+    )
+    return f"solid cone\n{facets}endsolid cone\n"
+
+
+def corners(mesh):
+    return np.frombuffer(mesh.content, meshes._TRIANGLE, offset=84)["corners"]
+
+
+def exported(kind):
+    trimesh = pytest.importorskip("trimesh")
+    solid = trimesh.Trimesh(
+        TRIANGLES.reshape(-1, 3), np.arange(TRIANGLES.size // 3).reshape(-1, 3), process=False
+    )
+    solid.visual = trimesh.visual.TextureVisuals(material=trimesh.visual.material.SimpleMaterial())
+    content = solid.export(file_type=kind)
+    return content if isinstance(content, bytes) else content.encode()
+
+
+def test_an_stl_of_text_becomes_a_binary_one(tmp_path):
+    (tmp_path / "a.STL").write_text(ascii_stl(TRIANGLES))
+    assert corners(read_mesh(tmp_path / "a.STL")) == pytest.approx(TRIANGLES, abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["dae", "ply", "off", "glb"])
+def test_other_formats_become_an_stl(tmp_path, kind):
+    (tmp_path / f"a.{kind}").write_bytes(exported(kind))
+    found = corners(read_mesh(tmp_path / f"a.{kind}")).reshape(-1, 3)
+    assert (found.min(axis=0), found.max(axis=0)) == (
+        pytest.approx(TRIANGLES.reshape(-1, 3).min(axis=0), abs=1e-6),
+        pytest.approx(TRIANGLES.reshape(-1, 3).max(axis=0), abs=1e-6),
+    )
+
+
+def test_the_unit_and_the_colors_of_a_collada_file_count(tmp_path):
+    content = exported("dae").replace(b"<up_axis>", b'<unit meter="0.01"/><up_axis>')
+    content = re.sub(rb"(<diffuse>\s*<color>)[^<]*", rb"\g<1>1 0 0 1", content)
+    (tmp_path / "a.dae").write_bytes(content)
+    mesh = read_mesh(tmp_path / "a.dae")
+    assert np.ptp(corners(mesh).reshape(-1, 3), axis=0)[2] == pytest.approx(0.002)
+    assert mesh.color == pytest.approx((1.0, 0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "problem"),
+    [
+        ("a.stl", b"", "it is empty"),
+        ("a.stl", bytes(84), "it has no triangles"),
+        ("a.stl", bytes(80) + b"\x05\0\0\0" + bytes(60), "it is cut off"),
+        ("a.stl", bytes(80) + (200_001).to_bytes(4, "little") + bytes(50 * 200_001), "200001 triangles"),
+        ("a.stl", b"solid nothing\nendsolid\n", "it has 0 triangles"),
+        ("a.stl", b"solid\nvertex 0 0 x\n" * 3, "cut off, or has a vertex that is no number"),
+        ("a.dae", b"<COLLADA>", "it is broken"),
+        ("a.dae", b'<!DOCTYPE c [<!ENTITY e "x">]><COLLADA/>', "a document type"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 999999999999\n", "it is broken"),
+        ("a.glb", b"glTF" + bytes(20), "it is broken"),
+        ("a.step", b"x", ".step is no format of meshes that is read"),
+    ],
+)
+def test_a_mesh_that_cannot_be_used_says_why(tmp_path, name, content, problem):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(MeshError, match=problem):
+        read_mesh(tmp_path / name)
+
+
+def test_without_the_library_it_is_said_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
+    Path(tmp_path / "a.dae").write_text("<COLLADA/>")
+    with pytest.raises(MeshError, match=r"for \.dae files, pip install 'visualhfsm\[models\]'"):
+        read_mesh(tmp_path / "a.dae")

@@ -1,0 +1,219 @@
+"""What is read of a URDF, what is repaired in it, and what is refused."""
+
+import mujoco
+import pytest
+
+from naoserver.errors import RobotError
+from naoserver_sim._own.model_file import read_model
+from naoserver_sim._own.urdf import Sensor
+from tests.support.robot_files import BOX, INERTIAL, joint, link, urdf
+
+BASE, ARM, SHOULDER = link("base"), link("arm"), joint("shoulder", "base", "arm")
+
+
+@pytest.fixture
+def read(tmp_path):
+    def written(*parts, **options):
+        (tmp_path / "r.urdf").write_text(urdf(*parts))
+        return read_model(tmp_path / "r.urdf", tmp_path, **options)
+
+    return written
+
+
+def names(model, kind="body"):
+    mj = model.compiled
+    return [getattr(mj, kind)(number).name for number in range({"body": mj.nbody, "joint": mj.njnt}[kind])]
+
+
+def test_speeds_and_driven_joints_and_lines_are_those_of_the_file(read):
+    model = read(
+        BASE,
+        ARM,
+        link("hand"),
+        SHOULDER,
+        joint("wrist", "arm", "hand").replace('velocity="2"', 'velocity=""'),
+        '<transmission name="t"><joint name="shoulder"/></transmission>',
+        '<ros2_control><joint name="wrist"><command_interface name="position"/></joint>'
+        '<joint name="base"><state_interface name="position"/></joint></ros2_control>\n',
+    )
+    assert (model.kind, model.speeds) == ("urdf", {"shoulder": 2.0})
+    assert model.actuated == {"shoulder", "wrist"}
+    assert (model.lines["link", "base"], model.lines["joint", "wrist"]) == (2, 8)
+
+
+def test_cameras_and_inertial_units_are_those_of_the_file(read):
+    model = read(
+        BASE,
+        ARM,
+        SHOULDER,
+        '<gazebo reference="arm"><sensor name="eye" type="camera"><pose>0 0 0.1 0 0.5 0</pose>'
+        "<camera><horizontal_fov>1.2</horizontal_fov></camera></sensor></gazebo>"
+        '<gazebo reference="base"><sensor name="balance" type="imu_sensor"/></gazebo>'
+        '<gazebo reference="elsewhere"><sensor name="lost" type="imu"/></gazebo>'
+        '<gazebo reference="base"><sensor name="touch" type="contact"/></gazebo>'
+        '<sensor name="old"><parent link="base"/><origin xyz="1 2 3"/><camera><image hfov="0.9"/></camera></sensor>\n',
+    )
+    assert model.sensors == (
+        Sensor("camera", "eye", "arm", (0.0, 0.0, 0.1, 0.0, 0.5, 0.0), 1.2),
+        Sensor("imu", "balance", "base"),
+        Sensor("camera", "old", "base", (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), 0.9),
+    )
+
+
+def test_the_options_for_mujoco_are_merged_with_ours(read):
+    options = '<mujoco><compiler fusestatic="true" discardvisual="true" meshdir="x" balanceinertia="true"/></mujoco>\n'
+    fixed = joint("mount", "arm", "hand", kind="fixed")
+    model = read(options, "<mujoco><size njmax='1'/></mujoco>\n", BASE, ARM, link("hand"), SHOULDER, fixed)
+    assert names(model) == ["world", "base", "arm", "hand"]
+
+
+def test_a_joint_that_follows_another_is_kept_as_an_equality(read):
+    follower = joint("wrist", "arm", "hand", '<mimic joint="shoulder" multiplier="-0.8" offset="0.1"/>')
+    mj = read(BASE, ARM, link("hand"), SHOULDER, follower).compiled
+    assert mj.eq_type.tolist() == [mujoco.mjtEq.mjEQ_JOINT]
+    assert mj.eq_data[0, :2] == pytest.approx((0.1, -0.8))
+
+
+def test_one_that_follows_none_is_said(read):
+    model = read(BASE, ARM, joint("shoulder", "base", "arm", '<mimic joint="nothing"/>'))
+    assert "r.urdf: MuJoCo says: <mimic> on joint 'shoulder' ignored" in model.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('velocity="2"', 'velocity="${max}"', r"r\.urdf:6: velocity of <limit> is '\$\{max\}'"),
+        (
+            'velocity="2"',
+            'velocity="1,5"',
+            r"r\.urdf:6: velocity of <limit> is '1,5': write numbers, with a p",
+        ),
+        ('lower="-1"', 'lower="low"', r"r\.urdf:6: lower of <limit> is 'low': write numbers"),
+        ('<link name="arm">', "<link>", r'r\.urdf:3: a link without a name: write name="\.\.\."'),
+        (
+            'type="revolute"',
+            'type="hinge"',
+            r"4: joint 'shoulder' has the type 'hinge'; write one of revolute,",
+        ),
+        (
+            '<parent link="base"/>',
+            "",
+            r"4: joint 'shoulder' has 0 elements <parent>: write <parent link=\.\.\./>",
+        ),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', r"r\.urdf:5: the axis of joint 'shoulder' is 0"),
+        (
+            'type="revolute"',
+            'type="floating"',
+            r"r\.urdf:4: joint 'shoulder' floats: only the root of a robot may",
+        ),
+        ("<mass value", "<mass/><mass value", r"r\.urdf:2: <mass> cannot be read: repeated element: 'mass'"),
+        ('<mass value="1"/>', '<mass value="-1"/>', r"r\.urdf:2: the mass of 'base' is -1"),
+    ],
+)
+def test_a_fault_is_refused_with_line_and_name(tmp_path, old, new, problem):
+    (tmp_path / "r.urdf").write_text(urdf(BASE, ARM, SHOULDER).replace(old, new, 1))
+    with pytest.raises(RobotError, match=problem):
+        read_model(tmp_path / "r.urdf", tmp_path)
+
+
+def test_two_trees_are_refused(read):
+    other = (link("x"), link("y"), joint("z", "x", "y"))
+    with pytest.raises(
+        RobotError, match=r"r\.urdf:7: a robot is one tree of links; here are two, from 'base' and 'x'"
+    ):
+        read(BASE, ARM, SHOULDER, *other)
+
+
+def test_a_file_without_a_link_is_refused(read):
+    with pytest.raises(RobotError, match=r"r\.urdf:1: 0 links; a robot has 1 to 1000"):
+        read("")
+
+
+def test_a_link_that_no_joint_connects_is_left_out(read):
+    model = read(BASE, ARM, SHOULDER, link("loose"))
+    assert names(model) == ["world", "base", "arm"]
+    assert model.notes[0].endswith("r.urdf:7: link 'loose' is left out: no joint connects it to 'base'")
+
+
+def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
+    exchanged = SHOULDER.replace('lower="-1" upper="1"', 'lower="0.5" upper="-1"')
+    model = read(BASE, ARM, exchanged, link("hand"), joint("free", "arm", "hand").replace('"-1"', '"1"'))
+    assert model.compiled.jnt_range[0].tolist() == [-1.0, 0.5]
+    assert model.compiled.jnt_limited.tolist() == [1, 0]
+    assert model.notes[0].endswith(
+        "r.urdf:6: the limits of joint 'shoulder' are exchanged: lower is above upper"
+    )
+
+
+@pytest.mark.parametrize(
+    ("root", "kind", "bodies"),
+    [
+        (link("world", "", ""), "fixed", ["world", "base"]),
+        (link("world", BOX, ""), "fixed", ["world", "mount", "base"]),
+        (link("world", "", ""), "revolute", ["world", "mount", "base"]),
+        (link("map", "", ""), "floating", ["world", "base"]),
+    ],
+)
+def test_what_stands_on_the_world_has_a_root_of_its_own(read, root, kind, bodies):
+    name = "map" if "map" in root else "world"
+    model = read(root, BASE, joint("stand", name, "base", kind=kind))
+    assert names(model) == bodies
+    assert model.fixed == (name == "world")
+
+
+@pytest.mark.parametrize(
+    "inertial",
+    [
+        "<inertial/>",
+        '<inertial><mass value=""/></inertial>',
+        '<inertial><inertia ixx="1" iyy="1" izz="1"/></inertial>',
+        "",
+    ],
+)
+def test_a_link_without_mass_weighs_as_its_shapes_do(read, inertial):
+    assert read(BASE, link("arm", BOX, inertial), SHOULDER).compiled.body("arm").mass[0] == pytest.approx(1.0)
+
+
+def test_an_inertia_may_lack_its_products(read):
+    inertial = INERTIAL.replace(' ixy="0" ixz="0" iyz="0"', "")
+    assert read(BASE, link("arm", BOX, inertial), SHOULDER).notes == ()
+
+
+def test_frames_without_mass_stay_as_links(read):
+    empty = (
+        '<inertial><mass value="1e-9"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    frame = joint("fix", "arm", "optical", kind="fixed")
+    model = read(BASE, ARM, SHOULDER, link("optical", "", empty), frame)
+    assert names(model)[-1] == "optical"
+    assert "'optical' without mass or inertia" in model.notes[0]
+
+
+def test_an_inertia_is_repaired_unless_the_user_refuses(read):
+    arm = link("arm", BOX, INERTIAL.replace('izz="0.002"', 'izz="0.05"'))
+    said = r"r.urdf:3: the inertia of 'arm' has the moments 0.01, 0.01, 0.05, which no body has"
+    assert said in read(BASE, arm, SHOULDER).notes[0]
+    with pytest.raises(RobotError, match=said):
+        read(BASE, arm, SHOULDER, balance=False)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        "<visual/>",
+        "<visual><geometry/></visual>",
+        '<collision><geometry><cone radius="1"/></geometry></collision>',
+        '<collision><geometry><box size="0 1 1"/></geometry></collision>',
+        '<collision><box size="1 1 1"/></collision>',
+        '<collision><geometry><sphere radius="-1"/></geometry></collision>',
+    ],
+)
+def test_a_shape_that_cannot_be_read_costs_a_line(read, shape):
+    model = read(BASE, link("arm", shape), SHOULDER)
+    assert model.compiled.ngeom == 1
+    assert "> of link 'arm' is left out: " in model.notes[0]
+
+
+def test_shapes_and_materials_may_lack_names_and_textures(read):
+    shape = '<visual name="v"><geometry><box size="1 1 1"/></geometry><material><texture filename="t.png"/></material></visual>'
+    assert read(link("base", shape * 2), ARM, SHOULDER).compiled.ngeom == 3

@@ -1,0 +1,111 @@
+"""Xacro is expanded, or recognised by name and line."""
+
+import importlib.util
+import os
+
+import pytest
+
+from naoserver.errors import RobotError
+from naoserver_sim._own.tree import read_tree
+from naoserver_sim._own.xacro import expanded
+from tests.support.robot_files import joint, link, urdf
+
+MACRO = (
+    '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+    '  <xacro:macro name="arm" params="side sign">\n'
+    + link("${side}_arm")
+    + joint("${side}_shoulder", "base", "${side}_arm").replace('"0 0 0.2"', '"0 ${sign * width / 2} 0"')
+    + "  </xacro:macro>\n</robot>"
+)
+ROBOT = (
+    '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+    '  <xacro:include filename="INCLUDED"/>\n'
+    '  <xacro:property name="width" value="0.4"/>\n'
+    + link("base")
+    + '  <xacro:arm side="left" sign="1"/>\n  <xacro:arm side="right" sign="-1"/>\n</robot>'
+)
+
+
+@pytest.fixture
+def expand(tmp_path):
+    def written(text, name="r.urdf.xacro"):
+        path = tmp_path / name
+        path.write_text(text)
+        return expanded(read_tree(path), path, {"arms": tmp_path})
+
+    return written
+
+
+@pytest.mark.parametrize("name", ["arm.xacro", "$(find arms)/arm.xacro"])
+def test_macros_properties_and_files_are_expanded(expand, tmp_path, name):
+    (tmp_path / "arm.xacro").write_text(MACRO)
+    root, notes = expand(ROBOT.replace("INCLUDED", name))
+    places = [each.get("xyz") for each in root.within("joint", "origin")]
+    assert [each.name for each in root.within("link")] == ["base", "left_arm", "right_arm"]
+    assert places == ["0 0.2 0", "0 -0.2 0"]
+    assert "r.urdf.xacro: xacro is expanded" in notes[0]
+
+
+def test_a_plain_urdf_stays_as_it_is(expand):
+    root, notes = expand(urdf(link("base")), "r.urdf")
+    assert ([each.name for each in root.within("link")], notes) == (["base"], [])
+
+
+def test_what_other_programs_read_does_not_matter(expand):
+    plugin = '<gazebo><plugin file="$(find arms)/x"><path>$(find arms)/y.yaml</path></plugin></gazebo>'
+    assert expand(urdf(link("base"), plugin), "r.urdf")[1] == []
+
+
+def test_a_prefix_that_a_launch_file_would_set_is_empty(expand):
+    root, notes = expand(
+        urdf(link("${ns}base"), link("${ns}arm"), joint("${ns}j", "${ns}base", "${ns}arm")), "r.urdf"
+    )
+    assert [each.name for each in root.within("joint")] == ["j"]
+    assert [each.get("link") for each in root.within("joint", "parent")] == ["base"]
+    assert notes[0].endswith("r.urdf:2: ${ns} is defined nowhere: the names are read without it")
+
+
+def evaluating(expression):
+    head = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+    return (
+        head + f'  <xacro:property name="mass" value="${{{expression}}}"/>\n' + link("${mass}") + "</robot>"
+    )
+
+
+@pytest.mark.parametrize(
+    ("expression", "problem"),
+    [
+        ("unknown * 2", r"r\.urdf\.xacro:2: xacro cannot be expanded: name 'unknown' is not defined"),
+        ("().__class__.__base__", r"r\.urdf\.xacro:2: xacro cannot be expanded: Use of invalid name"),
+        ("xacro.load_yaml('/etc/hostname')", "outside the folders of the model"),
+        ("len(list(range(10 ** 10)))", r"r\.urdf\.xacro"),
+    ],
+)
+def test_what_cannot_be_expanded_is_refused_with_its_line(expand, expression, problem):
+    with pytest.raises(RobotError, match=problem):
+        expand(evaluating(expression))
+
+
+def test_an_expansion_that_does_not_end_is_ended(expand, monkeypatch):
+    monkeypatch.setattr("naoserver_sim._own.xacro._LONGEST", 0.5)
+    with pytest.raises(RobotError, match=r"r\.urdf\.xacro: xacro is not expanded within 0\.5 s"):
+        expand(evaluating("9 ** 9 ** 9"))
+
+
+def test_files_elsewhere_are_not_read(expand, tmp_path):
+    secret = tmp_path.parent / "secret.xacro"
+    secret.write_text(MACRO)
+    with pytest.raises(RobotError, match=r"secret\.xacro.*outside the folders of the model"):
+        expand(ROBOT.replace("INCLUDED", str(secret)))
+
+
+def test_variables_of_the_users_environment_are_not_read(expand, monkeypatch):
+    monkeypatch.setitem(os.environ, "SECRET", "s")
+    with pytest.raises(RobotError, match="SECRET"):
+        expand(ROBOT.replace('"INCLUDED"', '"$(env SECRET)"'))
+
+
+def test_without_the_library_it_is_said_what_to_install(expand, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(RobotError, match=r"r\.urdf\.xacro:2: <xacro:include>: this is xacro; pip install"):
+        expand(ROBOT)
