@@ -73,8 +73,8 @@ def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], N
     """Return the body that a file describes: TOML beside its model, a model alone, or facts in JSON or TOML.
 
     `text` is what the file is to have, if not what it has. What a model alone was taken for is reported to
-    `say`, in some ten lines; what is not kept of a model is logged. Raises RobotError with file, line and name
-    when files cannot be read or do not fit together.
+    `say`, in some ten lines; what is not kept of a model is logged. Raises RobotError with file, line and
+    name when files cannot be read or do not fit together.
     """
     if path.suffix.lower() not in (".toml", ".json"):
         return _said(*_guessed(path, path.name), say)

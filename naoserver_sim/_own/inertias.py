@@ -56,7 +56,7 @@ def balance_inertias(
         off = (moments[2] - moments[0] - moments[1]) / (2.0 * moments[2])
         if off < -_ROUNDING and moments[0] >= _LEAST:
             continue
-        if abs(off) <= _ROUNDING and balance is not False:
+        if abs(off) <= _ROUNDING:
             _set_tensor(body, _repaired(tensor))
             continue
         shown = ", ".join(f"{moment:.4g}" for moment in moments)

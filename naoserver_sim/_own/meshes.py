@@ -5,13 +5,14 @@ Only files in the folders of the model, of its ROS package and of its meshes are
 
 from __future__ import annotations
 
+import contextlib
 import io
 import itertools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,14 +43,12 @@ class MeshError(Exception):
     """A mesh cannot be used: why, as the end of a sentence."""
 
 
-@dataclass(frozen=True)
-class MeshFile:
-    """A mesh in a format of MuJoCo."""
+class MeshFile(NamedTuple):
+    """A mesh in a format of MuJoCo; its color, if it has one, is red, green, blue and opacity."""
 
     ending: str
     content: bytes
     color: tuple[float, ...] | None = None
-    """Red, green, blue and opacity, if the file has colors."""
 
 
 def packages_near(model: Path) -> dict[str, Path]:
@@ -57,29 +56,27 @@ def packages_near(model: Path) -> dict[str, Path]:
     own = _home(model)
     if own is None:
         return {}
-    beside = (each for each in itertools.islice(_folders(own.parent), _MOST_SIBLINGS) if _is_package(each))
-    return {name: folder for folder in (*beside, own) for name in (folder.name, _package_name(folder))}
+    beside: list[Path] = []
+    with contextlib.suppress(OSError):  # a folder that is not ours to read
+        beside += itertools.islice(own.parent.iterdir(), _MOST_SIBLINGS)
+    folders = [folder for folder in (*beside, own) if not folder.is_symlink()]
+    named = {name: folder for folder in folders if (name := _package_name(folder))}
+    named |= {folder.name: folder for folder in named.values()}
+    return named
 
 
 def _home(model: Path) -> Path | None:
     """Return the folder of the ROS package in which a model is."""
-    return next((folder for folder in model.resolve().parents[:_LEVELS] if _is_package(folder)), None)
-
-
-def _is_package(folder: Path) -> bool:
-    return (folder / "package.xml").is_file()
-
-
-def _folders(folder: Path) -> Iterator[Path]:
-    try:
-        yield from (each for each in folder.iterdir() if each.is_dir() and not each.is_symlink())
-    except OSError:  # not ours to read
-        return
+    return next((folder for folder in model.resolve().parents[:_LEVELS] if _package_name(folder)), None)
 
 
 def _package_name(folder: Path) -> str:
-    with (folder / "package.xml").open("rb") as file:
-        name = _PACKAGE.search(file.read(100_000))
+    """Return the name of the ROS package in a folder; empty if there is none."""
+    try:
+        with (folder / "package.xml").open("rb") as file:
+            name = _PACKAGE.search(file.read(100_000))
+    except OSError:  # none, or not ours to read
+        return ""
     return name[1].decode() if name else folder.name
 
 
@@ -140,7 +137,7 @@ class Files:
 
     def _is_beside(self, path: Path) -> bool:
         """Return whether a file is in a folder of meshes somewhere beside the model's folder."""
-        around = self.model.resolve().parents[1]
+        around = self.model.resolve().parent.parent
         return path.is_relative_to(around) and not _BESIDE.isdisjoint(path.relative_to(around).parts[:-1])
 
     def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile] | None:
@@ -191,11 +188,10 @@ def _stl(content: bytes) -> bytes:
     """Return a binary STL; one that is text is turned into it."""
     count = int.from_bytes(content[80:84], "little")
     size = 84 + _TRIANGLE.itemsize * count
-    if count and len(content) >= size and not (len(content) > size and content.startswith(b"solid")):
-        if count > _MOST_TRIANGLES:
-            raise MeshError(f"it has {count} triangles; MuJoCo takes at most {_MOST_TRIANGLES}")
-        return content[:size]
-    if not content.lstrip().startswith(b"solid"):
+    text = content.lstrip().startswith(b"solid")
+    if count and (len(content) == size or (len(content) > size and not text)):
+        return _written(np.frombuffer(content, _TRIANGLE, count, 84)["corners"])
+    if not text:
         raise MeshError("it is cut off" if count else "it has no triangles")
     try:
         return _written([[float(word) for word in found.groups()] for found in _VERTEX.finditer(content)])
@@ -223,13 +219,11 @@ def _by_trimesh(content: bytes, ending: str) -> MeshFile:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise MeshError("it has a document type, which a mesh does not need")
     try:
-        with np.errstate(all="ignore"):
-            scene = trimesh.load_scene(io.BytesIO(content), file_type=ending[1:], process=False)
-            parts: list[Any] = [part for part in scene.dump() if hasattr(part, "faces")]
-            corners = np.concatenate([part.vertices[part.faces] for part in parts])
-            unit = _UNIT.search(content[:100_000])
-            scaled = corners.reshape(-1, 3) * (float(unit[1]) if unit and ending == ".dae" else 1.0)
-            return MeshFile(".stl", _written(scaled), _color(parts))
+        scene = trimesh.load_scene(io.BytesIO(content), file_type=ending[1:], process=False)
+        parts: list[Any] = [part for part in scene.dump() if hasattr(part, "faces")]
+        corners = np.concatenate([part.vertices[part.faces] for part in parts])
+        unit = _UNIT.search(content[:100_000]) if ending == ".dae" else None
+        return MeshFile(".stl", _written(corners * (float(unit[1]) if unit else 1.0)), _color(parts))
     except MeshError:
         raise
     except Exception as problem:  # noqa: BLE001 - these readers raise whatever a broken file leads to
@@ -238,12 +232,9 @@ def _by_trimesh(content: bytes, ending: str) -> MeshFile:
 
 def _color(parts: list[Any]) -> tuple[float, ...] | None:
     """Return the mean color of a mesh's parts, by their triangles; None if they have none."""
-    colors = [
-        (np.asarray(material.main_color, np.float64) / 255.0, len(part.faces))
-        for part in parts
-        if (material := getattr(getattr(part, "visual", None), "material", None)) is not None
-    ]
-    if not colors:
+    colored = [part for part in parts if hasattr(getattr(part, "visual", None), "material")]
+    if not colored:
         return None
-    values, weights = zip(*colors, strict=True)
-    return tuple(np.average(values, axis=0, weights=weights).round(4).tolist())
+    colors = [np.asarray(part.visual.material.main_color, np.float64) / 255.0 for part in colored]
+    mean = np.average(colors, axis=0, weights=[len(part.faces) for part in colored])
+    return tuple(mean.round(4).tolist())

@@ -13,7 +13,7 @@ from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
 from naoserver_sim._own.meshes import Files, MeshError
 from naoserver_sim._own.tree import MOST_ELEMENTS, Element, number, read_tree
-from naoserver_sim._own.urdf import COMPILER, MOUNT
+from naoserver_sim._own.urdf import COMPILER, MOUNT, unused
 
 _UNUSED: Final = frozenset(("option", "size", "visual", "statistic", "custom", "texture", "hfield", "skin"))
 """Elements that say nothing of a robot's links: settings of a simulation, pictures and terrain."""
@@ -152,15 +152,13 @@ def _element(body: mujoco.MjsBody, order: list[Element]) -> Element:
 
 def _mount(root: Element, bodies: list[Element]) -> None:
     """Put what has some bodies on a link that stands on the ground."""
-    name = MOUNT
-    while any(body.name == name for body in root.all("body")):
-        name += "_"
     worlds = list(root.within("worldbody"))
     children = [child for world in worlds for child in world.children]
     moved = [child for child in children if any(body in bodies for body in child.all("body"))]
+    mount = Element("body", {"name": unused(MOUNT, root)}, root.source, root.line, moved)
     for world in worlds:
         world.children = [child for child in world.children if child not in moved]
-    worlds[0].add("body", name=name).children = moved
+    worlds[0].children.append(mount)
 
 
 def split_balls(spec: mujoco.MjSpec, at: str) -> list[str]:

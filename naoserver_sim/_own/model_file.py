@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Literal
 
@@ -51,6 +51,8 @@ class ModelFile:
     lines: Mapping[tuple[str, str], int] = field(default_factory=dict)
     """The line in the file of each ("joint" | "link" | "body", name)."""
     kind: Literal["urdf", "mjcf"] = "mjcf"
+    fixed: bool = False
+    """Whether its root does not move: a URDF's is `world`, an MJCF's has no free joint."""
     actuated: frozenset[str] = frozenset()
     """The joints that a URDF's `<transmission>` or `<ros2_control>` names."""
     sensors: tuple[Sensor, ...] = ()
@@ -74,26 +76,17 @@ def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> Mode
     packages = packages_near(path)
     files = Files(path, meshes, packages)
     notes: list[str] = []
-    facts = urdf.Facts({}, frozenset(), ())
     if root.tag == "mujoco":
         mjcf.prepare(root, files, notes)
+        model = _Reading(root, files, notes, balance).read()
     else:
         root, notes = expanded(root, path, packages)
-        facts = urdf.facts_of(root)
+        speeds, actuated = urdf.speeds_of(root), urdf.actuated_in(root)
+        fixed, sensors = urdf.is_fixed(root), tuple(urdf.sensors_in(root))
         urdf.prepare(root, files, notes)
-    reading = _Reading(root, files, notes, balance)
-    spec, compiled = reading.read()
-    return ModelFile(
-        spec,
-        facts.speeds,
-        files.left_out,
-        notes=tuple(notes),
-        lines=reading.lines,
-        kind="mjcf" if root.tag == "mujoco" else "urdf",
-        actuated=facts.actuated,
-        sensors=facts.sensors,
-        compiled=compiled,
-    )
+        model = _Reading(root, files, notes, balance).read()
+        model = replace(model, kind="urdf", fixed=fixed, speeds=speeds, actuated=actuated, sensors=sensors)
+    return replace(model, left_out=files.left_out, notes=tuple(notes))
 
 
 class _Reading:
@@ -112,7 +105,7 @@ class _Reading:
             if element.name
         }
 
-    def read(self) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+    def read(self) -> ModelFile:
         with _warnings() as warnings:
             spec = self._parsed()
             if self._root.tag == "mujoco":
@@ -129,7 +122,8 @@ class _Reading:
                 self._notes += more
                 compiled = self._compiled(spec)
         self._notes += [f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in set(warnings)]
-        return spec, compiled
+        fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
+        return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 
     def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
         """Repair masses and inertias, and return notes on it."""

@@ -220,9 +220,8 @@ class _Reader:
             names = ", ".join(mj.body(root).name for root in roots[:5]) or "none"
             raise RobotError(f"{self._where}: a robot is one tree of links; here are {len(roots)}: {names}")
         (root,) = roots
-        fixed = not mj.body_jntnum[root]
         mount = not mj.body_mass[root] and mj.body(root).name.rstrip("_") == MOUNT
-        if fixed and (mount or ("link", "world") in self._model.lines):
+        if self._model.fixed and (mount or self._model.kind == "urdf"):
             self._parts.tables["mounted"] = True
         if _matrix(mj.body_quat[root])[2, 2] > _LEVEL:
             return ""

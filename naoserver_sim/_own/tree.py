@@ -180,17 +180,15 @@ def number(word: str) -> float | None:
         return None
 
 
-def numbers(element: Element, name: str, count: int, default: str | None = None) -> list[float]:
-    """Return the numbers of an attribute. Raises RobotError when it has others than `count` finite ones."""
-    text = element.attributes.get(name, default)
-    found = [number(word) for word in (text or "").split()]
+def numbers(element: Element, name: str, default: str = "") -> list[float]:
+    """Return the numbers of an attribute. Raises RobotError when it has others than finite ones, or none."""
+    text = element.get(name, default)
+    found = [number(word) for word in text.split()]
     values = [value for value in found if value is not None and math.isfinite(value)]
-    if len(found) != count or len(values) != count:
-        wanted = "a number" if count == 1 else f"{count} numbers"
-        is_there = "is missing" if text is None else f"is {text[:60]!r}"
-        hint = ", with a point before the decimals" if text and "," in text else ""
-        hint = "; this is xacro: run xacro first" if text and "${" in text else hint
-        raise RobotError(f"{element.at}: {name} of <{element.tag}> {is_there}: write {wanted}{hint}")
+    if not found or len(values) < len(found):
+        hint = ", with a point before the decimals" if "," in text else ""
+        hint = "; this is xacro: run xacro first" if "${" in text else hint
+        raise RobotError(f"{element.at}: {name} of <{element.tag}> is {text[:60]!r}: write numbers{hint}")
     return values
 
 

@@ -4,40 +4,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
 from naoserver_sim._own.meshes import Files
-from naoserver_sim._own.tree import Element, numbers
+from naoserver_sim._own.tree import Element, number, numbers
 
 _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _NUMBERS: Final = {
-    "origin": {"xyz": 3, "rpy": 3},
-    "axis": {"xyz": 3},
-    "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
-    "dynamics": {"damping": 1, "friction": 1},
-    "mimic": {"multiplier": 1, "offset": 1},
-    "mass": {"value": 1},
-    "inertia": dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1),
-    "box": {"size": 3},
-    "cylinder": {"radius": 1, "length": 1},
-    "capsule": {"radius": 1, "length": 1},
-    "sphere": {"radius": 1},
-    "mesh": {"scale": 3},
-    "color": {"rgba": 4},
+    *("xyz", "rpy", "lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"),
+    *("value", "size", "radius", "length", "scale", "rgba", *_TENSOR),
 }
-"""How many numbers attributes have."""
+"""Attributes that have numbers."""
 _ENDS: Final = ("lower", "upper")
-_SIZES: Final = {
-    "box": ("size",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "sphere": ("radius",),
-    "mesh": (),
-}
-"""The geometries that MuJoCo reads, with what must be above 0 of them."""
+_SHAPES: Final = ("box", "cylinder", "capsule", "sphere", "mesh")
+"""The geometries that MuJoCo reads."""
 _READ: Final = {"robot": ("link", "joint", "material"), "link": ("inertial", "visual", "collision")}
 """The elements of which MuJoCo reads something."""
 COMPILER: Final = re.compile(
@@ -61,50 +44,49 @@ class Sensor(NamedTuple):
     """Of a camera, in rad; None where the file does not say it."""
 
 
-@dataclass(frozen=True)
-class Facts:
-    """What MuJoCo does not keep of a URDF."""
-
-    speeds: dict[str, float]
-    actuated: frozenset[str]
-    sensors: tuple[Sensor, ...]
+def speeds_of(root: Element) -> dict[str, float]:
+    """Return the highest speed of each joint that says one. Raises RobotError for what is no number."""
+    limits = [(joint.name, limit) for joint in root.within("joint") for limit in joint.within("limit")]
+    said = {name: numbers(limit, "velocity")[0] for name, limit in limits if limit.get("velocity").strip()}
+    return {name: speed for name, speed in said.items() if speed > 0.0}
 
 
-def facts_of(root: Element) -> Facts:
-    """Return what MuJoCo does not keep of a URDF. Raises RobotError for numbers that are none."""
-    speeds = {}
-    for joint in root.within("joint"):
-        for limit in joint.within("limit"):
-            (speed,) = numbers(limit, "velocity", 1) if limit.get("velocity").strip() else [0.0]
-            if speed > 0.0:
-                speeds[joint.name] = speed
-    actuated = {joint.name for joint in root.within("transmission", "joint")}
-    driven = root.within("ros2_control", "joint")
-    actuated |= {joint.name for joint in driven if any(joint.within("command_interface"))}
-    return Facts(speeds, frozenset(actuated - {""}), tuple(_sensors(root)))
+def is_fixed(root: Element) -> bool:
+    """Return whether a link `world` carries the robot."""
+    carried = {child.get("link") for child in root.within("joint", "child")}
+    return any(link.name == "world" for link in root.within("link")) and "world" not in carried
 
 
-def _sensors(root: Element) -> Iterator[Sensor]:
+def actuated_in(root: Element) -> frozenset[str]:
+    """Return the joints that transmissions and `<ros2_control>` drive."""
+    driven = {joint.name for joint in root.within("transmission", "joint")}
+    controlled = root.within("ros2_control", "joint")
+    return frozenset(driven | {each.name for each in controlled if any(each.within("command_interface"))})
+
+
+def sensors_in(root: Element) -> Iterator[Sensor]:
+    """Yield the cameras and inertial units."""
     links = {link.name for link in root.within("link")}
     for holder in root.children:
         for sensor in holder.all("sensor") if holder.tag in ("gazebo", "sensor", "link") else ():
-            named = {part.tag: part for part in sensor.all()}
+            parts = {part.tag: part for part in sensor.all()}
             link = (
-                named["parent"].get("link") if "parent" in named else holder.get("reference") or holder.name
+                parts["parent"].get("link") if "parent" in parts else holder.get("reference") or holder.name
             )
-            imu = "imu" in sensor.get("type").lower()
-            if link not in links or not (imu or "camera" in named or "camera" in sensor.get("type").lower()):
+            kind = sensor.get("type").lower()
+            if link not in links or not ("imu" in kind or "camera" in kind or "camera" in parts):
                 continue
-            origin, pose = named.get("origin"), named.get("pose")
-            place = f"{origin.get('xyz', '0 0 0')} {origin.get('rpy', '0 0 0')}" if origin else ""
-            fov = named["image"].get("hfov") if "image" in named else ""
-            fov = named["horizontal_fov"].text if "horizontal_fov" in named else fov
-            given = {"pose": place or (pose and pose.text) or "0 0 0 0 0 0", "horizontal_fov": fov or "1"}
-            said = Element(sensor.tag, given, sensor.source, sensor.line)
-            (angle,) = numbers(said, "horizontal_fov", 1)
-            pose_in_link = tuple(numbers(said, "pose", 6))
-            kind: Literal["camera", "imu"] = "imu" if imu else "camera"
-            yield Sensor(kind, sensor.name, link, pose_in_link, angle if fov and not imu else None)
+            place = parts["pose"].text if "pose" in parts else ""
+            if "origin" in parts:
+                place = " ".join(parts["origin"].get(name, "0 0 0") for name in ("xyz", "rpy"))
+            pose = tuple(number(word) or 0.0 for word in place.split())
+            pose = pose if len(pose) == 6 else (0.0,) * 6
+            if "imu" in kind:
+                yield Sensor("imu", sensor.name, link, pose)
+                continue
+            angle = parts["image"].get("hfov") if "image" in parts else ""
+            angle = parts["horizontal_fov"].text if "horizontal_fov" in parts else angle
+            yield Sensor("camera", sensor.name, link, pose, number(angle))
 
 
 def prepare(root: Element, files: Files, notes: list[str]) -> None:
@@ -123,11 +105,11 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
         _settle(joint, notes)
     # MuJoCo takes the mass of a link that gives none from its shapes.
     root.remove_where(
-        lambda each: each.tag == "inertial" and not any(mass.get("value") for mass in each.within("mass"))
+        lambda each: each.tag == "inertial" and not any(m.attributes for m in each.within("mass"))
     )
     for inertial in root.within("link", "inertial"):
         tensor = next(inertial.within("inertia"), None) or inertial.add("inertia")
-        tensor.attributes = dict.fromkeys(_NUMBERS["inertia"], "0") | tensor.attributes
+        tensor.attributes = dict.fromkeys(_TENSOR, "0") | tensor.attributes
     for material in root.all("material"):
         material.attributes.setdefault("name", f"material {material.line}")
         material.children = [each for each in material.children if each.get("rgba")]
@@ -148,30 +130,28 @@ def _set_options(root: Element) -> str:
 
 
 def _require_numbers(root: Element) -> None:
-    """Raise RobotError for an attribute that has other than the right count of numbers; drop empty ones."""
     for element in root.all():
-        for name, count in _NUMBERS.get(element.tag, {}).items():
+        for name in _NUMBERS & element.attributes.keys():
             if element.get(name).strip():
-                numbers(element, name, count)
+                numbers(element, name)
             else:
-                element.attributes.pop(name, None)
+                del element.attributes[name]
 
 
 def _require_names(root: Element) -> None:
-    """Raise RobotError unless links and joints have names of their own, and the joints connect links."""
-    seen: dict[tuple[str, str], int] = {}
+    """Raise RobotError unless each link and joint has another name, and the joints connect links."""
+    seen: dict[tuple[str, str], Element] = {}
     for part in root.children:
         if part.tag not in ("link", "joint"):
             continue
         if not part.name:
             raise RobotError(f'{part.at}: a {part.tag} without a name: write name="..."')
-        first = seen.setdefault((part.tag, part.name), part.line)
-        if first != part.line:
-            raise RobotError(f"{part.at}: a second {part.tag} {part.name!r}; the first is in line {first}")
-    if (count := sum(tag == "link" for tag, _ in seen)) > MOST_PARTS:
-        raise RobotError(f"{root.source}: {count} links; a robot has at most {MOST_PARTS}")
-    if not any(tag == "link" for tag, _ in seen):
-        raise RobotError(f"{root.at}: there is no link")
+        first = seen.setdefault((part.tag, part.name), part)
+        if first is not part:
+            twice = f"a second {part.tag} {part.name!r}"
+            raise RobotError(f"{part.at}: {twice}; the first is in line {first.line}")
+    if not 0 < (count := sum(tag == "link" for tag, _ in seen)) <= MOST_PARTS:
+        raise RobotError(f"{root.at}: {count} links; a robot has 1 to {MOST_PARTS}")
     for joint in root.within("joint"):
         kind = joint.get("type")
         if kind not in _TYPES:
@@ -210,12 +190,10 @@ def _root_it(root: Element, notes: list[str]) -> None:
         tops.setdefault(way[-1], []).append(link)
     links = {link.name: link for link in root.within("link")}
     top = max(tops, key=lambda name: len(tops[name]))
-    for name in tops.keys() - {top}:
+    for name in [each for each in tops if each != top]:
         if len(tops[name]) > 1:
             trees = f"here are two, from {top!r} and {name!r}"
-            raise RobotError(
-                f"{links[name].at}: a robot is one tree of links; {trees}: connect them by a joint"
-            )
+            raise RobotError(f"{links[name].at}: a robot is one tree of links; {trees}: add a joint")
         notes.append(f"{links[name].at}: link {name!r} is left out: no joint connects it to {top!r}")
         root.children.remove(links[name])
     _set_down(root, links[top], notes)
@@ -232,24 +210,34 @@ def _set_down(root: Element, link: Element, notes: list[str]) -> None:
         root.children.remove(link)
         root.children.remove(below[0])
     elif link.name == "world" and not (bare and below[0].get("type") == "fixed"):
-        notes.append(f"{link.at}: link 'world' is called {MOUNT!r}")
-        link.attributes["name"] = MOUNT
-        for joint in below:
-            _end(joint, "parent").attributes["link"] = MOUNT
+        name = unused(MOUNT, root)
+        notes.append(f"{link.at}: link 'world' is called {name!r}")
+        for attributes, key in [
+            (link.attributes, "name"),
+            *((_end(j, "parent").attributes, "link") for j in below),
+        ]:
+            attributes[key] = name
+
+
+def unused(name: str, root: Element) -> str:
+    """Return a name that no link or body has."""
+    while any(part.name == name for part in root.all("link", "body")):
+        name += "_"
+    return name
 
 
 def _settle(joint: Element, notes: list[str]) -> None:
     """Check the axis of a joint and its range, and put the ends of the range in order."""
     for axis in joint.within("axis"):
-        if not any(numbers(axis, "xyz", 3, "1 0 0")):
+        if not any(numbers(axis, "xyz", "1 0 0")):
             if joint.get("type") != "fixed":
                 raise RobotError(f"{axis.at}: the axis of joint {joint.name!r} is 0: write its direction")
             axis.attributes["xyz"] = "1 0 0"
     for limit in joint.within("limit"):
-        lower, upper = (numbers(limit, name, 1, "0")[0] for name in _ENDS)
+        lower, upper = (numbers(limit, name, "0")[0] for name in _ENDS)
         if lower > upper:
             notes.append(
-                f"{limit.at}: joint {joint.name!r} has its lower limit above the upper: they are exchanged"
+                f"{limit.at}: the limits of joint {joint.name!r} are exchanged: lower is above upper"
             )
             limit.attributes |= {"lower": str(upper), "upper": str(lower)}
         elif lower == upper:  # as exporters write it that know no range
@@ -261,21 +249,17 @@ def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> 
     for link in root.within("link"):
         for shape in [each for each in link.children if each.tag != "inertial"]:
             shape.attributes.clear()  # a name, which need not be the only one
-            solid = next((each for each in shape.all(*_SIZES) if each is not shape), None)
+            solids = [each for geometry in shape.within("geometry") for each in geometry.children]
+            solid = next((each for each in solids if each.tag in _SHAPES), None)
             if solid is not None and solid.tag == "mesh":
                 if not _read_mesh(shape, solid, files, folder):
                     link.children.remove(shape)
-            elif why := _fault(solid):
-                notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {why}")
+                continue
+            given = [solid.get(name) for name in _NUMBERS] if solid else []
+            if min((number(word) or 0.0 for text in given for word in text.split()), default=0.0) <= 0.0:
+                what = f"its <{solid.tag}> has a size that is not above 0" if solid else f"none of {_SHAPES}"
+                notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {what}")
                 link.children.remove(shape)
-
-
-def _fault(solid: Element | None) -> str:
-    """Return why a shape cannot be read; empty if it can."""
-    if solid is None:
-        return f"its geometry is none of {', '.join(_SIZES)}"
-    sizes = [float(size) for name in _SIZES[solid.tag] for size in solid.get(name).split() or ["0"]]
-    return "" if min(sizes) > 0.0 else f"its <{solid.tag}> has a size that is not above 0"
 
 
 def _read_mesh(shape: Element, mesh: Element, files: Files, folder: str) -> bool:

@@ -1,7 +1,7 @@
 """Expand xacro, the macros in which ROS writes URDFs, with the package xacrodoc.
 
-Xacro evaluates expressions of Python, so it runs in a process of its own, which may only read files of the
-model and ends within limits of time and memory.
+Xacro evaluates expressions of Python, so it runs in another process, which may only read files of the model,
+within limits of time and memory.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import re
 import resource
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
@@ -28,6 +28,8 @@ _MEMORY: Final = 1 << 30
 _LEFTOVER: Final = re.compile(r"\$[{(][^})]*[})]?")
 _PLAIN: Final = re.compile(r"\$\{\s*\w+\s*\}")
 _NAMES: Final = ("name", "link", "joint")
+_READ: Final = ("link", "joint", "material")
+"""The elements of a URDF that are about the robot; others have texts for other programs."""
 _EVALUATED: Final = re.compile(r"when evaluating expression '(.+?)'")
 _FORBIDDEN: Final = ("os.", "subprocess.", "socket.", "ctypes.", "shutil.")
 """Beginnings of events of Python that an expansion does not need."""
@@ -41,36 +43,32 @@ def expanded(root: Element, path: Path, packages: Mapping[str, Path]) -> tuple[E
     A `${variable}` in the names of a file without definitions is what a launch file would replace: it is
     removed. Raises RobotError, with file and line, for xacro that cannot be expanded.
     """
-    found = list(_leftovers(root))
+    macros = path.suffix == ".xacro" or any(each.tag.startswith("xacro:") for each in root.all())
+    read = [root] if macros else [part for part in root.children if part.tag in _READ]
+    found = [leftover for part in read for element in part.all() for leftover in _leftovers(element)]
     if not found:
         return root, []
-    macros = path.suffix == ".xacro" or any(each.tag.startswith("xacro:") for each in root.all())
     if not macros and all(_PLAIN.fullmatch(text) for *_, text in found):
         named = [(element, name, text) for element, name, text in found if name in _NAMES]
         for element, name, _ in named:
             element.attributes[name] = _PLAIN.sub("", element.attributes[name])
-        said = (
-            f"{element.at}: {text} is defined nowhere: the names are read without it"
-            for element, _, text in named
-        )
-        return root, list(said)[:1]
-    element, _, text = found[0]
+        unknown = "is defined nowhere: the names are read without it"
+        return root, [f"{element.at}: {text} {unknown}" for element, _, text in named[:1]]
     if importlib.util.find_spec("xacrodoc") is None:
+        element, _, text = found[0]
         remedy = "pip install 'visualhfsm[models]', or run xacro first"
         raise RobotError(f"{element.at}: {text[:60]}: this is xacro; {remedy}")
-    return parse_tree(_run(root, path, packages), path), [
-        f"{path}: xacro is expanded; lines are those of the URDF that it gives"
-    ]
+    note = f"{path}: xacro is expanded; lines are those of the URDF that it gives"
+    return parse_tree(_run(root, path, packages), path), [note]
 
 
-def _leftovers(root: Element) -> Iterable[tuple[Element, str, str]]:
-    """Yield what is xacro in a tree: the element, the name of the attribute, and the text."""
-    for element in root.all():
-        if element.tag.startswith("xacro:"):
-            yield element, "", f"<{element.tag}>"
-        for name, value in [*element.attributes.items(), ("", element.text)]:
-            for text in _LEFTOVER.findall(value):
-                yield element, name, text
+def _leftovers(element: Element) -> Iterator[tuple[Element, str, str]]:
+    """Yield what is xacro in an element: with the name of the attribute, and the text."""
+    if element.tag.startswith("xacro:"):
+        yield element, "", f"<{element.tag}>"
+    for name, value in element.attributes.items():
+        for text in _LEFTOVER.findall(value):
+            yield element, name, text
 
 
 def _run(root: Element, path: Path, packages: Mapping[str, Path]) -> bytes:

@@ -151,6 +151,7 @@ def test_trees_that_stand_on_the_ground_are_one_robot(read):
     post = '<body name="post{}" pos="{} 0 0"><geom size="0.1"/><body name="rod{}"><joint/><geom size="0.1"/></body></body>'
     model = read(post.format(1, 0, 1) + post.format(2, 1, 2))
     assert names(model) == ["mount", "post1", "rod1", "post2", "rod2"]
+    assert (model.fixed, read(ROBOT).fixed) == (True, False)
 
 
 @pytest.mark.parametrize(

@@ -107,18 +107,17 @@ def test_unwanted_elements_are_removed_with_all_in_them():
 @pytest.mark.parametrize(
     ("value", "problem"),
     [
-        ("1,5", "velocity of <limit> is '1,5': write a number, with a point before the decimals"),
-        ("${max}", r"velocity of <limit> is '\$\{max\}': write a number; this is xacro: run xacro first"),
-        ("1 2", "is '1 2': write a number"),
-        ("1_0", "is '1_0': write a number"),
+        ("1,5", "velocity of <limit> is '1,5': write numbers, with a point before the decimals"),
+        ("${max}", r"velocity of <limit> is '\$\{max\}': write numbers; this is xacro: run xacro first"),
+        ("1_0", "is '1_0': write numbers"),
     ],
 )
 def test_what_is_no_number_is_refused_with_what_is_expected(value, problem):
     with pytest.raises(RobotError, match=problem):
-        numbers(parsed(f'<limit velocity="{value}"/>'), "velocity", 1)
+        numbers(parsed(f'<limit velocity="{value}"/>'), "velocity")
 
 
 def test_numbers_that_are_missing_have_a_default():
-    assert numbers(parsed("<axis/>"), "xyz", 3, "1 0 0") == [1.0, 0.0, 0.0]
-    with pytest.raises(RobotError, match="xyz of <axis> is missing: write 3 numbers"):
-        numbers(parsed("<axis/>"), "xyz", 3)
+    assert numbers(parsed("<axis/>"), "xyz", "1 0 0") == [1.0, 0.0, 0.0]
+    with pytest.raises(RobotError, match="xyz of <axis> is '': write numbers"):
+        numbers(parsed("<axis/>"), "xyz")

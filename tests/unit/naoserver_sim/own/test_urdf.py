@@ -86,9 +86,9 @@ def test_one_that_follows_none_is_said(read):
         (
             'velocity="2"',
             'velocity="1,5"',
-            r"r\.urdf:6: velocity of <limit> is '1,5': write a number, with a p",
+            r"r\.urdf:6: velocity of <limit> is '1,5': write numbers, with a p",
         ),
-        ('lower="-1"', 'lower="low"', r"r\.urdf:6: lower of <limit> is 'low': write a number"),
+        ('lower="-1"', 'lower="low"', r"r\.urdf:6: lower of <limit> is 'low': write numbers"),
         ('<link name="arm">', "<link>", r'r\.urdf:3: a link without a name: write name="\.\.\."'),
         (
             'type="revolute"',
@@ -125,7 +125,7 @@ def test_two_trees_are_refused(read):
 
 
 def test_a_file_without_a_link_is_refused(read):
-    with pytest.raises(RobotError, match=r"r\.urdf:1: there is no link"):
+    with pytest.raises(RobotError, match=r"r\.urdf:1: 0 links; a robot has 1 to 1000"):
         read("")
 
 
@@ -141,7 +141,7 @@ def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
     assert model.compiled.jnt_range[0].tolist() == [-1.0, 0.5]
     assert model.compiled.jnt_limited.tolist() == [1, 0]
     assert model.notes[0].endswith(
-        "r.urdf:6: joint 'shoulder' has its lower limit above the upper: they are exchanged"
+        "r.urdf:6: the limits of joint 'shoulder' are exchanged: lower is above upper"
     )
 
 
@@ -156,7 +156,9 @@ def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
 )
 def test_what_stands_on_the_world_has_a_root_of_its_own(read, root, kind, bodies):
     name = "map" if "map" in root else "world"
-    assert names(read(root, BASE, joint("stand", name, "base", kind=kind))) == bodies
+    model = read(root, BASE, joint("stand", name, "base", kind=kind))
+    assert names(model) == bodies
+    assert model.fixed == (name == "world")
 
 
 @pytest.mark.parametrize(
@@ -202,6 +204,7 @@ def test_an_inertia_is_repaired_unless_the_user_refuses(read):
         "<visual><geometry/></visual>",
         '<collision><geometry><cone radius="1"/></geometry></collision>',
         '<collision><geometry><box size="0 1 1"/></geometry></collision>',
+        '<collision><box size="1 1 1"/></collision>',
         '<collision><geometry><sphere radius="-1"/></geometry></collision>',
     ],
 )

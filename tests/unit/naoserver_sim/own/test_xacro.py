@@ -51,6 +51,11 @@ def test_a_plain_urdf_stays_as_it_is(expand):
     assert ([each.name for each in root.within("link")], notes) == (["base"], [])
 
 
+def test_what_other_programs_read_does_not_matter(expand):
+    plugin = '<gazebo><plugin file="$(find arms)/x"><path>$(find arms)/y.yaml</path></plugin></gazebo>'
+    assert expand(urdf(link("base"), plugin), "r.urdf")[1] == []
+
+
 def test_a_prefix_that_a_launch_file_would_set_is_empty(expand):
     root, notes = expand(
         urdf(link("${ns}base"), link("${ns}arm"), joint("${ns}j", "${ns}base", "${ns}arm")), "r.urdf"
