@@ -7,6 +7,7 @@ body are in `appearance.py`.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import combinations
@@ -101,7 +102,9 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
 def possible(body: Body) -> Iterator[None]:
     """Raise RobotError when MuJoCo finds a body impossible, such as one with a mass of no size."""
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the compiler: a body that flies apart is refused later
+            yield
     except ValueError as problem:
         text = " ".join(str(problem).split())
         raise RobotError(f"body {body.name} cannot be simulated: {text}") from problem

@@ -30,6 +30,7 @@ _ON_THE_FLOOR: Final = 0.05
 """Height above the floor, as a share of the robot's, up to which a part stands on it."""
 _BENT: Final = 0.3
 """Share of a range that has no 0, from its end nearer to 0: knees bend that far."""
+_TINY: Final = 1e-12
 _ROUND: Final = 12
 """Points on the rim of what is round."""
 _HOME: Final = ("home", "stand", "standing", "rest", "init")
@@ -220,4 +221,9 @@ class Figure:
         mujoco.mj_makeM(mj, self.data)
         full = np.zeros((mj.nv, mj.nv))
         mujoco.mj_fullM(mj, self.data, full)
-        return np.diag(full).copy(), 1.0 / np.diag(np.linalg.inv(full))
+        held = np.maximum(np.diag(full), _TINY)
+        try:
+            free = 1.0 / np.maximum(np.diag(np.linalg.inv(full)), _TINY)
+        except np.linalg.LinAlgError:  # links of masses that are too different
+            free = held
+        return held, np.minimum(free, held)

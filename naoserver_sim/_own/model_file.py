@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -106,7 +107,7 @@ class _Reading:
         }
 
     def read(self) -> ModelFile:
-        with _warnings() as warnings:
+        with _warnings() as texts:
             spec = self._parsed()
             if self._root.tag == "mujoco":
                 while not mjcf.choose_robot(spec, self._root, self._order, self._notes):
@@ -121,7 +122,7 @@ class _Reading:
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self._notes += more
                 compiled = self._compiled(spec)
-        self._notes += [f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in set(warnings)]
+        self._notes += [f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in set(texts)]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
         return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 
@@ -215,6 +216,9 @@ def _warnings() -> Iterator[list[str]]:
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(texts.append)
     try:
-        yield texts
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield texts
+        texts += [str(each.message) for each in caught]
     finally:
         mujoco.set_mju_user_warning(before)

@@ -49,6 +49,8 @@ _SLOWEST: Final = 10.0
 """Lowest such frequency."""
 _LIGHTEST: Final = 1e-4
 """Least inertia in kg m2 that moves with a joint without a motor: with less, closed chains fly apart."""
+_LARGEST: Final = 1e6
+"""Largest number of a link or a joint, in m, kg, and so on."""
 _LARGEST_ROTOR: Final = 0.1
 """Largest inertia of a rotor in kg m2 that is added for it, if the model has none."""
 _DIGITS: Final = 5
@@ -172,6 +174,8 @@ class _Reader:
         bodies = [body for body in range(1, mj.nbody) if mj.body_mocapid[body] < 0]
         if len(bodies) > MOST_PARTS:
             raise RobotError(f"{self._where}: {len(bodies)} links; a robot has at most {MOST_PARTS}")
+        for body in bodies:
+            self._require_size(body)
         # The frame of a link is at its joint, which MJCF allows to be elsewhere.
         frames[0] = Frame(self._base(bodies), np.zeros(3))
         for body in bodies:
@@ -188,6 +192,26 @@ class _Reader:
             shape for geom in self._parts.figure.solid for shape in self._shapes(geom)
         ]
         return self._parts
+
+    def _require_size(self, body: int) -> None:
+        """Raise RobotError when a link, or one of its joints, is larger or heavier than any robot's."""
+        mj, first = self._mj, int(self._mj.body_geomadr[body])
+        geoms = slice(first, first + int(mj.body_geomnum[body]))
+        sizes: dict[str, Any] = {
+            "mass": mj.body_mass[body],
+            "inertia": mj.body_inertia[body],
+            "place": [mj.body_pos[body], mj.body_ipos[body]],
+            "shape": [mj.geom_size[geoms], mj.geom_pos[geoms]],
+        }
+        for joint in _joints(mj, body):
+            dof, name = int(mj.jnt_dofadr[joint]), mj.joint(joint).name
+            sizes[f"range of {name!r}"] = mj.jnt_range[joint]
+            bearings = (mj.dof_armature[dof], np.max(mj.dof_damping[dof]), mj.dof_frictionloss[dof])
+            sizes[f"friction, damping or rotor of {name!r}"] = bearings
+        for what, values in sizes.items():
+            if not (largest := float(np.abs(values).max(initial=0.0))) <= _LARGEST:
+                at, name = self._at("link", mj.body(body).name), mj.body(body).name
+                raise RobotError(f"{at}link {name!r}: its {what} is {largest:.4g}, at most {_LARGEST:g}")
 
     def _couple(self) -> None:
         """Add the joints that move together, and what closes loops of links."""
