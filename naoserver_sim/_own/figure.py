@@ -98,9 +98,9 @@ class Figure:
             below[int(self.mj.body_parentid[body])] += below[body]
         return below
 
-    def carried(self, body: int) -> list[int]:
-        """Return a body and those that it carries."""
-        return self._carried[body]
+    def moved(self, joint: int) -> list[int]:
+        """Return the bodies that a joint moves."""
+        return self._carried[int(self.mj.jnt_bodyid[joint])]
 
     @cached_property
     def hulls(self) -> dict[int, Array]:
@@ -173,7 +173,7 @@ class Figure:
 
     def load(self, joint: int) -> float:
         """Return the largest torque in N m, or force in N, by which gravity pulls what a joint carries."""
-        bodies = self.carried(int(self.mj.jnt_bodyid[joint]))
+        bodies = self.moved(joint)
         masses = self.mj.body_mass[bodies]
         if self._slides(joint):
             return GRAVITY * float(masses.sum())
@@ -185,7 +185,7 @@ class Figure:
         weight, height = self._above(joint, mounted=mounted)
         if not weight or self._slides(joint):
             return weight
-        points = self.points(*self.carried(int(self.mj.jnt_bodyid[joint])))
+        points = self.points(*self.moved(joint))
         length = float(np.linalg.norm(points - self.data.xanchor[joint], axis=1).max())
         return weight * max(_OF_A_LEG * length, _LEANS * height)
 
@@ -202,7 +202,7 @@ class Figure:
 
     def _above(self, joint: int, *, mounted: bool) -> tuple[float, float]:
         """Return the weight in N of what stands on a joint, and how high in m that is above it; or zeros."""
-        bodies = self.carried(int(self.mj.jnt_bodyid[joint]))
+        bodies = self.moved(joint)
         if mounted or not self.stands(*bodies):
             return 0.0, 0.0
         masses = self.mj.body_mass.copy()

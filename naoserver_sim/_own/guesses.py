@@ -11,33 +11,17 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from naoserver.body import Body
-from naoserver_sim._body import are_neighbors
 from naoserver_sim._own.figure import GRAVITY, Array
 from naoserver_sim._own.limbs import Limb, Limbs, Wheel
 from naoserver_sim._own.model_file import ModelFile
 from naoserver_sim._own.parts import ASPECT, FIELD_OF_VIEW, FRICTION, SPEED, Parts
 from naoserver_sim._support_polygon import convex_hull
-from naoserver_sim.model import build_model
-from naoserver_sim.world import load_world
 
 Path = tuple[str | int, ...]
 
 _ORDER: Final = (
-    *(
-        "model",
-        "name",
-        "mounted",
-        "rest",
-        "slippery",
-        "intangible",
-        "overlapping",
-        "groups",
-        "hinges",
-        "cameras",
-        "walk",
-    ),
-    *("couplings", "soles", "inertial_unit", "postures", "joint"),
+    *("model", "name", "mounted", "rest", "slippery", "intangible", "overlapping", "groups", "hinges"),
+    *("cameras", "walk", "couplings", "soles", "inertial_unit", "postures", "joint"),
 )
 """The keys of the file."""
 _MOST_CAMERAS: Final = 4
@@ -64,10 +48,6 @@ _DRIVES: Final = 0.5
 """Speed in m/s of a cart of whose wheels nobody says how fast they turn."""
 _USED: Final = 0.9
 """Share of the speed of its wheels at which a cart drives or turns."""
-_MANY: Final = 3
-"""Links that a link does not touch, from which that is not said of each."""
-_OVERLAP: Final = 0.0005
-"""Depth in m from which shapes overlap."""
 _MOST_NAMED: Final = 3
 """Entries of a list that are all named."""
 _STILL: Final = 0.01
@@ -216,7 +196,7 @@ class _Guesser:
         raised = False
         for limb in self._limbs.limbs:
             for joint in (self._parts.joints[name] for name in limb.joints if name in self._driven):
-                bodies = figure.carried(int(mj.jnt_bodyid[joint]))
+                bodies = figure.moved(joint)
                 points = figure.points(*bodies)
                 flat = (
                     abs(figure.axis(joint)[2]) < _FLAT and mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
@@ -238,8 +218,8 @@ class _Guesser:
         mj, figure, turned = self._mj, self._figure, angles.copy()
         for limb in self._limbs.of("leg"):
             joints = [self._parts.joints[name] for name in limb.joints]
-            bodies = figure.carried(int(mj.jnt_bodyid[joints[0]]))
-            points = figure.points(*figure.carried(int(mj.jnt_bodyid[joints[-1]])))
+            bodies = figure.moved(joints[0])
+            points = figure.points(*figure.moved(joints[-1]))
             hips = [joint for joint in joints if abs(figure.axis(joint)[1]) > _ALONG]
             if not hips or not len(points) or not figure.stands(*bodies):
                 return False
@@ -285,7 +265,7 @@ class _Guesser:
             self._found.doubts.append(f"{more} more cameras of the model are not served")
 
     def _links_of(self, limb: Limb) -> list[str]:
-        bodies = self._figure.carried(int(self._mj.jnt_bodyid[self._parts.joints[limb.joints[0]]]))
+        bodies = self._figure.moved(self._parts.joints[limb.joints[0]])
         return [self._parts.frames[body].link for body in bodies if body in self._parts.frames]
 
     def _named(self, word: re.Pattern[str]) -> list[str]:
@@ -345,7 +325,7 @@ class _Guesser:
     def _sole(self, limb: Limb) -> dict[str, Any] | None:
         """Return the sole of a leg; None if it is not flat, or not level at rest."""
         figure, data = self._figure, self._figure.data
-        bodies = figure.carried(int(self._mj.jnt_bodyid[self._parts.joints[limb.joints[0]]]))
+        bodies = figure.moved(self._parts.joints[limb.joints[0]])
         touching = [body for body in bodies if len(figure.points(body))]
         if not figure.stands(*bodies):
             return None
@@ -410,9 +390,7 @@ class _Guesser:
         """Let what else is on the floor slide, where the model does not say how much it rubs."""
         mj, figure, frames = self._mj, self._figure, self._parts.frames
         rolling = {
-            body
-            for wheel in self._limbs.wheels
-            for body in figure.carried(int(mj.jnt_bodyid[self._parts.joints[wheel.joint]]))
+            body for wheel in self._limbs.wheels for body in figure.moved(self._parts.joints[wheel.joint])
         }
         floor = figure.box[0][2] + _SOLE
         rough = {
@@ -439,55 +417,6 @@ def _pair(left: Wheel, right: Wheel) -> bool:
     ahead = max(abs(left.place[axis] - right.place[axis]) for axis in (0, 2))
     across = min(abs(left.axis[1]), abs(right.axis[1]))
     return ahead < 0.2 * size and across > _ALONG and abs(left.radius - right.radius) < 0.1 * size
-
-
-def guess_overlaps(found: Guesses, model: Parts, body: Body) -> None:
-    """Let links that the model keeps from touching, or that overlap at rest, pass through each other."""
-    mj = model.figure.mj
-    links = [shape.link for shape in body.shapes]
-    masks = {link: [0, 0] for link in links}
-    for geom in model.figure.solid:
-        mask = masks[model.frames[int(mj.geom_bodyid[geom])].link]
-        mask[0] |= int(mj.geom_contype[geom])
-        mask[1] |= int(mj.geom_conaffinity[geom])
-    pairs = [
-        (_link(model, int(pair) >> 16), _link(model, int(pair) & 0xFFFF)) for pair in mj.exclude_signature
-    ]
-    apart = {_sorted(*pair) for pair in pairs}
-    names, near = sorted(masks), set()
-    said = model.figure.says_what_touches
-    for first, one in enumerate(names):
-        for other in names[first + 1 :]:
-            (types, affinities), (others, their) = masks[one], masks[other]
-            if are_neighbors(body, one, other):
-                near.add((one, other))
-            elif said and not (types & their or others & affinities):
-                apart.add((one, other))
-    mine = build_model(load_world("empty"), skin=False, body=body)
-    data = mujoco.MjData(mine.mj)
-    data.qpos[mine.robot.qpos] = [body.resting_angles[joint.name] for joint in mine.robot.joints]
-    mujoco.mj_forward(mine.mj, data)
-    for contact in data.contact:
-        first, second = (mine.mj.body(mine.mj.geom_bodyid[geom]).name for geom in contact.geom)
-        if contact.dist < -_OVERLAP and {first, second} <= masks.keys():
-            apart.add(_sorted(first, second))
-    pairs = sorted(pair for pair in apart if pair[0] != pair[1] and set(pair) <= masks.keys())
-    parted = near.union(pairs)
-    alone = [link for link in names if sum(link in pair for pair in parted) == len(names) - 1]
-    alone = [link for link in alone if sum(link in pair for pair in pairs) >= _MANY]
-    if alone:
-        found.add(alone, "they touch no other link in the model", "intangible")
-    if rest := [list(pair) for pair in pairs if not set(pair) & set(alone)]:
-        found.add(rest, "kept apart in the model, or overlapping at rest", "overlapping")
-
-
-def _link(model: Parts, body: int) -> str:
-    frame = model.frames.get(body)
-    return frame.link if frame else ""
-
-
-def _sorted(one: str, other: str) -> tuple[str, str]:
-    return (one, other) if one < other else (other, one)
 
 
 def _rounded(values: Any) -> list[float]:  # noqa: ANN401

@@ -37,8 +37,8 @@ _MIDDLE: Final = 0.05
 """Share of the robot's size within which a part is in the middle."""
 _SHORT: Final = 3
 """Most joints of a limb that only turns a camera."""
-_HORIZONTAL: Final = 0.1
-"""Most that the axis of a wheel rises, as a sine."""
+_HORIZONTAL: Final = 0.99
+"""Least length of a wheel's axis, of 1, along the floor."""
 _ROUND: Final = 0.8
 """Least extent of a wheel in each direction, as a share of its largest."""
 _WHOLE: Final = 0.98 * math.tau
@@ -86,7 +86,8 @@ class Limbs:
         self._trunk: list[int] = []
         self.wheels: Final = [wheel for joint in sorted(self._names) if (wheel := self._wheel(joint))]
         chains = list(self._split(self._below.get(None, [])))
-        standing = sum(len(chain) > 1 and self.figure.stands(*self._moved_by(chain[0])) for chain in chains)
+        figure = self.figure
+        standing = sum(len(chain) > 1 and figure.stands(*figure.moved(chain[0])) for chain in chains)
         self._on_legs: Final = standing > 1 and not self._trunk_stands()
         self.limbs: Final = [self._limb(chain) for chain in chains]
         if self._trunk:
@@ -126,10 +127,6 @@ class Limbs:
     def _all(self, joint: int) -> list[int]:
         """Return a joint and all that follow it."""
         return [joint, *(each for child in self._below.get(joint, []) for each in self._all(child))]
-
-    def _moved_by(self, joint: int) -> list[int]:
-        """Return the bodies that a joint moves."""
-        return self.figure.carried(int(self._mj.jnt_bodyid[joint]))
 
     def _split(self, starts: Sequence[int]) -> Iterator[list[int]]:
         """Yield the chains of joints that begin at the trunk, whose own joints are those before its forks."""
@@ -188,7 +185,7 @@ class Limbs:
         kind, why = self._named(joints)
         if kind:
             return kind, why
-        bodies = self._moved_by(joints[0])
+        bodies = self.figure.moved(joints[0])
         if self._on_legs and self.figure.stands(*bodies):
             return "leg", "it stands on the floor"
         seen = {view.link for view in self._parts.views}
@@ -207,7 +204,7 @@ class Limbs:
 
     def _trunk_stands(self) -> bool:
         """Return whether what no joint moves is on the floor."""
-        moved = {body for joint in self._names for body in self._moved_by(joint)}
+        moved = {body for joint in self._names for body in self.figure.moved(joint)}
         return self.figure.stands(*(body for body in range(1, self._mj.nbody) if body not in moved))
 
     def _wheel(self, joint: int) -> Wheel | None:
@@ -216,9 +213,10 @@ class Limbs:
         low, high = mj.jnt_range[joint]
         turns = mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
         whole = not mj.jnt_limited[joint] or high - low > _WHOLE
-        bodies = self._moved_by(joint)
+        bodies = self.figure.moved(joint)
         axis, anchor = figure.axis(joint), data.xanchor[joint]
-        if not (turns and whole and abs(axis[2]) < _HORIZONTAL and figure.stands(*bodies)):
+        level = math.hypot(axis[0], axis[1]) > _HORIZONTAL
+        if not (turns and whole and level and figure.stands(*bodies)):
             return None
         if any(self._names[each] in self.driven for each in self._all(joint)[1:]):
             return None

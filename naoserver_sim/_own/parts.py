@@ -25,34 +25,15 @@ from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loop
 from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
+from naoserver_sim._own.servos import gear_of
 from naoserver_sim._own.urdf import MOUNT
 
 Array = NDArray[np.float64]
 
 SPEED: Final = 3.0
 """Highest speed in rad/s or m/s of a joint of which neither the model nor the TOML file says it."""
-_GIVES: Final = {False: 0.1, True: 0.005}
-"""Angle in rad, or way in m, by which a servo gives way at its largest torque, if nothing says it."""
-_STRONGEST: Final = 20.0
-"""Largest such torque, as a multiple of what gravity asks of it: more would only make light links tremble."""
-_SPARE: Final = 2.0
-"""What is added to it, in N m: grips and wheels need more than gravity asks."""
-_SAGS: Final = {False: 0.01, True: 0.001}
-"""Angle in rad, or way in m, by which the weight that a joint carries may bend such a servo."""
-_BENDS: Final = 0.5
-"""Share of that angle by which a leg's joint gives way at what it may need to stand."""
-_FIRM: Final = 1.5
-"""Stiffness of a leg's joint, as a multiple of that with which the robot would just not fall about it."""
-_QUICKEST: Final = 150.0
-"""Highest natural frequency of such a servo in rad/s: steps of the physics take 2.5 ms."""
-_SLOWEST: Final = 10.0
-"""Lowest such frequency."""
-_LIGHTEST: Final = 1e-4
-"""Least inertia in kg m2 that moves with a joint without a motor: with less, closed chains fly apart."""
 _LARGEST: Final = 1e6
 """Largest number of a link or a joint, in m, kg, and so on."""
-_LARGEST_ROTOR: Final = 0.1
-"""Largest inertia of a rotor in kg m2 that is added for it, if the model has none."""
 _DIGITS: Final = 5
 """Digits behind the point, in m, of the corners of hulls: short enough for thousands of them."""
 ASPECT: Final = 4 / 3
@@ -337,7 +318,8 @@ class _Reader:
         gear = self._given.get(name)
         if gear is None:
             gear = name
-            self._gears[gear] = self._gear(joint, float(found["max_torque"]))
+            torque, pulls = float(found["max_torque"]), self._pulls(joint)
+            self._gears[gear] = gear_of(self._parts.figure, joint, pulls, torque, mounted=self._mounted)
         self._joints.append(found | place | {"gear": gear})
 
     def _slides(self, joint: int) -> bool:
@@ -385,43 +367,6 @@ class _Reader:
         if self._model.actuated:
             return name in self._model.actuated
         return not _FREE_RUNNING.search(name)
-
-    def _gear(self, joint: int, torque: float) -> dict[str, float]:
-        """Return the gains of a joint's servo; without one, gains at which it neither sags nor swings."""
-        mj, figure, slides = self._mj, self._parts.figure, self._slides(joint)
-        dof = int(mj.jnt_dofadr[joint])
-        rotor = float(mj.dof_armature[dof])
-        gear = {
-            "friction_damping": float(np.ravel(mj.dof_damping[dof])[0]),
-            "friction": float(mj.dof_frictionloss[dof]),
-            "inertia": rotor,
-        }
-        held, free = (float(each[dof]) for each in figure.inertias)
-        if not torque:
-            if free < _LIGHTEST:
-                gear["inertia"] = rotor + _LIGHTEST - free
-                gear["friction_damping"] = max(gear["friction_damping"], _LIGHTEST * _SLOWEST)
-            rest = float(mj.qpos_spring[mj.jnt_qposadr[joint]])
-            return gear | {"stiffness": float(np.ravel(mj.jnt_stiffness[joint])[0]), "rest": rest}
-        for motor, lever in self._pulls(joint):
-            affine = mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
-            if affine and mj.actuator_biasprm[motor, 1] < 0.0:
-                square = (lever * float(mj.actuator_gear[motor, 0])) ** 2
-                stiffness, damping = (-square * mj.actuator_biasprm[motor, 1:3]).tolist()
-                return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
-        load, standing = figure.load(joint), figure.standing(joint, mounted=self._mounted)
-        stiffness = max(
-            min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES[slides],
-            load / _SAGS[slides],
-            standing / (_BENDS * _GIVES[slides]),
-            _FIRM * figure.tips(joint, mounted=self._mounted),
-            _SLOWEST**2 * held,
-        )
-        wanted = stiffness / _QUICKEST**2 - free
-        added = 0.0 if rotor else min(max(wanted, 0.0), _LARGEST_ROTOR)
-        stiffness = min(stiffness, _QUICKEST**2 * (free + added))
-        damping = 2.0 * math.sqrt(stiffness * (held + added))
-        return gear | {"inertia": rotor + added, "stiffness": stiffness, "damping": damping}
 
     def _add_views(self) -> None:
         """Add the cameras that are fixed to links: those of an MJCF, and those that a URDF names."""
