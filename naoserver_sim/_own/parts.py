@@ -186,7 +186,6 @@ class _Reader:
         }
         for joint in _joints(mj, body):
             dof, name = int(mj.jnt_dofadr[joint]), mj.joint(joint).name
-            sizes[f"range of {name!r}"] = mj.jnt_range[joint]
             bearings = (mj.dof_armature[dof], np.max(mj.dof_damping[dof]), mj.dof_frictionloss[dof])
             sizes[f"friction, damping or rotor of {name!r}"] = bearings
         for what, values in sizes.items():
@@ -300,7 +299,7 @@ class _Reader:
         own, sign = self._own.joint.get(name, OwnJoint()), self._sign(name)
         found: dict[str, Any] = {"name": name, "axis": (sign * mj.jnt_axis[joint]).tolist()}
         found["sliding"] = self._slides(joint)
-        if mj.jnt_limited[joint]:
+        if mj.jnt_limited[joint] and np.ptp(mj.jnt_range[joint]) < _LARGEST:  # else it turns without end
             found["lower"], found["upper"] = sorted((sign * mj.jnt_range[joint]).tolist())
         if (speed := self._speed(joint)) is not None:
             found["max_velocity"] = speed
