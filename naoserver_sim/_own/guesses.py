@@ -159,8 +159,12 @@ class _Guesser:
         edges = np.roll(hull, -1, axis=0) - hull
         inwards = np.stack([-edges[:, 1], edges[:, 0]], axis=1)
         room = float((((center - hull) * inwards).sum(axis=1) / np.linalg.norm(edges, axis=1)).min())
-        first = {limb.joints[0] for limb in self._limbs.limbs}
-        moves = sum(figure.load(self._parts.joints[name]) for name in first) / GRAVITY / float(masses.sum())
+        moves = 0.0
+        for joint in {self._parts.joints[limb.joints[0]] for limb in self._limbs.limbs}:
+            way = 1.0
+            if mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
+                way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.axis(joint)[:2]))
+            moves += way * figure.load(joint) / GRAVITY / float(masses.sum())
         if room < _STILL:
             return True, "its base does not hold it"
         return (

@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 
 SPEED: Final = 3.0
 """Highest speed in rad/s or m/s of a joint of which neither the model nor the TOML file says it."""
+_POINT: Final = 1e-3
+"""Way in rad or m that does not matter."""
 _LARGEST: Final = 1e6
 """Largest number of a link or a joint, in m, kg, and so on."""
 _DIGITS: Final = 5
@@ -205,7 +207,12 @@ class _Reader:
             offset = pair.offset + refs[follower] - pair.ratio * refs[leader]
             back, on = (self._sign(follower), self._sign(leader))
             couplings.append(Coupling(leader, follower, ratio=back * on * pair.ratio, offset=back * offset))
+        before = [(joint.get("lower", -math.inf), joint.get("upper", math.inf)) for joint in self._joints]
         keep_in_range(self._joints, couplings, self._where)
+        for joint, (low, high) in zip(self._joints, before, strict=True):
+            if joint.get("lower", low) < low - _POINT or joint.get("upper", high) > high + _POINT:
+                at, name = self._at("joint", joint["name"]), joint["name"]
+                parts.notes.append(f"{at}joint {name!r} leaves its range, [{low:.4g}, {high:.4g}], to follow")
         loops = loops_of(mj, parts.frames, self._where, self._model.lines)
         parts.tables["couplings"] = msgspec.to_builtins(couplings)
         parts.tables["loops"] = list(loops.loops)
