@@ -78,19 +78,20 @@ class Guesses:
         self.reasons[path] = why
 
     def lines(self) -> Iterator[str]:
-        """Yield what was taken for what, a line each; what is said of joints for one reason in one line."""
-        of_joints: dict[tuple[str, str], list[str]] = {}
+        """Yield what was taken for what, a line each; what is said for one reason in one line."""
+        said: dict[tuple[str, str], list[str]] = {}
         for path, why in self.reasons.items():
-            if path[0] == "joint":
-                of_joints.setdefault((str(path[2]), why), []).append(str(path[1]))
+            if path[0] == "postures":
                 continue
             at: Any = self.document
             for key in path:
                 at = at[key]
             name = ".".join(str(key) for key in path if not isinstance(key, int))
-            yield f"{name}: {_short(at)} ({why})"
-        for (name, why), joints in of_joints.items():
-            yield f"{name} of {_short(joints)}: {why}"
+            if path[0] == "joint":
+                name, at = f"joint.{path[2]}", path[1]
+            said.setdefault((name, why), []).append(_short(at))
+        for (name, why), values in said.items():
+            yield f"{name}: {_short(values)} ({why})"
 
 
 def guess(model: ModelFile, parts: Parts, found: Guesses) -> None:

@@ -324,6 +324,10 @@ def test_a_doubled_body_of_an_mjcf_is_refused_with_its_line(written):
         ('[hinges.Wrist]\npan = "wrist"', r"hinge Wrist: there is no joint 'wrist'"),
         ("[servo.stiff]\njoints = ['elbow']\nstiffness = -1.0\ndamping = 1.0", r"my_robot\.toml:\d+"),
         ("unknown = 3", r"unknown"),
+        ('couplings = "turn"', r"my_robot\.toml:\d+: couplings = 'turn': write a list"),
+        ("cameras = [3]", r"my_robot\.toml"),
+        ("hinges = [3]", r"my_robot\.toml"),
+        ("soles = [{ link = 'hand', outline = 'round', height = 0.0 }]", r"my_robot\.toml:\d+: soles"),
     ],
 )
 def test_a_faulty_toml_file_is_refused_with_the_name(written, line, problem):
