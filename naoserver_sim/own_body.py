@@ -56,12 +56,12 @@ _MOST_REPORTED: Final = 5
 _log = logging.getLogger(__name__)
 
 
-def read_own_body(path: Path) -> Body:
-    """Return the body that a TOML file and its model describe.
+def read_own_body(path: Path, text: str | None = None) -> Body:
+    """Return the body that a TOML file and its model describe; `text` is what the file is to have.
 
     Raises RobotError with file, line and name when one of them cannot be read or they do not fit together.
     """
-    text = read_text(path, RobotError)
+    text = read_text(path, RobotError) if text is None else text
     own = parse_toml(text, OwnFile, str(path), RobotError)
     described: dict[str, Any] = {
         key: value for key, value in tomllib.loads(text).items() if key not in OwnFile.__struct_fields__
