@@ -1,7 +1,7 @@
 """A robot of the user's own: taken from a model of the project, looked at, and saved as one of its bodies.
 
-The simulation reads the model, in a process of its own: nothing of it is imported here, and a model that
-hangs or swells ends with its process. All methods raise VisualHfsmError.
+The simulation reads the model, in another process: nothing of it is imported here, and a model that hangs
+or swells ends with its process. All methods raise VisualHfsmError.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class OwnRobots:
             with TemporaryDirectory(prefix="visualhfsm-") as folder:
                 draft, described = Path(folder, "text"), Path(folder, "robot")
                 draft.write_text(text, "utf-8")
-                command = ("naoserver_sim.description", str(described), f"--body={file}", f"--text={draft}")
+                command = ("naoserver_sim._description", str(described), f"--body={file}", f"--text={draft}")
                 notes, problem = await self._run(*command)
                 if problem:
                     return self._at_fault(name, text, file, problem)

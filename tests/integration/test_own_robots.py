@@ -85,20 +85,20 @@ def test_files_elsewhere_are_refused(root: Path) -> None:
 def test_a_model_that_takes_too_long_ends_with_its_process(root: Path) -> None:
     robot = asyncio.run(OwnRobots(Root(root), patience=0.05).look("arm", ARM_TOML))
     assert robot.problem == "reading it took longer than 0.05 s"
-    assert not children("naoserver_sim.description")
+    assert not children("naoserver_sim._description")
 
 
 def test_a_window_that_closes_ends_what_it_asked_for(root: Path) -> None:
     async def leave() -> None:
         looking = asyncio.create_task(OwnRobots(Root(root)).look("arm", ARM_TOML))
         async with asyncio.timeout(5):
-            while not children("naoserver_sim.description"):
+            while not children("naoserver_sim._description"):
                 await asyncio.sleep(0.01)
         looking.cancel()
         await asyncio.wait({looking})
 
     asyncio.run(leave())
-    assert not children("naoserver_sim.description")
+    assert not children("naoserver_sim._description")
 
 
 def test_a_robot_is_saved_under_a_name_and_replaces_none_unasked(root: Path) -> None:

@@ -1,6 +1,6 @@
 """Describe a body with its looks, for programs that show robots, such as the editor's page.
 
-`python -m naoserver_sim.description FILE` writes the default one as JSON, as `Description` serves it;
+`python -m naoserver_sim._description FILE` writes the default one as JSON, as `Description` serves it;
 `--body` names another one.
 """
 
