@@ -36,8 +36,6 @@ _NAME: Final = re.compile(r"\w[\w .\-]{0,59}")
 _NOT_OF_NAMES: Final = re.compile(r"[^\w\-]+")
 _REPORTED: Final = re.compile(r"^[\w.\-]+: error: (.*)", re.DOTALL | re.MULTILINE)
 _AT_LINE: Final = re.compile(r" \(at line (\d+), column \d+\)")
-_MEMORY: Final = 4 << 30
-"""Most bytes of the address space of a process that reads a model."""
 _MOST_OUTPUT: Final = 1 << 16
 """Bytes of its output, and of its errors, that are kept."""
 _MOST_NOTES: Final = 60
@@ -62,11 +60,15 @@ class OwnRobot(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_d
 
 
 class OwnRobots:
-    """Reads models below the root of a project, one at a time, each for `patience` s at most."""
+    """Reads models below the root of a project, one at a time.
 
-    def __init__(self, root: Root, patience: float = 60.0) -> None:
+    Each takes `patience` s and an address space of `memory` bytes at most.
+    """
+
+    def __init__(self, root: Root, *, patience: float = 60.0, memory: int = 4 << 30) -> None:
         self._root = root
         self._patience = patience
+        self._memory = memory
         self._folder = root.directory / FOLDER
         self._busy = asyncio.Lock()
 
@@ -83,7 +85,7 @@ class OwnRobots:
             )
         if not model.is_file():
             raise VisualHfsmError(Message("there is no file {path}", path=path))
-        if model.suffix == BODY_SUFFIX:
+        if model.suffix == BODY_SUFFIX and model.parent == self._folder:
             return await self.look(model.stem, read_file(model)[0].decode(errors="replace"))
         name = _NOT_OF_NAMES.sub("_", model.name.partition(".")[0]).strip("_") or "robot"
         draft = self._folder / f".{secrets.token_hex(4)}{BODY_SUFFIX}"  # names the model relative to itself
@@ -160,19 +162,21 @@ class OwnRobots:
         try:
             await child.start(
                 [sys.executable, "-P", "-m", module, *options],
-                {**child_environment(), "MUJOCO_GL": "disable"},  # nothing is rendered
+                # Nothing is rendered, and threads of a library would take address space.
+                {**child_environment(), "MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1"},
             )
         except OSError as error:
             raise VisualHfsmError(
                 Message("{command} cannot be started: {reason}", command=module, reason=reason(error))
             ) from error
+        assert child.pid is not None
         try:
             with suppress(ProcessLookupError):  # it has ended already
-                resource.prlimit(child.pid or 0, resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+                resource.prlimit(child.pid, resource.RLIMIT_AS, (self._memory, self._memory))
             async with asyncio.timeout(self._patience):
                 code = await child.wait()
         except TimeoutError:
-            return [], Message("reading it took longer than {limit} s", limit=self._patience)
+            return [], Message("reading it took longer than {limit} s", limit=f"{self._patience:g}")
         finally:
             child.kill()
             await child.wait()

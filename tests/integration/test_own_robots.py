@@ -88,6 +88,11 @@ def test_a_model_that_takes_too_long_ends_with_its_process(root: Path) -> None:
     assert not children("naoserver_sim._description")
 
 
+def test_a_model_that_takes_too_much_memory_ends_with_its_process(root: Path) -> None:
+    robot = asyncio.run(OwnRobots(Root(root), memory=100 << 20).look("arm", ARM_TOML))
+    assert "the model cannot be read" in robot.problem
+
+
 def test_a_window_that_closes_ends_what_it_asked_for(root: Path) -> None:
     async def leave() -> None:
         looking = asyncio.create_task(OwnRobots(Root(root)).look("arm", ARM_TOML))
