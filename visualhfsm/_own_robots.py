@@ -100,7 +100,8 @@ class OwnRobots:
             return OwnRobot(name=name, text=text, problem=problem)
         file = f"{name}{BODY_SUFFIX}"
         found = await self.look(name, text.replace(draft.name, file))
-        return msgspec.structs.replace(found, took=[line.replace(draft.name, file) for line in took])
+        took = [line.removeprefix(f"{model.name}: ").replace(draft.name, file) for line in took]
+        return msgspec.structs.replace(found, took=took)
 
     async def look(self, name: str, text: str) -> OwnRobot:
         """Return the robot that a text describes, as the file of a name in the folder of robots."""
