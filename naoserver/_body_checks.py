@@ -5,16 +5,36 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import msgspec
 
 from naoserver.errors import RobotError
 from naoserver.footsteps import Footsteps
-from naoserver.parts import CORNERS, SHAPE_SIZES, Camera, Joint, Kick, RangeTable, Shape, Steps, Wheels
+from naoserver.parts import (
+    CORNERS,
+    NO_TURN,
+    NOWHERE,
+    SHAPE_SIZES,
+    Camera,
+    Coupling,
+    Joint,
+    Kick,
+    RangeTable,
+    Shape,
+    Steps,
+    Wheels,
+)
 
 if TYPE_CHECKING:
     from naoserver.body import Body
+
+_FEWEST_POINTS: Final = 4
+"""Of a hull: those of a tetrahedron."""
+_MAY_BE_PASSIVE: Final = ("coupling", "posture")
+"""What may name a joint without a motor."""
+_ROUNDING: Final = 1e-6
+"""Distance in rad or m that may be due to rounding."""
 
 
 def check(body: Body) -> None:
@@ -32,6 +52,8 @@ def check(body: Body) -> None:
         if name not in links:
             raise RobotError(f"{what}: there is no link {name!r}")
     _require_one_pair("coupling", [(pair.leader, pair.follower) for pair in body.couplings])
+    for pair in body.couplings:
+        _require_agreement(pair, body)
     _require_one_pair("table", [(table.independent, table.dependent) for table in body.tables])
     for table in body.tables:
         _require_rows(table, body.joint[table.dependent])
@@ -59,8 +81,14 @@ def _require_sound(joint: Joint, body: Body) -> None:
         raise RobotError(f"{what}: its range from {joint.lower} to {joint.upper} is empty")
     if joint.gear and joint.gear not in body.gears:
         raise RobotError(f"{what}: there is no gear {joint.gear!r}")
-    if joint.name in body.joint and not min(joint.max_velocity, joint.max_torque) > 0.0:
-        raise RobotError(f"{what}: its highest velocity and torque must be above 0")
+    if joint.name not in body.joint:
+        return
+    if not (joint.max_velocity > 0.0 and joint.max_torque >= 0.0):
+        raise RobotError(
+            f"{what}: its highest velocity must be above 0, and so must its torque, or 0 if it has no motor"
+        )
+    if joint.gear and joint.name in body.motors and body.gears[joint.gear].stiffness == 0.0:
+        raise RobotError(f"{what}: its gear {joint.gear!r} has the stiffness 0: it would hold nothing")
 
 
 def _require_known_joints(body: Body) -> None:
@@ -70,13 +98,16 @@ def _require_known_joints(body: Body) -> None:
         for name in names:
             if name not in body.joint:
                 raise RobotError(f"{what}: there is no joint {name!r}")
+            if body.joint[name].passive and not what.startswith(_MAY_BE_PASSIVE):
+                raise RobotError(f"{what}: {name} has no motor (max_torque = 0), so leave it out")
             if names.count(name) > 1:
                 raise RobotError(f"{what}: {name} is there twice")
 
 
 def _require_whole_postures(body: Body) -> None:
     for name, posture in body.postures.items():
-        if missing := sorted(body.joint.keys() - posture.angles.keys()):
+        named = {joint.name for joint in body.joints if not joint.passive}
+        if missing := sorted(named - posture.angles.keys()):
             raise RobotError(f"posture {name}: no angle of {missing[0]}")
     if body.rest and body.rest not in body.postures:
         raise RobotError(f"rest: there is no posture {body.rest!r}")
@@ -117,6 +148,26 @@ def _require_one_pair(what: str, pairs: Sequence[tuple[str, str]]) -> None:
             raise RobotError(f"{what}: {follower} depends on {leader}, so it must be in no other {what}")
 
 
+def _require_agreement(pair: Coupling, body: Body) -> None:
+    """Raise RobotError when two joints cannot move together wherever the leader may be."""
+    what, leader, follower = (
+        f"coupling of {pair.follower}",
+        body.joint[pair.leader],
+        body.joint[pair.follower],
+    )
+    if pair.ratio == 0.0:
+        raise RobotError(f"{what}: with the ratio 0 it does not follow {pair.leader}")
+    if leader.passive != follower.passive:
+        without = leader if leader.passive else follower
+        raise RobotError(f"{what}: {without.name} has no motor (max_torque = 0), but moves with one that has")
+    lowest, highest = sorted((pair.of(leader.lower), pair.of(leader.upper)))
+    if lowest < follower.lower - _ROUNDING or highest > follower.upper + _ROUNDING:
+        raise RobotError(
+            f"{what}: {pair.leader} takes it from {lowest:.4g} to {highest:.4g}, outside its own range from"
+            f" {follower.lower:.4g} to {follower.upper:.4g}: narrow the range of {pair.leader}"
+        )
+
+
 def _require_rows(table: RangeTable, joint: Joint) -> None:
     """Raise RobotError when a table leaves a joint nothing of its range."""
     for angle, lower, upper in table.rows:
@@ -135,6 +186,13 @@ def _require_fast_wheels(body: Body, wheels: Wheels) -> None:
 
 
 def _require_sizes(shape: Shape) -> None:
+    if shape.kind == "hull":
+        if len(shape.points) < _FEWEST_POINTS:
+            raise RobotError(f"a hull of {shape.link}: {len(shape.points)} points, at least {_FEWEST_POINTS}")
+        if (shape.position, shape.turn, shape.ends) != (NOWHERE, NO_TURN, None):
+            raise RobotError(f"a hull of {shape.link}: its points say where it is, so leave out its place")
+    elif shape.points:
+        raise RobotError(f"a {shape.kind} of {shape.link}: only a hull has points")
     wanted = 1 if shape.ends else SHAPE_SIZES[shape.kind]
     if len(shape.size) != wanted:
         raise RobotError(f"a {shape.kind} of {shape.link}: {len(shape.size)} sizes instead of {wanted}")
@@ -192,6 +250,9 @@ def _named_joints(body: Body) -> Iterable[tuple[str, Iterable[str]]]:
 
 def _named_links(body: Body) -> Iterable[tuple[str, str]]:
     """Yield the names of links that parts of a body mention, with what mentions them."""
+    for loop in body.loops:
+        yield "loop", loop.first
+        yield "loop", loop.second
     for camera in body.cameras:
         yield f"camera {camera.name}", camera.link
     for name, place in (*body.effectors.items(), *body.touch.items()):

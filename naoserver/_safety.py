@@ -11,7 +11,8 @@ It treats commands as follows:
 - a velocity that its client does not renew in time: stopped. The deadline counts steady wall time, not
   robot time: if a client hangs, the joint stops as soon, however fast a simulation runs;
 - a velocity or a goal whose client is lost: the joint is held where it is;
-- joints that one motor drives: commanded alike.
+- joints that one motor drives: the followers where their leader takes them;
+- a passive joint, which has no motor: refused with InvalidCommand.
 
 The `Outcome` reports every change. Callers serialise the calls (`naoserver._guarded_device` does).
 """
@@ -22,6 +23,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
+
+from msgspec.structs import replace
 
 from naoserver.errors import InvalidCommand
 from naoserver.options import SafetyOptions
@@ -80,30 +83,40 @@ class JointRules:
             for joint in rule.slower:
                 self._speed_rules.setdefault(joint, []).append(rule)
         self.couplings: Final = tuple(couplings)
+        self._rates = [replace(pair, offset=0.0) for pair in self.couplings]
+        self._speeds = [replace(pair, ratio=abs(pair.ratio)) for pair in self._rates]
+        self._stiffnesses = [replace(pair, ratio=1.0) for pair in self._rates]
 
     def check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
-        """Return a copy of the values; raises InvalidCommand for an unknown joint or a value not finite."""
+        """Return a copy of the values.
+
+        Raises InvalidCommand for an unknown or a passive joint, or a value not finite.
+        """
         for joint, value in values.items():
             if joint not in self.facts:
                 name = joint[:_LONGEST_NAME]
                 raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self.facts)}")
+            if self.facts[joint].passive:
+                raise InvalidCommand(joint, f"{joint} has no motor: it moves with what touches it")
             if not math.isfinite(value):
                 raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
         return dict(values)
 
-    def couple(self, values: dict[str, float]) -> list[Limitation]:
-        """Give joints of one motor the same value: the leader's, or the follower's if only that has one."""
-        limitations = []
-        for pair in self.couplings:
-            leader, follower = values.get(pair.leader), values.get(pair.follower)
-            if leader is not None:
-                values[pair.follower] = leader
-                if follower is not None and follower != leader:
-                    reason = f"shares its motor with {pair.leader}, whose {leader:.4g} it takes"
-                    limitations.append(Limitation(pair.follower, reason))
-            elif follower is not None:
-                values[pair.leader] = follower
-        return limitations
+    def couple_targets(self, targets: dict[str, float]) -> list[Limitation]:
+        """Give joints of one motor targets that agree: by the leader's, or else by that of a follower."""
+        return _coupled(targets, self.couplings)
+
+    def couple_velocities(self, velocities: dict[str, float]) -> list[Limitation]:
+        """Give joints of one motor velocities that agree."""
+        return _coupled(velocities, self._rates)
+
+    def couple_speeds(self, speeds: dict[str, float]) -> list[Limitation]:
+        """Give joints of one motor highest speeds that agree."""
+        return _coupled(speeds, self._speeds)
+
+    def couple_stiffnesses(self, stiffnesses: dict[str, float]) -> None:
+        """Give joints of one motor the same stiffness."""
+        _coupled(stiffnesses, self._stiffnesses)
 
     def speed_cap(self, joint: str, reading: JointReading) -> float:
         """Return the highest speed that a command gets at a reading, in rad/s or m/s."""
@@ -136,6 +149,23 @@ class JointRules:
             reason = f"{problem.format(value)}, limited to {safe:.4g}"
             outcome.limitations.append(Limitation(joint, reason))
         return safe
+
+
+def _coupled(values: dict[str, float], pairs: Sequence[Coupling]) -> list[Limitation]:
+    """Fill in the values of coupled joints; report those of followers that differ from the leader's."""
+    given = dict(values)
+    for pair in pairs:
+        if pair.follower in given and pair.leader not in values:
+            values[pair.leader] = pair.leader_at(given[pair.follower])
+    limitations = []
+    for pair in pairs:
+        if pair.leader not in values:
+            continue
+        value = values[pair.follower] = pair.of(values[pair.leader])
+        if abs(given.get(pair.follower, value) - value) > _ROUNDING:
+            reason = f"shares its motor with {pair.leader}, whose {values[pair.leader]:.4g} it takes"
+            limitations.append(Limitation(pair.follower, reason))
+    return limitations
 
 
 def clamp(value: float, lower: float, upper: float) -> float:
@@ -217,7 +247,7 @@ class JointSafety:
         for joint, speed in limits.items():
             if speed < 0:
                 raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
-        outcome = Outcome(limitations=[*rules.couple(wanted), *rules.couple(limits)])
+        outcome = Outcome(limitations=[*rules.couple_targets(wanted), *rules.couple_speeds(limits)])
         self._wake(reading)
         for joint, target in wanted.items():
             facts, problem = rules.facts[joint], "{:.4g} is out of range"
@@ -225,6 +255,10 @@ class JointSafety:
             speed = limits.get(joint) or rules.default_speed(joint, reading)
             cap = facts.max_velocity if full_speed else rules.speed_cap(joint, reading)
             self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, cap, outcome)), client)
+        for pair in rules.couplings:
+            if pair.leader in wanted:
+                target, speed = self._goals[pair.leader]
+                self._set_goal(pair.follower, Goal(pair.of(target), abs(pair.ratio) * speed), client)
         self._clear_tables(wanted, reading, client, outcome)
         self._leave_time(wanted, reading, outcome)
         self._command(wanted, reading, outcome)
@@ -239,13 +273,16 @@ class JointSafety:
         Raises InvalidCommand, and then commands nothing.
         """
         wanted = self._rules.check(velocities, "velocity")
-        outcome = Outcome(limitations=self._rules.couple(wanted))
+        outcome = Outcome(limitations=self._rules.couple_velocities(wanted))
         self._wake(reading)
         deadline = now + self.options.velocity_timeout
         for joint, velocity in wanted.items():
             target = self._rules.cap_speed(joint, velocity, self.speed_cap(joint, reading), outcome)
             reached = self._drives[joint].velocity if joint in self._drives else 0.0
             self._set_drive(joint, _Drive(target, reached, deadline, client))
+        for pair in self._rules.couplings:
+            if pair.leader in wanted:
+                self._drives[pair.follower].target = pair.ratio * self._drives[pair.leader].target
         for table in self._tables:
             dependent = table.dependent
             if table.independent in wanted and dependent not in self._goals and dependent not in self._drives:
@@ -263,7 +300,7 @@ class JointSafety:
         for joint, value in wanted.items():
             if not 0.0 <= value <= 1.0:
                 raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
-        self._rules.couple(wanted)
+        self._rules.couple_stiffnesses(wanted)
         return wanted
 
     def with_coupled(self, joints: Iterable[str]) -> tuple[str, ...]:
@@ -275,10 +312,11 @@ class JointSafety:
         return tuple(dict.fromkeys(found))
 
     def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
-        """Stop joints at once, wherever they are."""
+        """Stop joints at once, wherever they are, except passive ones."""
         outcome = Outcome()
         for joint in joints:
-            self._hold(joint, reading, outcome)
+            if not self._rules.facts[joint].passive:
+                self._hold(joint, reading, outcome)
         return outcome
 
     def moves_for(self, client: str, reading: JointReading) -> bool:

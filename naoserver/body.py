@@ -37,6 +37,7 @@ from naoserver.parts import (
     Kick,
     Lamp,
     Link,
+    Loop,
     MotorHeat,
     Name,
     Place,
@@ -73,7 +74,9 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     play: Play | None = None
     """None for gears like those of a Nao."""
     couplings: tuple[Coupling, ...] = ()
-    """The pairs of joints that one motor drives."""
+    """The pairs of joints that move together."""
+    loops: tuple[Loop, ...] = ()
+    """What closes chains of links to loops."""
     tables: tuple[RangeTable, ...] = ()
     """The ranges that keep parts of the body off each other."""
     speed_rules: tuple[SpeedRule, ...] = ()
@@ -146,9 +149,16 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
         return sum(link.mass for link in self.links)
 
     @cached_property
-    def leaders(self) -> Mapping[str, str]:
-        """The joint that shares a motor with each following joint, and leads it."""
-        return {pair.follower: pair.leader for pair in self.couplings}
+    def following(self) -> Mapping[str, Coupling]:
+        """The coupling of each joint that follows another one."""
+        return {pair.follower: pair for pair in self.couplings}
+
+    @cached_property
+    def motors(self) -> tuple[str, ...]:
+        """The joints with a motor of their own: those that neither are passive nor follow another one."""
+        return tuple(
+            joint.name for joint in self.joints if not joint.passive and joint.name not in self.following
+        )
 
     def hinge(self, name: str) -> Hinge | None:
         """Return a Pose3D device of the body; None when it has no such."""
@@ -173,9 +183,18 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     @cached_property
     def resting_angles(self) -> Mapping[str, float]:
         """The angles of the posture of `rest`."""
-        if self.rest:
-            return self.postures[self.rest].angles
-        return {joint.name: min(max(0.0, joint.lower), joint.upper) for joint in self.joints}
+        return self.complete(self.postures[self.rest].angles if self.rest else {})
+
+    def complete(self, angles: Mapping[str, float]) -> dict[str, float]:
+        """Return an angle of every joint, within its range.
+
+        Those of `angles`, else as near to 0 as can be; a follower is where its leader takes it.
+        """
+        found = {
+            joint.name: min(max(angles.get(joint.name, 0.0), joint.lower), joint.upper)
+            for joint in self.joints
+        }
+        return found | {name: pair.of(found[pair.leader]) for name, pair in self.following.items()}
 
     def motor_currents(self, torques: Sequence[float]) -> list[float]:
         """Return the unsigned current in A with which each joint's motor gives a torque in N m.

@@ -98,8 +98,13 @@ class Kinematics:
         """
         found = dict(angles)
         moved = list(dict.fromkeys(joint for name in goals for joint, _ in self._frames(name, angles)[0]))
-        motors = [_Motor(self.body, leader, angles) for leader in dict.fromkeys(map(self._leader, moved))]
-        columns = {joint: column for column, motor in enumerate(motors) for joint in motor.joints}
+        leaders = dict.fromkeys(self._leader(joint) for joint in moved if not joint.passive)
+        motors = [_Motor(self.body, leader, angles) for leader in leaders]
+        columns = {
+            joint: (column, ratio)
+            for column, motor in enumerate(motors)
+            for joint, (ratio, _) in motor.joints.items()
+        }
         error, jacobian = self._errors(goals, found, columns)
         damping = _DAMPING
         for _ in range(_MOST_STEPS):
@@ -107,8 +112,7 @@ class Kinematics:
             change = np.clip(jacobian.T @ np.linalg.solve(damped, error), -_LARGEST_STEP, _LARGEST_STEP)
             tried = dict(found)
             for motor, step in zip(motors, change.tolist(), strict=True):
-                for joint in motor.joints:
-                    tried[joint] = min(max(found[joint] + step, motor.lower), motor.upper)
+                tried |= motor.moved(found, step)
             error_then, jacobian_then = self._errors(goals, tried, columns)
             if error_then @ error_then < error @ error:
                 found = tried
@@ -176,19 +180,22 @@ class Kinematics:
 
     def _leader(self, joint: Joint) -> str:
         """Return the joint that leads the motor of a joint."""
-        return self.body.leaders.get(joint.name, joint.name)
+        pair = self.body.following.get(joint.name)
+        return pair.leader if pair else joint.name
 
     def _errors(
-        self, goals: Goals, angles: Mapping[str, float], columns: Mapping[str, int]
+        self, goals: Goals, angles: Mapping[str, float], columns: Mapping[str, tuple[int, float]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return how far effectors are from their goals, and how each motor changes that."""
         errors, rows = [], []
         for name, (goal, counts) in goals.items():
             frames, place = self._frames(name, angles)
-            effects = np.zeros((6, max(columns.values(), default=-1) + 1))
+            effects = np.zeros((6, 1 + max((column for column, _ in columns.values()), default=-1)))
             for joint, frame in frames:
-                axis = frame[:3, :3] @ np.array(joint.axis)
-                column = columns[joint.name]
+                if joint.name not in columns:  # it is passive
+                    continue
+                column, ratio = columns[joint.name]
+                axis = ratio * frame[:3, :3] @ np.array(joint.axis)
                 if joint.sliding:
                     effects[:3, column] += axis
                 else:
@@ -204,13 +211,24 @@ class _Motor:
     """The joints that one motor drives, and the range in which they all can be."""
 
     def __init__(self, body: Body, leader: str, angles: Mapping[str, float]) -> None:
-        driven = [
-            body.joint[leader],
-            *(body.joint[joint] for joint, at in body.leaders.items() if at == leader),
-        ]
-        self.joints: Final = [joint.name for joint in driven if joint.name in angles]
-        self.lower: Final = max(joint.lower for joint in driven)
-        self.upper: Final = min(joint.upper for joint in driven)
+        pairs = [pair for pair in body.couplings if pair.leader == leader]
+        ways = {leader: (1.0, 0.0)} | {pair.follower: (pair.ratio, pair.offset) for pair in pairs}
+        self.joints: Final = {joint: way for joint, way in ways.items() if joint in angles}
+        """Those that are to be found: the ratio and the offset of each to the leader."""
+        lower, upper = [body.joint[leader].lower], [body.joint[leader].upper]
+        for pair in pairs:
+            joint = body.joint[pair.follower]
+            low, high = sorted((pair.leader_at(joint.lower), pair.leader_at(joint.upper)))
+            lower.append(low)
+            upper.append(high)
+        self._lower: Final = max(lower)
+        self._upper: Final = min(upper)
+
+    def moved(self, angles: Mapping[str, float], step: float) -> dict[str, float]:
+        """Return the angles of the joints after a step of the leader in rad, within their ranges."""
+        joint, (ratio, offset) = next(iter(self.joints.items()))
+        at = min(max((angles[joint] - offset) / ratio + step, self._lower), self._upper)
+        return {joint: offset + ratio * at for joint, (ratio, offset) in self.joints.items()}
 
 
 class _Segment(NamedTuple):
@@ -241,6 +259,8 @@ def _segment(joint: Joint) -> _Segment:
 def _lowest(shape: Shape, link: Matrix) -> float:
     """Return the height of the lowest point of a shape whose link is at a place."""
     size = shape.size
+    if shape.points:
+        return min(float((link @ [*point, 1.0])[2]) for point in shape.points)
     if shape.ends is not None:
         return min(float((link @ [*end, 1.0])[2]) for end in shape.ends) - size[0]
     place = link @ _shift(shape.position) @ turned(shape.turn)

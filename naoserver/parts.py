@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Annotated, Final, Literal
 
 from msgspec import Meta, Struct
+from msgspec.structs import replace
 
 from naoserver.capabilities import Color, Vector
 from naoserver.errors import RobotError
@@ -77,6 +78,12 @@ class JointFacts(Struct, frozen=True):
     upper: float
     max_velocity: float
     max_torque: float
+    """0 for a passive joint: it has no motor and moves with what touches it."""
+
+    @property
+    def passive(self) -> bool:
+        """Whether it has no motor: it is read as any other, and never commanded."""
+        return self.max_torque == 0.0
 
 
 class Joint(JointFacts, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -105,11 +112,11 @@ class Joint(JointFacts, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Gear(_Part, frozen=True):
-    """A servo and its gear, as they are simulated."""
+    """A servo and its gear, as they are simulated; of a passive joint, its spring and its bearings."""
 
-    stiffness: _Positive
-    """Torque in N m for each rad between the joint and its setpoint."""
-    damping: _NotNegative
+    stiffness: _NotNegative
+    """Torque in N m for each rad between the joint and its setpoint, or the `rest` of a passive joint."""
+    damping: _NotNegative = 0.0
     """Torque in N m for each rad/s, by the servo."""
     friction_damping: _NotNegative = 0.0
     """The same by the bearings, also of a limp joint."""
@@ -117,6 +124,8 @@ class Gear(_Part, frozen=True):
     """Friction at any speed in N m."""
     inertia: _NotNegative = 0.0
     """Inertia of the rotor behind the gear in kg m2."""
+    rest: float = 0.0
+    """Angle in rad to which the spring of a passive joint pulls it."""
 
 
 class Inertia(Struct, frozen=True, forbid_unknown_fields=True):
@@ -144,10 +153,35 @@ class Link(_Part, frozen=True):
 
 
 class Coupling(_Part, frozen=True):
-    """Two joints that one motor drives: their angles are always equal, and the leader's command wins."""
+    """Two joints that one motor drives, or that move together without one; the leader's command wins."""
 
     leader: Name
     follower: Name
+    ratio: float = 1.0
+    """Angle of the follower for each rad of the leader."""
+    offset: float = 0.0
+    """Angle of the follower in rad where the leader is at 0."""
+
+    def of(self, leader: float) -> float:
+        """Return the follower's angle at an angle of the leader."""
+        return self.offset + self.ratio * leader
+
+    def leader_at(self, follower: float) -> float:
+        """Return the leader's angle at an angle of the follower: undo `of`."""
+        return (follower - self.offset) / self.ratio
+
+
+class Loop(_Part, frozen=True):
+    """A place where two links hold each other, which closes a chain of links to a loop."""
+
+    first: Name
+    second: Name
+    place: Vector
+    """In m in the frame of `first`."""
+    other: Vector
+    """The same place in the frame of `second`."""
+    turn: Quaternion | None = None
+    """Rotation of `second` in the frame of `first`, if they cannot turn against each other either."""
 
 
 class RangeTable(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
@@ -360,15 +394,20 @@ class Sonar(_Part, frozen=True):
             raise RobotError(f"sonar: its range from {self.nearest:g} to {self.farthest:g} m is empty")
 
 
-ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid"]
+ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "hull"]
 SHAPE_SIZES: Final[Mapping[ShapeKind, int]] = {
     "box": 3,
     "ellipsoid": 3,
     "sphere": 1,
     "capsule": 2,
     "cylinder": 2,
+    "hull": 0,
 }
 """The number of sizes of each kind of shape; a capsule between its `ends` has one."""
+MOST_POINTS: Final = 32
+"""Most points of a hull."""
+_THINNEST: Final = 1e-4
+"""Least half side in m of the box around a hull."""
 
 
 class Shape(_Part, frozen=True):
@@ -376,15 +415,26 @@ class Shape(_Part, frozen=True):
 
     link: Name
     kind: ShapeKind
-    size: tuple[_Positive, ...]
+    size: tuple[_Positive, ...] = ()
     """Half sides of a box, half axes of an ellipsoid, the radius of a sphere; radius and half length, along
-    z, of a cylinder and of a capsule, or only the radius of a capsule between its `ends`."""
+    z, of a cylinder and of a capsule, or only the radius of a capsule between its `ends`; none of a hull."""
     position: Vector = NOWHERE
     turn: Quaternion = NO_TURN
     ends: tuple[Vector, Vector] | None = None
+    points: Annotated[tuple[Vector, ...], Meta(max_length=MOST_POINTS)] = ()
+    """Corners of a hull in m in the link's frame: it is the least convex shape that has them all."""
     friction: _Positive | None = None
     """Sliding friction with anything; by default the larger one of both counts."""
     name: str = ""
+
+    def boxed(self) -> Shape:
+        """Return the box around a hull, for what knows no hulls; any other shape as it is."""
+        if self.kind != "hull":
+            return self
+        sides = [(min(along), max(along)) for along in zip(*self.points, strict=True)]
+        size = tuple(max((high - low) / 2, _THINNEST) for low, high in sides)
+        x, y, z = ((low + high) / 2 for low, high in sides)
+        return replace(self, kind="box", size=size, position=(x, y, z), points=())
 
 
 class Stance(StrEnum):

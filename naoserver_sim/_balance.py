@@ -123,7 +123,7 @@ class SimulatedBalancer:
         self._mj = model.mj
         self._base = model.base
         self._joints = model.robot.qpos
-        self._joint_motors = model.robot.motors
+        self._robot = model.robot
         self._scratch = mujoco.MjData(model.mj)
         upright = (1.0, 0.0, 0.0, 0.0)
         self._scratch.qpos[model.base.qpos : model.base.qpos + 7] = (0.0, 0.0, 0.0, *upright)
@@ -190,9 +190,10 @@ class SimulatedBalancer:
 
     def _wanted(self, support: Support, seconds: float) -> Array:
         """Return the corrections that bring the center of mass to its place."""
-        commanded = self._figure(self._simulator.setpoints.setpoints[self._joint_motors])
+        qpos = self._simulator.data.qpos
+        commanded = self._figure(self._robot.commanded(self._simulator.setpoints.setpoints, qpos))
         inertial = self._sensors.newest.inertial
-        angles = self._simulator.data.qpos[self._joints]
+        angles = qpos[self._joints]
         if self._noise:
             angles = np.array(encoded(angles.tolist()))
         measured = self._figure(angles)

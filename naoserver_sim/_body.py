@@ -16,7 +16,18 @@ import mujoco
 
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver.parts import NOWHERE, CameraFacts, Gear, Joint, JointFacts, Link, Shape, ShapeKind
+from naoserver.parts import (
+    NO_TURN,
+    NOWHERE,
+    CameraFacts,
+    Gear,
+    Joint,
+    JointFacts,
+    Link,
+    Loop,
+    Shape,
+    ShapeKind,
+)
 
 Links = Mapping[str, mujoco.MjsBody]
 
@@ -31,8 +42,12 @@ SHAPES: Final[Mapping[ShapeKind, mujoco.mjtGeom]] = {
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
     "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "hull": mujoco.mjtGeom.mjGEOM_MESH,
 }
-KINDS: Final = {geom: kind for kind, geom in SHAPES.items()}
+KINDS: Final = {geom: kind for kind, geom in SHAPES.items() if kind != "hull"}
+"""The kinds of simple shapes."""
+_FIRM: Final = (0.005, 1.0)
+"""Time constant in s and damping with which couplings and loops hold."""
 _UNIT: Final = "inertial unit"
 
 # Data of a contact sensor, and its reduction of all contacts of a foot to one wrench: MuJoCo's `netforce`.
@@ -54,8 +69,8 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
     for link in body.links:
         joint = body.moved_by.get(link.name)
         links[link.name] = _add_link(spec, links, link, joint, body)
-    for shape in body.shapes:
-        _add_shape(spec, links, shape)
+    for number, shape in enumerate(body.shapes):
+        _add_shape(spec, links, shape, f"contact shape {number}")
     for side, foot in zip(SIDES, body.soles, strict=False):
         if sole(side) not in [shape.name for shape in body.shapes]:
             raise RobotError(f"body {body.name}: below {foot.link} there is no shape called {sole(side)}")
@@ -63,7 +78,7 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
         if _pass_through(body, first, second):
             spec.add_exclude(bodyname1=first, bodyname2=second)
     for joint in body.joints:
-        if joint.name not in body.leaders:
+        if joint.name in body.motors:
             _add_servo(spec, joint, _gear(body, joint))
     for coupling in body.couplings:
         spec.add_equality(
@@ -71,9 +86,11 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
             name1=coupling.follower,
             name2=coupling.leader,
-            data=[0, 1, *[0] * (mujoco.mjNEQDATA - 2)],  # the polynomial 0 + 1 x
-            solref=[0.005, 1],
+            data=[coupling.offset, coupling.ratio, *[0] * (mujoco.mjNEQDATA - 2)],  # a polynomial
+            solref=_FIRM,
         )
+    for number, loop in enumerate(body.loops):
+        _close(spec, links, loop, f"loop {number}")
     for facts, camera in zip(body.cameras, cameras, strict=True):
         add_camera(links[facts.link], camera)
     add_sensors(spec, body, links)
@@ -121,7 +138,24 @@ def add_motor(
     )
 
 
+def _close(spec: mujoco.MjSpec, links: Links, loop: Loop, name: str) -> None:
+    """Hold two links together at a place."""
+    ends = f"{name} first", f"{name} second"
+    links[loop.first].add_site(name=ends[0], pos=loop.place, quat=loop.turn or NO_TURN)
+    links[loop.second].add_site(name=ends[1], pos=loop.other)
+    spec.add_equality(
+        type=mujoco.mjtEq.mjEQ_CONNECT if loop.turn is None else mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1=ends[0],
+        name2=ends[1],
+        data=[*[0.0] * 10, 1.0, 0.0],  # the rotation of a weld counts as much as its place
+        solref=_FIRM,
+    )
+
+
 def _gear(body: Body, joint: Joint) -> Gear:
+    if not joint.gear and joint.name not in body.motors:
+        return Gear(stiffness=0.0)
     try:
         return body.gears[joint.gear]
     except KeyError:
@@ -144,6 +178,9 @@ def _add_link(
         of = link.inertia
         inertial = {"mass": link.mass, "ipos": link.com}
         inertial["fullinertia"] = [of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz]
+    if joint is None and body.mounted and link.mass < body.mass / 2:
+        # It cannot move, but what is light beside all that it carries would give way at its mount.
+        inertial = {"mass": body.mass, "inertia": [body.mass] * 3}
     if joint is None:
         added = spec.worldbody.add_body(name=link.name, explicitinertial=True, **inertial)
         added.add_freejoint(name=BASE)
@@ -164,12 +201,23 @@ def _add_link(
             damping=[gear.friction_damping, 0.0, 0.0],
             frictionloss=gear.friction,
             armature=gear.inertia,
+            **_spring(gear) if joint.passive else {},
         )
     return added
 
 
-def _add_shape(spec: mujoco.MjSpec, links: Links, shape: Shape) -> None:
+def _spring(gear: Gear) -> dict[str, Any]:
+    return {"stiffness": [gear.stiffness, 0.0, 0.0], "springref": gear.rest}
+
+
+def _add_shape(spec: mujoco.MjSpec, links: Links, shape: Shape, mesh: str) -> None:
+    """Add a contact shape to its link; that of a hull is a mesh of the name `mesh`."""
     place: dict[str, Any] = {"pos": shape.position, "quat": shape.turn}
+    if shape.kind == "hull":
+        # The mass is the link's: a shell, so that a thin hull may have none.
+        shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+        spec.add_mesh(name=mesh, uservert=[part for point in shape.points for part in point], inertia=shell)
+        place["meshname"] = mesh
     if shape.ends is not None:
         place = {"fromto": [*shape.ends[0], *shape.ends[1]]}
     if shape.friction is not None:
@@ -192,6 +240,7 @@ def _pass_through(body: Body, first: str, second: str) -> bool:
     """Return whether two links may pass through each other."""
     return (
         not set(body.intangible).isdisjoint((first, second))
+        or any({first, second} == {loop.first, loop.second} for loop in body.loops)
         or are_neighbors(body, first, second)
         or any({first, second} == {*pair} for pair in body.overlapping)
     )

@@ -105,13 +105,10 @@ class Simulator:
         """Run an action in the thread of the physics at the next control tick."""
         self._orders.append(action)
 
-    def put(
-        self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], motors: NDArray[np.intp], positions: Array
-    ) -> None:
-        """Put some joints at positions, at rest, held by their motors."""
+    def put(self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], positions: Array) -> None:
+        """Put some joints at positions, at rest; their motors are to `hold` them there."""
         self.data.qpos[qpos] = positions
         self.data.qvel[dofs] = 0.0
-        self.hold(motors, positions)
 
     def hold(self, motors: NDArray[np.intp], positions: Array) -> None:
         """Let some motors hold positions at once."""

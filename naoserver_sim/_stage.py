@@ -179,7 +179,8 @@ class SimulatedStage:
                 limits = f"{joint.lower:g} to {joint.upper:g}"
                 message = f"{name} is carried: its {what} would be {value:.3g}, and can be {limits}"
                 raise InvalidCommand("position", message)
-        self._simulator.order(partial(self._simulator.put, index.qpos, index.dofs, index.motors, places))
+        self._simulator.order(partial(self._simulator.put, index.qpos, index.dofs, places))
+        self._simulator.order(partial(self._simulator.hold, index.motors, places))
 
     def _place_loose(self, name: str, position: Vector) -> None:
         index = self._model.loose[name]
@@ -199,7 +200,7 @@ class SimulatedStage:
         data, model = self._data, self._model
         places = self._robot_qpos if only_robot else np.arange(model.mj.nq)
         dofs = self._robot_dofs if only_robot else np.arange(model.mj.nv)
-        motors = np.unique(model.robot.motors) if only_robot else np.arange(model.mj.nu)
+        motors = model.robot.own_motors if only_robot else np.arange(model.mj.nu)
         data.qpos[places] = qpos[places]
         data.qvel[dofs] = 0.0
         data.qacc_warmstart[:] = 0.0

@@ -20,10 +20,11 @@ from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.footsteps import Footsteps
 from naoserver.looks.of_body import looks_of, start_of
-from naoserver.parts import NO_TURN, CameraFacts, JointFacts
+from naoserver.parts import NO_TURN, CameraFacts, Coupling, JointFacts
 from naoserver_sim._body import BASE, MOUNT, SIDES, add_body, possible, sole
 from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.posture import walking_stance
+from naoserver_sim._motors import Array
 from naoserver_sim._surroundings import (
     SPECTATOR,
     START,
@@ -56,7 +57,28 @@ class DeviceIndex:
     qpos: NDArray[np.intp]
     dofs: NDArray[np.intp]
     motors: NDArray[np.intp]
-    """The motor of each joint; two joints may share one."""
+    """The motor of each joint; a follower's is its leader's. A passive joint has none: its index is beyond
+    the last one."""
+    ratios: Array
+    """Angle of each joint for each rad of its motor: 1 but for followers."""
+    offsets: Array
+    """Angle of each joint in rad where its motor is at 0."""
+    leading: NDArray[np.intp]
+    """Places of the joints with motors of their own."""
+
+    @property
+    def own_motors(self) -> NDArray[np.intp]:
+        """All motors, in the order of their joints."""
+        return self.motors[self.leading]
+
+    def commanded(self, setpoints: Array, qpos: Array) -> Array:
+        """Return where the joints are to be by the setpoints of the motors; a passive one is where it is."""
+        places = self.offsets + self.ratios * self.of_motors(setpoints, 0.0)
+        return np.where(self.motors < len(setpoints), places, qpos[self.qpos])
+
+    def of_motors(self, values: Array, passive: float) -> Array:
+        """Return the value of each joint's motor, or that of a passive joint."""
+        return np.append(values, passive)[self.motors]
 
 
 @dataclass(frozen=True)
@@ -139,7 +161,7 @@ def build_model(world: World | None = None, *, skin: bool = True, body: Body | N
         if body.mounted:
             _mount(spec, body)
         mj = spec.compile()
-    robot = _index(mj, body.joints, body.leaders)
+    robot = _index(mj, body.joints, body.following)
     spectator = _spectator_of(mj, body, robot)
     mj.camera(spectator.name).pos = spectator.position
     return Model(
@@ -169,8 +191,8 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
     """
     mj = model.mj
     data = mujoco.MjData(mj)
-    for joint, at in zip(model.robot.joints, model.robot.qpos, strict=True):
-        data.qpos[at] = min(max(posture[joint.name], joint.lower), joint.upper)
+    angles = model.body.complete(posture)
+    data.qpos[model.robot.qpos] = [angles[joint.name] for joint in model.robot.joints]
     for ball in model.world.carried_balls:
         data.qpos[model.balls[ball.name].qpos] = ball.start
     mujoco.mj_forward(mj, data)
@@ -186,8 +208,7 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
             mujoco.mj_forward(mj, data)
     _put_on_floor(model, data)
     for device in (model.robot, *model.balls.values()):
-        # Reversed, so that of two joints with one motor the leader, which is first, is written last.
-        data.ctrl[device.motors[::-1]] = data.qpos[device.qpos[::-1]]
+        data.ctrl[device.own_motors] = data.qpos[device.qpos[device.leading]]
     if not balances:
         mujoco.mj_step(mj, data, nstep=round(_SETTLING_TIME / mj.opt.timestep))
     data.time = 0.0
@@ -231,7 +252,9 @@ def _put_on_floor(model: Model, data: mujoco.MjData) -> None:
     start = model.world.robot
     mujoco.mju_mulQuat(data.qpos[base + 3 : base + 7], np.array(about_z(start.heading)), level)
     mujoco.mj_forward(mj, data)
-    data.qpos[base + 2] -= _height(model, data) - _GAP
+    # The root of an arm is on the floor, too, even if its lowest shape is a hand.
+    lowest = min(_height(model, data), float(data.qpos[base + 2])) if body.mounted else _height(model, data)
+    data.qpos[base + 2] -= lowest - _GAP
     if body.soles:
         left, right = (data.body(foot.link).xpos[:2] for foot in body.soles)
         data.qpos[base : base + 2] = data.body(body.root.name).xpos[:2] - (left + right) / 2 + start.position
@@ -256,13 +279,27 @@ def _height(model: Model, data: mujoco.MjData) -> float:
     )
 
 
-def _index(mj: mujoco.MjModel, joints: Sequence[JointFacts], leaders: Mapping[str, str]) -> DeviceIndex:
-    names = [joint.name for joint in joints]
+def _index(
+    mj: mujoco.MjModel, joints: Sequence[JointFacts], following: Mapping[str, Coupling]
+) -> DeviceIndex:
+    pairs = [following.get(joint.name) for joint in joints]
+    moved = zip(joints, pairs, strict=True)
     return DeviceIndex(
         joints=tuple(joints),
-        qpos=np.array([mj.joint(name).qposadr[0] for name in names], dtype=np.intp),
-        dofs=np.array([mj.joint(name).dofadr[0] for name in names], dtype=np.intp),
-        motors=np.array([mj.actuator(leaders.get(name, name)).id for name in names], dtype=np.intp),
+        qpos=np.array([mj.joint(joint.name).qposadr[0] for joint in joints], dtype=np.intp),
+        dofs=np.array([mj.joint(joint.name).dofadr[0] for joint in joints], dtype=np.intp),
+        motors=np.array(
+            [
+                mj.nu if joint.passive else mj.actuator(pair.leader if pair else joint.name).id
+                for joint, pair in moved
+            ],
+            dtype=np.intp,
+        ),
+        ratios=np.array([pair.ratio if pair else 1.0 for pair in pairs]),
+        offsets=np.array([pair.offset if pair else 0.0 for pair in pairs]),
+        leading=np.array(
+            [at for at, joint in enumerate(joints) if not (joint.passive or pairs[at])], dtype=np.intp
+        ),
     )
 
 

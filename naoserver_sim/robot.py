@@ -24,7 +24,7 @@ from naoserver.robot import BodyState, Frame, JointReading
 from naoserver_sim._balance import SimulatedBalancer
 from naoserver_sim._gears import Gears, gear_noise
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
-from naoserver_sim._motors import SetpointController
+from naoserver_sim._motors import AMBIENT, SetpointController
 from naoserver_sim._senses.record import SenseNoise, encoded
 from naoserver_sim._senses.simulated import SimulatedSenses
 from naoserver_sim._simulator import (
@@ -51,7 +51,7 @@ _CAMERA_LIMITS: Final = CameraLimits()
 class SimulatedDevice:
     """Some joints of a simulation: the robot's, or those of a mechanism that carries a ball.
 
-    Implements JointDevice. Commands raise KeyError when a joint is unknown or has no speed.
+    Implements JointDevice. Commands raise KeyError when a joint is unknown, passive or has no speed.
     """
 
     def __init__(self, name: str, simulator: PacedSimulator | VirtualSimulator, index: DeviceIndex) -> None:
@@ -60,6 +60,8 @@ class SimulatedDevice:
         self._simulator: Final = simulator
         self._index = index
         self._places = {joint.name: place for place, joint in enumerate(index.joints)}
+        self._movable = {joint.name: self._places[joint.name] for joint in index.joints if not joint.passive}
+        self._leading = frozenset(index.leading.tolist())
         self._newest: tuple[Snapshot, JointReading] | None = None
 
     def read(self) -> JointReading:
@@ -76,19 +78,23 @@ class SimulatedDevice:
             time=snapshot.time,
             positions=tuple(snapshot.qpos[index.qpos].tolist()),
             velocities=tuple(snapshot.qvel[index.dofs].tolist()),
-            commands=tuple(snapshot.setpoints[index.motors].tolist()),
-            torques=tuple(snapshot.forces[index.motors].tolist()),
-            stiffnesses=tuple(snapshot.stiffnesses[index.motors].tolist()),
-            temperatures=tuple(snapshot.temperatures[index.motors].tolist()),
+            commands=tuple(index.commanded(snapshot.setpoints, snapshot.qpos).tolist()),
+            torques=tuple(index.of_motors(snapshot.forces, 0.0).tolist()),
+            stiffnesses=tuple(index.of_motors(snapshot.stiffnesses, 0.0).tolist()),
+            temperatures=tuple(index.of_motors(snapshot.temperatures, AMBIENT).tolist()),
         )
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
+        index = self._index
         places, values = self._given(targets)
-        _, speeds = self._given({name: abs(max_speeds[name]) for name in targets})
+        _, speeds = self._given({name: max_speeds[name] for name in targets})
+        values = (values - index.offsets[places]) / index.ratios[places]
+        speeds = np.abs(speeds / index.ratios[places])
         self._order(self._simulator.setpoints.move, places, values, speeds)
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
-        self._order(self._simulator.setpoints.drive, *self._given(velocities))
+        places, values = self._given(velocities)
+        self._order(self._simulator.setpoints.drive, places, values / self._index.ratios[places])
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
         self._order(self._simulator.motors.stiffen, *self._given(stiffnesses), seconds)
@@ -101,14 +107,20 @@ class SimulatedDevice:
         simulator, index = self._simulator, self._index
         if not isinstance(simulator, VirtualSimulator):
             raise RobotError("only a simulation that follows a virtual clock can be set to a place")
-        places, values = self._given(positions)
-        simulator.at_once(
-            lambda: simulator.put(index.qpos[places], index.dofs[places], index.motors[places], values)
-        )
+        at = [self._places[name] for name in positions]
+        places, values = self._given({name: positions[name] for name in positions if name in self._movable})
+        values = (values - index.offsets[places]) / index.ratios[places]
+
+        def put() -> None:
+            simulator.put(index.qpos[at], index.dofs[at], np.array([*positions.values()]))
+            simulator.hold(index.motors[places], values)
+
+        simulator.at_once(put)
 
     def _given(self, values: Mapping[str, float]) -> tuple[list[int], NDArray[np.float64]]:
-        """Return indices and values of the named joints, the leader of two with one motor last."""
-        places = sorted((self._places[name] for name in values), reverse=True)
+        """Return indices and values of the named joints, the leader of those with one motor last."""
+        places = [self._movable[name] for name in values]
+        places.sort(key=self._leading.__contains__)
         return places, np.array([values[self.joints[place].name] for place in places])
 
     def _order(self, action: Callable[..., None], places: list[int], *values: object) -> None:
@@ -158,7 +170,7 @@ class SimulatedRobot(SimulatedDevice):
         heat = body.motor_heat
         gears = None
         if noise:
-            gears = Gears(gear_noise(body), data.ctrl, len({*model.robot.motors}), random.spawn(1)[0])
+            gears = Gears(gear_noise(body), data.ctrl, len(model.robot.leading), random.spawn(1)[0])
         simulator: PacedSimulator | VirtualSimulator
         self.clock: Clock
         if clock is None:
@@ -278,7 +290,7 @@ def _setpoints(model: Model, data: mujoco.MjData) -> SetpointController:
     """Return the setpoints of all motors, held where they are commanded in `data`."""
     speeds = np.zeros(model.mj.nu)
     for device in (model.robot, *model.balls.values()):
-        speeds[device.motors] = [joint.max_velocity for joint in device.joints]
+        speeds[device.own_motors] = [device.joints[place].max_velocity for place in device.leading]
     lower, upper = model.mj.actuator_ctrlrange.T.copy()
     endless = model.mj.actuator_ctrllimited == 0
     lower[endless], upper[endless] = -math.inf, math.inf

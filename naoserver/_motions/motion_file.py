@@ -148,7 +148,7 @@ def parse_motion(text: str, name: str, file: str, body: Body) -> Motion:
             of = keys.setdefault(joint, [])
             of.append(Key(time, of[-1].angle if of else None))
         posture = body.postures[frame.posture].angles if frame.posture else {}
-        angles = {joint: angle for joint, angle in posture.items() if joint not in body.leaders}
+        angles = {joint: angle for joint, angle in posture.items() if joint in body.motors}
         given: dict[str, str] = {}
         for key, angle in form.given(frame):
             for joint, sign in form.names[key].items():

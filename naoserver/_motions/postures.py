@@ -101,4 +101,4 @@ def _counting(body: Body) -> tuple[str, ...]:
     hinges = (body.hinge(name) for name in _FREE)
     free = {joint for hinge in hinges if hinge for joint in hinge.joints}
     free.update(body.groups.head, body.groups.wheels)
-    return tuple(name for name in body.joint_names if name not in free)
+    return tuple(joint.name for joint in body.joints if not joint.passive and joint.name not in free)

@@ -192,7 +192,7 @@ def change_posture(body: Body, posture: str, commands: Mapping[str, float], frac
     angles = body.postures[posture].angles
     seconds = max(
         abs(angles[joint.name] - commands[joint.name]) / joint.max_velocity
-        for joint in body.joints
+        for joint in map(body.joint.__getitem__, body.motors)
         if joint.name in commands
     )
     seconds = max(
@@ -201,7 +201,7 @@ def change_posture(body: Body, posture: str, commands: Mapping[str, float], frac
     keys = {
         joint: (Key(seconds, angle),)
         for joint, angle in angles.items()
-        if joint in commands and joint not in body.leaders
+        if joint in commands and joint in body.motors
     }
     return Motion(f"to {posture}", MappingProxyType(keys), end=posture)
 
@@ -213,4 +213,4 @@ _SAFEST: Final = "Crouch"
 
 def _is_near(body: Body, commands: Mapping[str, float], posture: str) -> bool:
     angles = body.postures[posture].angles
-    return all(abs(command - angles[joint]) <= _SAME for joint, command in commands.items())
+    return all(abs(commands[joint] - angles[joint]) <= _SAME for joint in body.motors if joint in commands)

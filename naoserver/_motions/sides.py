@@ -31,15 +31,14 @@ def names_of(body: Body) -> dict[str, Sides]:
     pairs = list(_pairs(body))
     one_motor = {name for pair in body.couplings for name in (pair.leader, pair.follower)}
     paired = {joint.name for _, left, right in pairs for joint in (left, right)}
-    followers = body.leaders.keys()
     names: dict[str, Sides] = {
         joint.name: {joint.name: 1.0}
         for joint in body.joints
-        if joint.name not in followers and not (joint.name in one_motor and joint.name in paired)
+        if joint.name in body.motors and not (joint.name in one_motor and joint.name in paired)
     }
     for name, left, right in pairs:
         sides = {left.name: 1.0, right.name: mirrored(body, left, right)}
-        names.setdefault(name, {joint: sign for joint, sign in sides.items() if joint not in followers})
+        names.setdefault(name, {joint: sign for joint, sign in sides.items() if joint in body.motors})
     return names
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
@@ -35,7 +35,7 @@ from naoserver.expression import FadingLights, Ramp, TimedSounds, TimedVoice
 from naoserver.jobs import ControlLoop
 from naoserver.kinematics import Matrix, kinematics_of, matrix_of
 from naoserver.looks.description import write_looks
-from naoserver.parts import Camera, CameraFacts, JointFacts, Wheels
+from naoserver.parts import Camera, CameraFacts, Coupling, JointFacts, Wheels
 from naoserver.robot import BodyState, Frame, JointReading
 from zenoh_ice import Clock, WallClock
 
@@ -275,6 +275,11 @@ class _Motion(NamedTuple):
             position = setpoint + (position - setpoint) * math.exp(-left / LAG)
         return _Motion(max(time, self.time), setpoint, position, rate, self.end)
 
+    def by(self, pair: Coupling) -> _Motion:
+        """Return the motion of the joint that follows this one."""
+        setpoint, position, end = (pair.of(at) for at in (self.setpoint, self.position, self.end))
+        return _Motion(self.time, setpoint, position, pair.ratio * self.rate, end)
+
     def turned(self, angle: float) -> _Motion:
         """Return the motion of a joint that something else has turned by an angle."""
         return self._replace(
@@ -286,7 +291,12 @@ class FakeDevice:
     """Joints that follow their setpoints with a first-order lag. Implements JointDevice."""
 
     def __init__(
-        self, name: str, joints: tuple[JointFacts, ...], clock: Clock, posture: Mapping[str, float]
+        self,
+        name: str,
+        joints: tuple[JointFacts, ...],
+        clock: Clock,
+        posture: Mapping[str, float],
+        couplings: tuple[Coupling, ...] = (),
     ) -> None:
         self.name: Final = name
         self.joints: Final = joints
@@ -294,7 +304,9 @@ class FakeDevice:
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
         self._closed = False
-        self._stiffnesses = {name: Ramp(1.0, 1.0) for name in self._by_name}
+        self._couplings = couplings
+        firm, limp = Ramp(1.0, 1.0), Ramp(0.0, 0.0)
+        self._stiffnesses = {joint.name: limp if joint.passive else firm for joint in joints}
         self._time = clock.now()
         self._motions: dict[str, _Motion] = {}
         self._reading: JointReading | None = None
@@ -339,7 +351,10 @@ class FakeDevice:
         with self._lock:
             self._go_on()
             self._reading = None
-            for name, value in stiffnesses.items() if not self._closed else ():
+            commanded = {} if self._closed else stiffnesses
+            for name, value in commanded.items():
+                if self._by_name[name].passive:
+                    continue
                 before = self._stiffnesses[name].at(self._time)
                 self._stiffnesses[name] = Ramp(before, value, self._time, seconds)
 
@@ -352,6 +367,7 @@ class FakeDevice:
                 facts = self._by_name[name]
                 value = min(max(position, facts.lower), facts.upper)
                 self._motions[name] = _Motion(now, value, value)
+            self._lead(positions)
 
     def close(self) -> None:
         self.read()
@@ -383,6 +399,21 @@ class FakeDevice:
                 end = min(max(target, facts.lower), facts.upper)
                 rate = math.copysign(speed, end - motion.setpoint) if end != motion.setpoint else 0.0
                 self._motions[name] = _Motion(now, motion.setpoint, motion.position, rate, end)
+            self._lead(commands)
+
+    def _lead(self, commanded: Collection[str]) -> None:
+        """Let coupled joints move together: as the leader, or else as a follower that is commanded."""
+        for pair in self._couplings:
+            if pair.follower in commanded and pair.leader not in commanded:
+                back = Coupling(
+                    leader=pair.follower,
+                    follower=pair.leader,
+                    ratio=1.0 / pair.ratio,
+                    offset=-pair.offset / pair.ratio,
+                )
+                self._motions[pair.leader] = self._motions[pair.follower].by(back)
+        for pair in self._couplings:
+            self._motions[pair.follower] = self._motions[pair.leader].by(pair)
 
 
 _BALL_JOINTS: Final = (
@@ -417,7 +448,8 @@ class FakeRobot(FakeDevice):
         body = self.body
         self.walker: Final = _walker_of(body, self.clock)
         self._driven: Mapping[str, float] = {}
-        super().__init__(body.title or body.name, body.joints, self.clock, posture or body.resting_angles)
+        angles = body.complete(posture or body.resting_angles)
+        super().__init__(body.title or body.name, body.joints, self.clock, angles, body.couplings)
         self._camera_failure = camera_failure
         self.cameras: Final = body.cameras
         self.mechanisms: Final = tuple(

@@ -37,7 +37,8 @@ def plain_looks(body: Body) -> Looks:
 
 
 def seen(shape: ContactShape, material: str) -> Shape:
-    """Return how a contact shape looks in a material."""
+    """Return how a contact shape looks in a material; a hull as the box around it."""
+    shape = shape.boxed()
     link, at, size = shape.link, shape.position, shape.size
     if shape.kind == "sphere":
         return Shape(link, "ellipsoid", material=material, size=size * 3, at=at)

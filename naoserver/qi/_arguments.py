@@ -130,7 +130,8 @@ class JointNames:
     def __init__(self, body: Body) -> None:
         groups = body.groups
         chains: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in body.joint_names}
-        chains |= dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), body.joint_names)
+        driven = tuple(joint.name for joint in body.joints if not joint.passive)
+        chains |= dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), driven)
         chains |= {"Head": groups.head, "Arms": groups.arms, "Legs": groups.legs}
         chains |= {"LArm": groups.left_arm, "RArm": groups.right_arm}
         chains |= {"LLeg": groups.left_leg, "RLeg": groups.right_leg}

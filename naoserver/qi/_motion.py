@@ -203,8 +203,8 @@ class ALMotion(Service):
     @begins(Activity.JOINTS, Activity.POSTURE)
     def wakeUp(self, call: Call) -> None:
         """Make every motor stiff, and stand up; returns when the robot stands."""
-        stiffnesses = zip(self._body.joints, self._body.read().stiffnesses, strict=True)
-        if limp := {joint.name: 1.0 for joint, stiffness in stiffnesses if stiffness < 1.0}:
+        joints, values = self._joints.of("Body"), self.getStiffnesses("Body")
+        if limp := {joint: 1.0 for joint, stiffness in zip(joints, values, strict=True) if stiffness < 1.0}:
             self._stiffen(limp, _WAKING, call)
             call.wait(_WAKING)
         self._postures.goToPosture(call, "Stand", _PACE)
@@ -215,12 +215,12 @@ class ALMotion(Service):
         """Crouch, and then let every motor go limp; returns when they are."""
         if max(self._body.read().stiffnesses) > 0.0:
             self._postures.goToPosture(call, "Crouch", _PACE)
-        if self._stiffen({joint.name: 0.0 for joint in self._body.joints}, _RESTING, call):
+        if self._stiffen(dict.fromkeys(self._joints.of("Body"), 0.0), _RESTING, call):
             call.wait(_RESTING)
 
     def robotIsWakeUp(self) -> bool:
         """Return whether all motors are stiff."""
-        return min(self._body.read().stiffnesses) > 0.0
+        return min(self.getStiffnesses("Body")) > 0.0
 
     # -- the walk, as fast as that of a Nao with the parameters of its gait ---------------------------------
 

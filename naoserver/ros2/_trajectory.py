@@ -181,6 +181,8 @@ def _joints(names: Sequence[str], limits: Mapping[str, JointLimits]) -> tuple[st
             raise TrajectoryError(
                 INVALID_JOINTS, f"there is no joint {name[:64]!r}; there are {', '.join(limits)}"
             )
+        if not limits[name].maxTorque:
+            raise TrajectoryError(INVALID_JOINTS, f"{name} has no motor: it moves with what touches it")
     if twice := next((name for name in names if list(names).count(name) > 1), None):
         raise TrajectoryError(INVALID_JOINTS, f"trajectory.joint_names: {twice} stands there twice")
     return tuple(names)

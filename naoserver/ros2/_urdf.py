@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 from naoserver.body import Body
 from naoserver.capabilities import Vector
 from naoserver.kinematics import angles_of, turned
-from naoserver.parts import NOWHERE, Joint, Link, Shape
+from naoserver.parts import NOWHERE, Coupling, Joint, Link, Shape
 
 from ._frames import ROOT, angles_at_rest, fixed_frames, link_frames
 
@@ -40,7 +40,7 @@ def urdf(body: Body) -> str:
     for link in body.links:
         _add_link(robot, body, link, links[link.name])
     for joint in body.joints:
-        _add_joint(robot, joint, links, body.leaders.get(joint.name))
+        _add_joint(robot, joint, links, body.following.get(joint.name))
     named = set(links.values())
     for frame in fixed_frames(body):
         if frame.name not in named:
@@ -76,7 +76,8 @@ def _bones(body: Body, link: Link) -> Iterator[Form]:
 
 
 def _form(shape: Shape) -> Form:
-    """Return a shape as URDF has it: a capsule as a cylinder as long, an ellipsoid as the box around it."""
+    """Return a shape as URDF has it: a capsule as a cylinder as long, hull and ellipsoid as boxes around."""
+    shape = shape.boxed()
     angles, size = angles_of(turned(shape.turn)), shape.size
     if shape.kind == "sphere":
         return shape.position, angles, "sphere", {"radius": _number(size[0])}
@@ -104,7 +105,7 @@ def _add_form(link: ET.Element, kind: str, form: Form) -> None:
         ET.SubElement(element, "material", name="shell")
 
 
-def _add_joint(robot: ET.Element, joint: Joint, links: Mapping[str, str], leader: str | None) -> None:
+def _add_joint(robot: ET.Element, joint: Joint, links: Mapping[str, str], pair: Coupling | None) -> None:
     endless = not joint.sliding and math.isinf(joint.upper - joint.lower)
     kind = "prismatic" if joint.sliding else "continuous" if endless else "revolute"
     element = ET.SubElement(robot, "joint", name=joint.name, type=kind)
@@ -114,8 +115,9 @@ def _add_joint(robot: ET.Element, joint: Joint, links: Mapping[str, str], leader
     if not endless:
         limits |= {"lower": max(joint.lower, -_FAR), "upper": min(joint.upper, _FAR)}
     ET.SubElement(element, "limit", {name: _number(value) for name, value in limits.items()})
-    if leader is not None:
-        ET.SubElement(element, "mimic", joint=leader)
+    if pair is not None:
+        ratio, offset = _number(pair.ratio), _number(pair.offset)
+        ET.SubElement(element, "mimic", joint=pair.leader, multiplier=ratio, offset=offset)
 
 
 def _connect(joint: ET.Element, parent: str, child: str, position: Sequence[float], angles: Vector) -> None:

@@ -50,6 +50,7 @@ class Limbs:
     qpos: Indices
     dofs: Indices
     motors: Indices
+    """Beyond the last motor for a joint without one of its own."""
     legs: Indices
     """The twelve joints of the legs, as places among the body's joints: the left leg from the hip down, then
     the right one."""
@@ -66,15 +67,16 @@ class Limbs:
         """Motors of the legs' joints."""
         return self.motors[self.legs]
 
+    def commanded(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the setpoint of each joint, 0 of one without a motor of its own."""
+        return np.append(setpoints, 0.0)[self.motors]
+
 
 def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
     """Return the limbs of a body with two soles.
 
-    Raises RobotError when joints share a motor, or a leg does not have six joints, all hinges.
+    Raises RobotError when a leg does not have six joints, all hinges, each with a motor of its own.
     """
-    if body.leaders:
-        follower, leader = next(iter(body.leaders.items()))
-        raise RobotError(f"walk: footsteps need a motor for each joint, but {follower} follows {leader}")
     joints = body.joint_names
     places = {mj.joint(name).id: place for place, name in enumerate(joints)}
     left_foot, right_foot = (mj.body(sole.link).id for sole in body.soles)
@@ -86,6 +88,8 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
         if len(leg) != LEG_JOINTS or any(mj.jnt_type[leg] != mujoco.mjtJoint.mjJNT_HINGE):
             raise RobotError(f"the leg above {sole.link} has {len(leg)} joints: it needs {LEG_JOINTS} hinges")
         legs.extend(places[joint] for joint in leg)
+    if without := [joints[place] for place in legs if joints[place] not in body.motors]:
+        raise RobotError(f"walk: footsteps need a motor for each joint of a leg, but {without[0]} has none")
     root = mj.body(body.root.name).id
     free = mj.body_jntadr[root]
     shoulders = (body.hinges.get(f"{side}Shoulder", {}) for side in ("Left", "Right"))
@@ -98,9 +102,14 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
         feet=(left_foot, right_foot),
         qpos=np.array([mj.joint(name).qposadr[0] for name in joints], dtype=np.intp),
         dofs=np.array([mj.joint(name).dofadr[0] for name in joints], dtype=np.intp),
-        motors=np.array([mj.actuator(name).id for name in joints], dtype=np.intp),
+        motors=np.array(
+            [mj.actuator(name).id if name in body.motors else mj.nu for name in joints], dtype=np.intp
+        ),
         legs=np.array(legs, dtype=np.intp),
-        arms=tuple(_arm(mj, mj.joint(name).id, places) for name in swings),
+        arms=tuple(
+            _arm(mj, mj.joint(name).id, {mj.joint(at).id: joints.index(at) for at in body.motors})
+            for name in swings
+        ),
     )
 
 

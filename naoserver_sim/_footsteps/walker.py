@@ -192,7 +192,7 @@ class FootstepWalker(CommandedWay):
     def _hold(self, seconds: float, legs: Array, *, moved: bool) -> None:
         """Hold the commanded angles, unless the legs are free to balance."""
         limbs, estimator, held = self._limbs, self._estimator, self._held
-        angles = self._setpoints.setpoints[limbs.motors]
+        angles = limbs.commanded(self._setpoints.setpoints)
         self._rested = 0.0 if moved else self._rested + seconds
         held.take(angles)
         if self._velocity != STILL or (self._rested >= _RESTING and held.is_stance()):
@@ -231,7 +231,7 @@ class FootstepWalker(CommandedWay):
         commands = self._simulator.commands
         if steps.phase is not Phase.STANDING:
             self._arms.tick(seconds, steps, commands)
-        motion.tick(seconds, steps, self._setpoints.setpoints[limbs.motors], landed=landed)
+        motion.tick(seconds, steps, limbs.commanded(self._setpoints.setpoints), landed=landed)
         heading = steps.feet[steps.support].heading
         bearing = steps.support if steps.on_one_foot else None
         torques = self._torques.at(motion.accelerations, steps.zmp, heading, bearing)

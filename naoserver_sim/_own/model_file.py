@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
@@ -32,6 +32,18 @@ _MOST_FOLDERS: Final = 16
 _KEEP_ALL: Final = '<mujoco><compiler fusestatic="false" discardvisual="false"/></mujoco>'
 
 
+class Sensor(NamedTuple):
+    """A camera or an inertial unit that a URDF's `<gazebo>` or `<sensor>` elements name."""
+
+    kind: Literal["camera", "imu"]
+    name: str
+    link: str
+    pose: tuple[float, float, float, float, float, float] = (0.0,) * 6
+    """Place in m, and roll, pitch and yaw in rad, in the link's frame."""
+    horizontal_fov: float | None = None
+    """Of a camera, in rad; None where the file does not say it."""
+
+
 class Element(NamedTuple):
     """An element of the file, with its line."""
 
@@ -51,9 +63,18 @@ class ModelFile:
     """The highest speed of each joint that names one, in rad/s or m/s: only a URDF does."""
     left_out: Mapping[str, str] = field(default_factory=dict)
     """The meshes that are not there or cannot be read, with the reason; their shapes are left out."""
+    notes: tuple[str, ...] = ()
+    """What was repaired, fused or left out, a sentence each, with file, line and name."""
+    lines: Mapping[tuple[str, str], int] = field(default_factory=dict)
+    """The line in the file of each ("joint" | "link" | "body", name)."""
+    kind: Literal["urdf", "mjcf"] = "mjcf"
+    actuated: frozenset[str] = frozenset()
+    """The joints that a URDF's `<transmission>` or `<ros2_control>` names."""
+    sensors: tuple[Sensor, ...] = ()
+    """The cameras and inertial units that a URDF names."""
 
 
-def read_model(path: Path, meshes: Path) -> ModelFile:
+def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> ModelFile:
     """Return the model of an MJCF or URDF; `meshes` is the folder of its meshes.
 
     Nothing in it is executed or fetched, and only files in the folders of the model and of its meshes are
@@ -80,7 +101,13 @@ def read_model(path: Path, meshes: Path) -> ModelFile:
         raise RobotError(f"{path}: {' '.join(str(problem).split())}") from None
     # The names in the model are those of `files`.
     spec.meshdir = spec.texturedir = ""
-    return ModelFile(spec, _speeds(elements), files.left_out)
+    kind: Literal["urdf", "mjcf"] = "urdf" if root == "robot" else "mjcf"
+    lines = {
+        (element.tag, element.attributes["name"]): element.line
+        for element in elements
+        if element.tag in ("joint", "link", "body") and "name" in element.attributes
+    }
+    return ModelFile(spec, _speeds(elements), files.left_out, lines=lines, kind=kind)
 
 
 def _text(path: Path) -> str:

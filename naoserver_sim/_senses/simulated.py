@@ -141,12 +141,9 @@ class Battery:
     """
 
     def __init__(self, robot: DeviceIndex, body: Body, facts: BatteryFacts) -> None:
-        leading = [
-            joint for joint in range(len(robot.joints)) if robot.motors[joint] not in robot.motors[:joint]
-        ]
-        self._motors = robot.motors[leading]
-        self._dofs = robot.dofs[leading]
-        motors = [body.joints[joint].motor for joint in leading]
+        self._motors = robot.own_motors
+        self._dofs = robot.dofs[robot.leading]
+        motors = [body.joints[joint].motor for joint in robot.leading]
         self._losses = np.array([m.no_load_speed / m.stall_torque if m else 0.0 for m in motors])
         self._facts = facts
         self._energy = facts.energy
@@ -280,7 +277,7 @@ class SimulatedSenses:
         self._touch = Touch(self.touch_names)
         self.falls: Final = FallManager(body.falls, self._go_limp) if body.falls else None
         """The detector of falls; None for a robot that cannot fall."""
-        self._motors = np.array(sorted({*model.robot.motors}))  # np.unique would load numpy.ma
+        self._motors = model.robot.own_motors
         self._sonar_every = round(PERIOD / simulator.tick_period)
         self._ticks = 0
         self._ping: tuple[Array, list[float]] = (self._data.qpos.copy(), [0.0, 0.0])

@@ -47,7 +47,7 @@ def part_of_height(body: Body, part: float) -> float:
 
 def leg_motors(body: Body) -> tuple[str, ...]:
     """Return the joints of the legs, of those that share a motor the one that leads."""
-    return tuple(name for name in body.groups.legs if name not in body.leaders)
+    return tuple(name for name in body.groups.legs if name in body.motors)
 
 
 class WalkEnvironment(NaoEnvironment):
@@ -205,7 +205,7 @@ def motors_of(body: Body) -> tuple[str, ...]:
     """Return the moved joints: all motors but those of the hands."""
     hinges = (body.hinge(f"{side}Hand") for side in ("Left", "Right"))
     hands = [joint for hand in hinges if hand for joint in hand.joints]
-    return tuple(name for name in body.joint_names if name not in {*body.leaders, *hands})
+    return tuple(name for name in body.motors if name not in hands)
 
 
 _PUSH: Final = 1.132

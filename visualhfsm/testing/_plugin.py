@@ -113,6 +113,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     """Make behaviors that run in virtual time; each is closed after the test."""
     if hidden := hidden_interfaces():
         pytest.fail(hidden, pytrace=False)
+    from naoserver.bodies import is_body_file
     from visualhfsm.simulation import simulate
 
     made: list[Behavior] = []
@@ -130,7 +131,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     ) -> Behavior:
         if not isinstance(document, type):
             document = _find_file("document", Path(document), places)
-        if str(body := options.get("body", "")).endswith(".toml"):
+        if is_body_file(body := str(options.get("body", ""))):
             options["body"] = _find_file("robot", Path(body), places)
         if lines is not None:
             lines.begin(document if isinstance(document, type) else None)

@@ -32,6 +32,8 @@ SHAPE = {"link": "hand", "kind": "sphere", "size": [0.1], "name": "grip"}
 TABLE = {"independent": "shoulder", "dependent": "elbow", "rows": [[0, -1, 1]]}
 TURNED = {"independent": "elbow", "dependent": "shoulder"}
 PAIR = {"leader": "shoulder", "follower": "elbow"}
+LOOP = {"first": "base", "second": "hand", "place": [0, 0, 0], "other": [0, 0, -0.2]}
+HULL = {"link": "hand", "kind": "hull", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}
 PLAY = {"delay": 1, "least_backlash": 0.2, "most_backlash": 0.1}
 CAMERA = {
     "name": "Camera", "link": "hand", "position": [0, 0, 0], "tilt": 0.0, "horizontal_fov": 1.0,
@@ -88,7 +90,7 @@ def test_facts_that_make_sense_are_read():
         (("links", 1, "com"), [math.nan, 0, 0], "arm.links[1].com[0] is nan"),
         (("links", 1, "mass"), -1.0, "mass"),
         (("links", 1, "mass"), "heavy", "mass"),
-        (("gears", "servo", "stiffness"), 0, "stiffness"),
+        (("gears", "servo", "stiffness"), 0, "joint shoulder: its gear 'servo' has the stiffness 0"),
         (("tables", 0, "rows"), [], "range table of elbow: no rows"),
         (("tables", 0, "rows"), [[0, 1, -1]], "range table of elbow: empty range at 0"),
         (("tables", 0, "independent"), "wrist", "table: there is no joint 'wrist'"),
@@ -106,13 +108,23 @@ def test_facts_that_make_sense_are_read():
         (("shapes", 0, "kind"), "cone", "kind"),
         (("soles",), [SOLE], "soles: 1 soles"),
         (("soles",), [SOLE | {"outline": [[0, 0], [1, 0]]}] * 2, "outline"),
-        (("joints", 0, "max_torque"), 0.0, "joint shoulder: its highest velocity and torque must be above 0"),
-        (("joints", 0, "max_velocity"), -1.0, "joint shoulder: its highest velocity and torque must be above 0"),
+        (("joints", 0, "max_torque"), -1.0, "joint shoulder: its highest velocity must be above 0, and so must"),
+        (("joints", 0, "max_velocity"), -1.0, "joint shoulder: its highest velocity must be above 0"),
+        (("joints", 0, "max_torque"), 0.0, "table: shoulder has no motor (max_torque = 0), so leave it out"),
         (("tables", 0, "dependent"), "shoulder", "table: shoulder is there twice"),
         (("tables", 0, "rows"), [[0, 2, 3]], "range table of elbow: at 0.0 rad it is outside its own range"),
         (("tables", 1), TABLE, "table: elbow depends on shoulder, so it must be in no other table"),
         (("tables", 1), TABLE | TURNED, "table: elbow depends on shoulder, so it must be in no other table"),
         (("couplings",), [PAIR, PAIR], "coupling: elbow depends on shoulder, so it must be in no other coupling"),
+        (("couplings",), [PAIR | {"ratio": 0.0}], "coupling of elbow: with the ratio 0 it does not follow"),
+        (
+            ("couplings",), [PAIR | {"ratio": -2.0, "offset": 0.5}],
+            "coupling of elbow: shoulder takes it from -1.5 to 2.5, outside its own range from -1 to 1",
+        ),
+        (("loops",), [LOOP | {"second": "claw"}], "loop: there is no link 'claw'"),
+        (("shapes",), [HULL | {"points": [[0, 0, 0]]}], "a hull of hand: 1 points, at least 4"),
+        (("shapes",), [HULL | {"position": [0, 0, 1]}], "a hull of hand: its points say where it is"),
+        (("shapes",), [SHAPE | {"points": [[0, 0, 0]]}], "a sphere of hand: only a hull has points"),
         (("groups", "left_arm"), ["elbow", "elbow"], "group left_arm: elbow is there twice"),
         (("groups", "head"), ["elbow"], "groups: elbow is there twice"),
         (("hinges", "LeftElbow", "tilt"), {"joint": "elbow"}, "hinge LeftElbow: elbow is there twice"),

@@ -49,7 +49,7 @@ def test_a_pose_by_names_of_both_sides_is_its_own_mirror_image(body, data):
         angles |= {joint: sign * angle for joint, sign in joints.items()}
     # A Nao's hands are open at 1, whatever the axes of their massless fingers.
     angles |= {joint: 0.0 for joint in angles if joint.endswith("Hand")}
-    coupled = {follower: angles.get(leader, 0.0) for follower, leader in body.leaders.items()}
+    coupled = {follower: pair.of(angles.get(pair.leader, 0.0)) for follower, pair in body.following.items()}
     assert_mirrored(body, angles | coupled, 1e-4)
 
 

@@ -96,7 +96,7 @@ def test_of_a_link_its_visual_shapes_are_seen_in_their_colors(arm):
 def test_meshes_of_the_same_name_in_two_folders_are_not_confused(arm):
     (mesh,) = looks_of(arm).meshes.values()
     assert np.ptp(mesh.vertices, axis=0) == pytest.approx((0.3, 0.3, 0.3))
-    box = next(shape for shape in arm.shapes if shape.link == "base")
+    box = next(shape for shape in arm.shapes if shape.link == "base").boxed()
     assert sorted(box.size) == pytest.approx([0.0866, 0.1, 0.1], abs=1e-3)  # of the hexagon of `collision`
 
 

@@ -1,0 +1,304 @@
+"""Which joints of a user's model have motors, which move together, and where its links close loops.
+
+They are read from the compiled model, as parts of a facts file (`naoserver.body`). What of the model's
+equalities, tendons and actuators is not kept is named in notes, one sentence each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.capabilities import Vector
+from naoserver.errors import RobotError
+from naoserver.parts import Coupling, Loop, Quaternion
+from naoserver_sim._own.looks import Frame
+
+Lines = Mapping[tuple[str, str], int]
+"""The line in the file of each "joint", "link" or "body", with its name."""
+Note = Callable[[str, str], None]
+"""Adds a note: the joint or body that it is about, or an empty name, and the text."""
+
+_TINY: Final = 1e-9
+_ONE_AXIS: Final = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+_OF_JOINT: Final = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+
+
+class Pull(NamedTuple):
+    """What moves a joint."""
+
+    actuator: int
+    lever: float = 1.0
+    """Torque at the joint for each N m, or N, of the actuator behind its own gear."""
+
+
+class Couplings(NamedTuple):
+    """How the joints of a model move."""
+
+    couplings: tuple[Coupling, ...]
+    """The joints that follow another one, each with the joint that leads it and follows none."""
+    pulls: Mapping[str, tuple[Pull, ...]]
+    """What moves each joint that has a motor; a follower has none of its own."""
+    passive: frozenset[str]
+    """The joints that no actuator moves, in a model that has actuators."""
+    notes: tuple[str, ...]
+
+
+class Loops(NamedTuple):
+    """What holds links of a model together besides joints."""
+
+    loops: tuple[Loop, ...]
+    mounted: bool
+    """Whether the root is welded to the world."""
+    notes: tuple[str, ...]
+
+
+@dataclass
+class _Chain:
+    """Joints that move together."""
+
+    leader: str
+    joints: dict[str, tuple[float, float]]
+    """The ratio and the offset to the leader of each, also of itself."""
+    pulls: list[Pull] = field(default_factory=list)
+
+    def stretches(self, tendon: Mapping[str, float]) -> float:
+        """Return by how much a tendon, a sum of joints, gets longer for each rad of the leader."""
+        by = sum(self.joints[joint][0] * part for joint, part in tendon.items() if joint in self.joints)
+        return by if abs(by) > _TINY else 0.0
+
+
+def couplings_of(mj: mujoco.MjModel, where: str, lines: Lines) -> Couplings:
+    """Return how the joints of a compiled model move.
+
+    Joints that an equality binds, as <mimic> of a URDF does, are coupled. So are those that one tendon with
+    an actuator moves: as if they yielded alike, in proportion to its coefficients. Notes begin with `where`
+    and the line of the joint.
+    """
+    notes: list[str] = []
+    note = _noting(notes, where, "joint", lines)
+    motors = {
+        actuator: mj.joint(int(mj.actuator_trnid[actuator, 0])).name
+        for actuator in range(mj.nu)
+        if mj.actuator_trntype[actuator] in _OF_JOINT
+    }
+    tendons = {
+        actuator: _fixed(mj, int(mj.actuator_trnid[actuator, 0]))
+        for actuator in range(mj.nu)
+        if mj.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
+    }
+    chains = _chains(mj, set(motors.values()), note)
+    for actuator, joint in motors.items():
+        for each in chains:
+            if joint == each.leader:
+                each.pulls.append(Pull(actuator))
+    _pull(chains, tendons)
+    used = {pull.actuator for each in chains for pull in each.pulls}
+    for actuator in sorted(set(range(mj.nu)) - used):
+        joint = motors.get(actuator, "")
+        why = f"joint {joint!r} follows another one" if joint else "it acts on no joint"
+        if tendons.get(actuator):
+            why = "the joints of its tendon have motors of their own"
+        note(joint, f"the actuator {mj.actuator(actuator).name or actuator!r} is left out: {why}")
+    for tendon in range(mj.ntendon):
+        what = f"the tendon {mj.tendon(tendon).name or tendon!r}"
+        if not _fixed(mj, tendon):
+            note("", f"{what} is left out: it runs along sites, not over joints")
+        elif mj.tendon_limited[tendon] or np.any(mj.tendon_stiffness[tendon]):
+            note("", f"the limits and the spring of {what} are left out")
+    passive = [joint for each in chains if mj.nu and not each.pulls for joint in each.joints]
+    if passive:
+        note("", f"no actuator moves {', '.join(passive)}: passive, moved by what touches them")
+    couplings = tuple(
+        Coupling(leader=each.leader, follower=joint, ratio=ratio, offset=offset)
+        for each in chains
+        for joint, (ratio, offset) in each.joints.items()
+        if joint != each.leader
+    )
+    pulls = {each.leader: tuple(each.pulls) for each in chains if each.pulls}
+    return Couplings(couplings, pulls, frozenset(passive), tuple(notes))
+
+
+def keep_in_range(joints: Sequence[dict[str, Any]], couplings: Iterable[Coupling], where: str) -> None:
+    """Fit the tables of coupled joints to each other, in place: ranges, highest velocities and torques.
+
+    A leader moves as far and as fast as its followers can. Raises RobotError when one can be nowhere.
+    """
+    tables, pairs = {table["name"]: table for table in joints}, list(couplings)
+    for pair in pairs:
+        leader, follower = tables[pair.leader], tables[pair.follower]
+        low, high = sorted(pair.leader_at(limit) for limit in _range(follower))
+        lower, upper = _range(leader)
+        if max(lower, low) > min(upper, high):
+            raise RobotError(
+                f"{where}: joint {pair.follower!r} follows {pair.leader!r}, which moves from {lower:.4g} to"
+                f" {upper:.4g}, but must be from {low:.4g} to {high:.4g} to keep it within its range"
+            )
+        leader["lower"], leader["upper"] = max(lower, low), min(upper, high)
+        fastest = follower["max_velocity"] / abs(pair.ratio)
+        leader["max_velocity"] = min(leader["max_velocity"], fastest)
+    for pair in pairs:
+        leader, follower = tables[pair.leader], tables[pair.follower]
+        follower["lower"], follower["upper"] = sorted(pair.of(limit) for limit in _range(leader))
+        follower["max_velocity"] = leader["max_velocity"] * abs(pair.ratio)
+        follower["max_torque"] = leader["max_torque"] / abs(pair.ratio)
+
+
+def loops_of(mj: mujoco.MjModel, frames: Mapping[int, Frame], where: str, lines: Lines) -> Loops:
+    """Return what holds links together besides joints; `frames` are those of the robot's bodies."""
+    loops: list[Loop] = []
+    notes: list[str] = []
+    note = _noting(notes, where, "body", lines)
+    mounted = False
+    for equality in np.flatnonzero(mj.eq_active0):
+        kind, data = mj.eq_type[equality], mj.eq_data[equality]
+        rigid = kind == mujoco.mjtEq.mjEQ_WELD
+        if not rigid and kind != mujoco.mjtEq.mjEQ_CONNECT:
+            continue
+        pair = [int(mj.eq_obj1id[equality]), int(mj.eq_obj2id[equality])]
+        places, turn = ([data[3:6], data[:3]], data[6:10]) if rigid else ([data[:3], data[3:6]], None)
+        if mj.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE:
+            places = [mj.site_pos[site] for site in pair]
+            turn = _difference(*mj.site_quat[pair]) if rigid else None
+            pair = [int(mj.site_bodyid[site]) for site in pair]
+        of_robot = [body for body in pair if body in frames]
+        if len(of_robot) == len(pair):
+            first, second = (frames[body] for body in pair)
+            loops.append(
+                Loop(
+                    first=first.link,
+                    second=second.link,
+                    place=_vector(places[0] - first.offset),
+                    other=_vector(places[1] - second.offset),
+                    turn=None if turn is None else _quaternion(turn),
+                )
+            )
+        elif of_robot and rigid and 0 in pair and mj.body_parentid[of_robot[0]] == 0:
+            mounted = True
+        elif of_robot:
+            name = mj.body(of_robot[0]).name
+            note(name, f"what holds {name!r} to something that is no link of the robot is left out")
+    return Loops(tuple(loops), mounted, tuple(notes))
+
+
+def _noting(notes: list[str], where: str, kind: str, lines: Lines) -> Note:
+    def note(name: str, text: str) -> None:
+        line = lines.get((kind, name))
+        notes.append(f"{where}:{line}: {text}" if line else f"{where}: {text}")
+
+    return note
+
+
+def _chains(mj: mujoco.MjModel, driven: Collection[str], note: Note) -> list[_Chain]:
+    """Return all joints in chains, each led by one that is `driven`, or else by one that follows none."""
+    ties: dict[str, list[tuple[str, float, float]]] = {}
+    followers = set()
+    for tie in _ties(mj, note):
+        followers.add(tie.follower)
+        ties.setdefault(tie.leader, []).append((tie.follower, tie.ratio, tie.offset))
+        back = (tie.leader, 1.0 / tie.ratio, -tie.offset / tie.ratio)
+        ties.setdefault(tie.follower, []).append(back)
+    names = [mj.joint(joint).name for joint in range(mj.njnt) if mj.jnt_type[joint] in _ONE_AXIS]
+    chains: list[_Chain] = []
+    known: set[str] = set()
+    for leader in sorted(names, key=lambda name: (name not in driven, name in followers)):
+        if leader in known:
+            continue
+        joints = {leader: (1.0, 0.0)}
+        waiting = [leader]
+        for joint in waiting:  # grows meanwhile
+            ratio, offset = joints[joint]
+            for other, by, more in ties.get(joint, ()):
+                if other not in joints:
+                    joints[other] = (by * ratio, by * offset + more)
+                    waiting.append(other)
+        known |= joints.keys()
+        chains.append(_Chain(leader, joints))
+    return chains
+
+
+def _ties(mj: mujoco.MjModel, note: Note) -> Iterator[Coupling]:
+    """Yield the pairs of joints that equalities bind."""
+    for equality in np.flatnonzero(mj.eq_active0):
+        data = mj.eq_data[equality].tolist()
+        first, second = int(mj.eq_obj1id[equality]), int(mj.eq_obj2id[equality])
+        if mj.eq_type[equality] == mujoco.mjtEq.mjEQ_JOINT:
+            what = f"joint {mj.joint(first).name!r}"
+            terms = {mj.joint(first).name: 1.0}
+            bound = {mj.joint(second).name: 1.0} if second >= 0 else {}
+        elif mj.eq_type[equality] == mujoco.mjtEq.mjEQ_TENDON:
+            what = f"tendon {mj.tendon(first).name!r}"
+            terms, bound = _fixed(mj, first), _fixed(mj, second) if second >= 0 else {}
+        else:
+            continue
+        name = next(iter(terms), "")
+        for joint, part in bound.items():  # what is constant: the sum of all terms
+            terms[joint] = terms.get(joint, 0.0) - data[1] * part
+        terms = {joint: part for joint, part in terms.items() if abs(part) > _TINY}
+        if len(terms) == 2 and not any(data[2:5]):
+            (follower, own), (leader, other) = terms.items()
+            yield Coupling(leader=leader, follower=follower, ratio=-other / own, offset=data[0] / own)
+        else:
+            note(name, f"the equality of {what} is left out: it does not bind two joints in proportion")
+
+
+def _pull(chains: list[_Chain], tendons: Mapping[int, Mapping[str, float]]) -> None:
+    """Give the chains without a motor those of `tendons`; join the chains that one of them moves."""
+    for actuator, tendon in tendons.items():
+        free = [each for each in chains if each.stretches(tendon) and not each.pulls]
+        rows = {
+            other: [each.stretches(its) for each in free]
+            for other, its in tendons.items()
+            if not any(each.stretches(its) for each in chains if each not in free)
+        }
+        if len(free) == 1 or (free and np.linalg.matrix_rank([*rows.values()]) == len(free)):
+            # As many tendons as joints, as in a differential: each joint moves by itself.
+            rows[actuator] = [each.stretches(tendon) for each in free]
+            for other, row in rows.items():
+                for each, lever in zip(free, row, strict=True):
+                    each.pulls += [Pull(other, abs(lever))] if lever else []
+        elif free:
+            first, own = free[0], free[0].stretches(tendon)
+            first.pulls.append(Pull(actuator, sum(each.stretches(tendon) ** 2 for each in free) / abs(own)))
+            for each in free[1:]:
+                share = each.stretches(tendon) / own
+                first.joints |= {
+                    joint: (ratio * share, offset) for joint, (ratio, offset) in each.joints.items()
+                }
+                chains.remove(each)
+
+
+def _fixed(mj: mujoco.MjModel, tendon: int) -> dict[str, float]:
+    """Return the joints of a tendon with its coefficients; none of one that runs along sites."""
+    wraps = range(int(mj.tendon_adr[tendon]), int(mj.tendon_adr[tendon] + mj.tendon_num[tendon]))
+    if any(mj.wrap_type[wrap] != mujoco.mjtWrap.mjWRAP_JOINT for wrap in wraps):
+        return {}
+    return {mj.joint(int(mj.wrap_objid[wrap])).name: float(mj.wrap_prm[wrap]) for wrap in wraps}
+
+
+def _difference(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation of the second link in the first, whose sites are turned by `first` and `second`."""
+    back, turn = np.zeros(4), np.zeros(4)
+    mujoco.mju_negQuat(back, second)
+    mujoco.mju_mulQuat(turn, first, back)
+    return turn
+
+
+def _vector(values: NDArray[np.float64]) -> Vector:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _quaternion(values: NDArray[np.float64]) -> Quaternion:
+    w, x, y, z = values.tolist()
+    return w, x, y, z
+
+
+def _range(joint: Mapping[str, Any]) -> tuple[float, float]:
+    return joint.get("lower", -math.inf), joint.get("upper", math.inf)
