@@ -59,6 +59,28 @@ def test_what_is_wrong_is_said_with_its_line_and_without_the_path_of_the_project
     assert str(root) not in robot.problem
 
 
+def test_a_model_alone_is_guessed_with_reasons_and_leaves_no_file(root: Path) -> None:
+    (root / "robots" / "ours").mkdir()
+    (root / "robots" / "arm.urdf").rename(root / "robots" / "ours" / "my arm.urdf")
+    robot = asyncio.run(OwnRobots(Root(root)).guess("robots/ours/my arm.urdf"))
+    assert robot.name == "my_arm"
+    assert 'model = "ours/my arm.urdf"\n' in robot.text
+    assert "--body my_arm.toml" in robot.text
+    assert "mounted = true  # " in robot.text
+    assert any("2 joints" in line for line in robot.took)
+    assert drawn(robot)["name"] == "my arm"
+    assert [each.name for each in (root / "robots").iterdir()] == ["ours"]
+
+
+def test_a_model_that_cannot_be_read_says_why_beside_a_text_to_go_on_with(root: Path) -> None:
+    (root / "robots" / "arm.urdf").write_text(ARM.replace('child link="hand"', 'child link="foot"'))
+    robot = asyncio.run(OwnRobots(Root(root)).guess("robots/arm.urdf"))
+    assert (robot.name, robot.text, robot.robot) == ("arm", 'model = "arm.urdf"\n', None)
+    assert robot.problem.startswith("robots/arm.urdf:")
+    assert "foot" in robot.problem
+    assert [each.name for each in (root / "robots").iterdir()] == ["arm.urdf"]
+
+
 def test_a_file_of_the_project_is_answered_as_it_is(root: Path) -> None:
     (root / "robots" / "mine.toml").write_text(ARM_TOML)
     robot = asyncio.run(OwnRobots(Root(root)).guess("robots/mine.toml"))
