@@ -15,7 +15,7 @@ from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Final, Literal
 
 import msgspec
 
@@ -91,7 +91,9 @@ class OwnRobots:
         draft = self._folder / f".{secrets.token_hex(4)}{BODY_SUFFIX}"  # names the model relative to itself
         try:
             async with self._busy:
-                took, problem = await self._run("naoserver_sim", f"--body={model}", f"--write-body={draft}")
+                took, problem = await self._run(
+                    1, "naoserver_sim", f"--body={model}", f"--write-body={draft}"
+                )
             text = "" if problem else draft.read_text("utf-8")
         finally:
             draft.unlink(missing_ok=True)
@@ -111,7 +113,7 @@ class OwnRobots:
                 draft, described = Path(folder, "text"), Path(folder, "robot")
                 draft.write_text(text, "utf-8")
                 command = ("naoserver_sim._description", str(described), f"--body={file}", f"--text={draft}")
-                notes, problem = await self._run(*command)
+                notes, problem = await self._run(2, *command)
                 if problem:
                     return self._at_fault(name, text, file, problem)
                 content = described.read_bytes()
@@ -150,8 +152,8 @@ class OwnRobots:
             line, why = found[1], _AT_LINE.sub("", why)
         return OwnRobot(name=name, text=text, problem=Message.verbatim(why), line=int(line or 0))
 
-    async def _run(self, module: str, *options: str) -> tuple[list[str], Message]:
-        """Run a command of the simulation; return what it writes, or else why it fails."""
+    async def _run(self, stream: Literal[1, 2], module: str, *options: str) -> tuple[list[str], Message]:
+        """Run a command of the simulation; return the lines of stdout or stderr, or else why it fails."""
         if find_spec("mujoco") is None:
             raise MissingPackageError("MuJoCo", "sim")
         kept = {1: bytearray(), 2: bytearray()}
@@ -181,10 +183,9 @@ class OwnRobots:
         finally:
             child.kill()
             await child.wait()
-        output, errors = (self._shown(each) for each in kept.values())
         if code == 0:
-            return [line for line in f"{output}\n{errors}".splitlines() if line][:_MOST_NOTES], NO_MESSAGE
-        if reported := _REPORTED.search(errors):
+            return [line for line in self._shown(kept[stream]).splitlines() if line][:_MOST_NOTES], NO_MESSAGE
+        if reported := _REPORTED.search(self._shown(kept[2])):
             return [], Message.verbatim(reported[1])
         return [], Message("the model cannot be read: {why}", why=describe_exit(code))
 

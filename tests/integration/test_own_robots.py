@@ -72,6 +72,15 @@ def test_a_model_alone_is_guessed_with_reasons_and_leaves_no_file(root: Path) ->
     assert [each.name for each in (root / "robots").iterdir()] == ["ours"]
 
 
+def test_what_is_left_out_of_a_model_is_noted_once(root: Path) -> None:
+    shape = '<visual><geometry><mesh filename="hand.stl"/></geometry></visual></link>'
+    (root / "robots" / "arm.urdf").write_text(ARM.replace("</link>", shape, 1))
+    robot = asyncio.run(OwnRobots(Root(root)).guess("robots/arm.urdf"))
+    noted = [line for line in (*robot.took, *robot.notes) if "hand.stl" in line]
+    assert len(noted) == 1
+    assert noted[0].startswith("robots/arm.urdf")
+
+
 def test_a_model_that_cannot_be_read_says_why_beside_a_text_to_go_on_with(root: Path) -> None:
     (root / "robots" / "arm.urdf").write_text(ARM.replace('child link="hand"', 'child link="foot"'))
     robot = asyncio.run(OwnRobots(Root(root)).guess("robots/arm.urdf"))
