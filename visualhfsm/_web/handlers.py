@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final, TypeVar
 
-from . import documents, edits, own_robots, questions, steering, trials
+from . import documents, edits, questions, steering, trials
 from . import protocol as p
 from .window import Window
 from .workspace import Workspace
@@ -53,7 +53,7 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
     [
         _row(p.AddReady, edits.add_ready),
         _row(p.Attach, steering.attach),
-        _row(p.CheckRobot, own_robots.check, Lane.BESIDE, own_robots.LIMIT),
+        _row(p.CheckRobot, steering.check_robot, Lane.BESIDE, steering.READING_LIMIT),
         _row(p.Close, documents.close),
         _row(p.CodeHelp, questions.code_help, Lane.CODE_HELP),
         _row(p.ConnectRobot, steering.connect_robot, Lane.BESIDE),
@@ -70,7 +70,7 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
         _row(p.Extract, edits.extract),
         _row(p.Generate, steering.generate, Lane.BESIDE),
         _row(p.GoTo, edits.go_to),
-        _row(p.GuessRobot, own_robots.guess, Lane.BESIDE, own_robots.LIMIT),
+        _row(p.GuessRobot, steering.guess_robot, Lane.BESIDE, steering.READING_LIMIT),
         _row(p.Hello, documents.hello),
         _row(p.Imported, questions.imported, Lane.BESIDE),
         _row(p.Inline, edits.inline),
@@ -98,7 +98,7 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
         _row(p.RunTrials, trials.run, Lane.BESIDE),
         _row(p.Save, documents.save),
         _row(p.SaveAs, documents.save_as),
-        _row(p.SaveRobot, own_robots.save, Lane.BESIDE),
+        _row(p.SaveRobot, steering.save_robot, Lane.BESIDE),
         _row(p.SaveTest, trials.save_test, Lane.BESIDE),
         _row(p.Search, questions.search, Lane.BESIDE),
         _row(p.Share, documents.share),

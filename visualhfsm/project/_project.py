@@ -48,10 +48,7 @@ _MOST_REMARKS: Final = 100  # about one document
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A directory, or a document, a recording, a model or the body of a robot in a directory.
-
-    Size in bytes, `changed_at` in s since 1970.
-    """
+    """A directory, or a document, recording or robot in it; size in bytes, `changed_at` in s since 1970."""
 
     path: Path
     kind: Literal["directory", "document", "recording", "model"]
