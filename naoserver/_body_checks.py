@@ -99,7 +99,9 @@ def _require_known_joints(body: Body) -> None:
             if name not in body.joint:
                 raise RobotError(f"{what}: there is no joint {name!r}")
             if body.joint[name].passive and not what.startswith(_MAY_BE_PASSIVE):
-                raise RobotError(f"{what}: {name} has no motor (max_torque = 0), so leave it out")
+                raise RobotError(
+                    f"{what}: {name} has no motor (max_torque = 0): give it one, or leave it out"
+                )
             if names.count(name) > 1:
                 raise RobotError(f"{what}: {name} is there twice")
 

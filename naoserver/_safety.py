@@ -83,9 +83,10 @@ class JointRules:
             for joint in rule.slower:
                 self._speed_rules.setdefault(joint, []).append(rule)
         self.couplings: Final = tuple(couplings)
-        self._rates = [replace(pair, offset=0.0) for pair in self.couplings]
-        self._speeds = [replace(pair, ratio=abs(pair.ratio)) for pair in self._rates]
-        self._stiffnesses = [replace(pair, ratio=1.0) for pair in self._rates]
+        # The same for velocities, for highest speeds and for stiffnesses.
+        self.rates: Final = [replace(pair, offset=0.0) for pair in self.couplings]
+        self.speeds: Final = [replace(pair, ratio=abs(pair.ratio)) for pair in self.rates]
+        self.stiffnesses: Final = [replace(pair, ratio=1.0) for pair in self.rates]
 
     def check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
         """Return a copy of the values.
@@ -101,22 +102,6 @@ class JointRules:
             if not math.isfinite(value):
                 raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
         return dict(values)
-
-    def couple_targets(self, targets: dict[str, float]) -> list[Limitation]:
-        """Give joints of one motor targets that agree: by the leader's, or else by that of a follower."""
-        return _coupled(targets, self.couplings)
-
-    def couple_velocities(self, velocities: dict[str, float]) -> list[Limitation]:
-        """Give joints of one motor velocities that agree."""
-        return _coupled(velocities, self._rates)
-
-    def couple_speeds(self, speeds: dict[str, float]) -> list[Limitation]:
-        """Give joints of one motor highest speeds that agree."""
-        return _coupled(speeds, self._speeds)
-
-    def couple_stiffnesses(self, stiffnesses: dict[str, float]) -> None:
-        """Give joints of one motor the same stiffness."""
-        _coupled(stiffnesses, self._stiffnesses)
 
     def speed_cap(self, joint: str, reading: JointReading) -> float:
         """Return the highest speed that a command gets at a reading, in rad/s or m/s."""
@@ -151,12 +136,12 @@ class JointRules:
         return safe
 
 
-def _coupled(values: dict[str, float], pairs: Sequence[Coupling]) -> list[Limitation]:
-    """Fill in the values of coupled joints; report those of followers that differ from the leader's."""
+def couple(values: dict[str, float], pairs: Sequence[Coupling]) -> list[Limitation]:
+    """Give coupled joints values that agree: by the leader's, or else by that of a follower."""
     given = dict(values)
     for pair in pairs:
         if pair.follower in given and pair.leader not in values:
-            values[pair.leader] = pair.leader_at(given[pair.follower])
+            values[pair.leader] = pair.reversed().of(given[pair.follower])
     limitations = []
     for pair in pairs:
         if pair.leader not in values:
@@ -247,7 +232,7 @@ class JointSafety:
         for joint, speed in limits.items():
             if speed < 0:
                 raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
-        outcome = Outcome(limitations=[*rules.couple_targets(wanted), *rules.couple_speeds(limits)])
+        outcome = Outcome(limitations=[*couple(wanted, rules.couplings), *couple(limits, rules.speeds)])
         self._wake(reading)
         for joint, target in wanted.items():
             facts, problem = rules.facts[joint], "{:.4g} is out of range"
@@ -273,7 +258,7 @@ class JointSafety:
         Raises InvalidCommand, and then commands nothing.
         """
         wanted = self._rules.check(velocities, "velocity")
-        outcome = Outcome(limitations=self._rules.couple_velocities(wanted))
+        outcome = Outcome(limitations=couple(wanted, self._rules.rates))
         self._wake(reading)
         deadline = now + self.options.velocity_timeout
         for joint, velocity in wanted.items():
@@ -300,7 +285,7 @@ class JointSafety:
         for joint, value in wanted.items():
             if not 0.0 <= value <= 1.0:
                 raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
-        self._rules.couple_stiffnesses(wanted)
+        couple(wanted, self._rules.stiffnesses)
         return wanted
 
     def with_coupled(self, joints: Iterable[str]) -> tuple[str, ...]:

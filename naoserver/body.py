@@ -155,7 +155,7 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
 
     @cached_property
     def motors(self) -> tuple[str, ...]:
-        """The joints with a motor of their own: those that neither are passive nor follow another one."""
+        """The joints with separate motors: those that neither are passive nor follow another one."""
         return tuple(
             joint.name for joint in self.joints if not joint.passive and joint.name not in self.following
         )

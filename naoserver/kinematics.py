@@ -217,8 +217,8 @@ class _Motor:
         """Those that are to be found: the ratio and the offset of each to the leader."""
         lower, upper = [body.joint[leader].lower], [body.joint[leader].upper]
         for pair in pairs:
-            joint = body.joint[pair.follower]
-            low, high = sorted((pair.leader_at(joint.lower), pair.leader_at(joint.upper)))
+            joint, back = body.joint[pair.follower], pair.reversed()
+            low, high = sorted((back.of(joint.lower), back.of(joint.upper)))
             lower.append(low)
             upper.append(high)
         self._lower: Final = max(lower)

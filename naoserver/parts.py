@@ -166,9 +166,10 @@ class Coupling(_Part, frozen=True):
         """Return the follower's angle at an angle of the leader."""
         return self.offset + self.ratio * leader
 
-    def leader_at(self, follower: float) -> float:
-        """Return the leader's angle at an angle of the follower: undo `of`."""
-        return (follower - self.offset) / self.ratio
+    def reversed(self) -> Coupling:
+        """Return the coupling by which the follower leads the leader alike."""
+        ratio, offset = 1.0 / self.ratio, -self.offset / self.ratio
+        return Coupling(leader=self.follower, follower=self.leader, ratio=ratio, offset=offset)
 
 
 class Loop(_Part, frozen=True):

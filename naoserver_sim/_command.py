@@ -158,6 +158,9 @@ def naoserver_sim(
     )
     surroundings = load_world(world)
     if write_body is not None:
+        if not is_body_file(body):
+            message = f"{body} is no file: this writes a robot of your own, --body robot.urdf"
+            raise typer.BadParameter(message, param_hint="--write-body")
         write_own_body(Path(body), write_body, force=force, say=typer.echo)
         return
     facts = read_own_body(Path(body), say=typer.echo) if is_body_file(body) else find_body(body)

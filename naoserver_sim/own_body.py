@@ -27,6 +27,7 @@ import logging
 import math
 import os
 import tomllib
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -38,7 +39,9 @@ import numpy as np
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
+from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.guesses import ASPECT, FIELD_OF_VIEW, Guesses, guess, guess_overlaps
+from naoserver_sim._own.hulls import coarsen_hulls
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, Sensor, read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
@@ -138,10 +141,16 @@ class _Model:
         for sensor in self.file.sensors:
             if sensor.kind == "camera":
                 _add_camera(self.file.spec, sensor)
+        coarsen_hulls(self.file.spec)
         for number, joint in enumerate(self.file.spec.joints):
             joint.name = joint.name or f"{joint.parent.name or 'joint'} joint {number}"
+        with warnings.catch_warnings(record=True) as self.warnings:
+            warnings.simplefilter("always")
+            self.figure: Final = Figure(self._compiled())
+
+    def _compiled(self) -> mujoco.MjModel:
         try:
-            self.mj: Final = self.file.spec.compile()
+            return self.file.spec.compile()
         except (ValueError, mujoco.FatalError) as problem:
             raise RobotError(f"{self.where}: {' '.join(str(problem).split())}") from None
 
@@ -162,9 +171,11 @@ class _Description:
                 f"{source}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
             )
         mounted = bool(described.get("mounted"))
-        self.parts: Final = parts_of(model.mj, model.file, own, model.where, mounted=mounted)
+        self.parts: Final = parts_of(model.figure, model.file, own, model.where, mounted=mounted)
         if self.parts.unsaid:
-            raise RobotError(_unsaid(self.parts.unsaid, source))
+            figure = self.parts.figure
+            torques = {name: figure.torque(of, mounted=mounted) for name, of in self.parts.unsaid.items()}
+            raise RobotError(_unsaid(torques, source))
         described["name"] = own.name
         given = described.get("couplings", [])
         followers = [pair.get("follower") for pair in given]
@@ -181,13 +192,20 @@ class _Description:
             raise RobotError(
                 f"{source}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}"
             )
+        if not (self.body.shapes or self.body.mounted):
+            missing = ", for its meshes are left out" if model.file.left_out else ""
+            raise RobotError(
+                f"{source}: no link of {own.name} has a shape that touches{missing}: it would fall through"
+                ' the floor; name the folder of its meshes, meshes = "...", or fix it to its place,'
+                " mounted = true"
+            )
 
 
 def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
     """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
     model = _Model(path, path.parent)
     found = Guesses({"model": name, "name": _name(path)})
-    parts = parts_of(model.mj, model.file, OwnFile(model=name), model.where, mounted=False)
+    parts = parts_of(model.figure, model.file, OwnFile(model=name), model.where, mounted=False)
     guess(model.file, parts, found)
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body)
     return found, _Description(found.document, model, model.where)
@@ -215,13 +233,14 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
     notes = [
         *of.model.file.notes,
         *of.parts.notes,
+        *(f"{of.model.where}: {warning.message}" for warning in of.model.warnings),
         *(f"{of.model.where}: {note}" for note in left_out + doubts),
     ]
     for note in notes[:_MOST_REPORTED]:
         _log.warning("%s", note)
     if (more := len(notes) - _MOST_REPORTED) > 0:
         _log.warning("%s: and %d more such notes", of.model.where, more)
-    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.mj, of.parts.frames, of.body))
+    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.figure.mj, of.parts.frames, of.body))
     if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:
         message = "%s is drawn by its contact shapes: its looks have %d bytes, and at most %d are served"
         _log.warning(message, of.source, size, LARGEST_DESCRIPTION)
@@ -236,11 +255,13 @@ def _name(path: Path) -> str:
 
 def _unsaid(torques: Mapping[str, float], source: str) -> str:
     """Return what is wrong when nobody says the largest torques of some joints."""
-    what = f"joint {next(iter(torques))!r} has" if len(torques) == 1 else f"{len(torques)} joints have"
-    return (
-        f"{source}: {what} no largest torque: add this, whose figures fit the masses that they carry:\n"
-        f"{torques_to_paste(torques)}"
-    )
+    if len(torques) == 1:
+        what = f"joint {next(iter(torques))!r} has no largest torque: add this, which fits the mass that it carries"
+    else:
+        what = (
+            f"{len(torques)} joints have no largest torque: add these, which fit the masses that they carry"
+        )
+    return f"{source}: {what}:\n{torques_to_paste(torques)}"
 
 
 def _add_camera(spec: mujoco.MjSpec, sensor: Sensor) -> None:

@@ -308,7 +308,7 @@ class FakeDevice:
         firm, limp = Ramp(1.0, 1.0), Ramp(0.0, 0.0)
         self._stiffnesses = {joint.name: limp if joint.passive else firm for joint in joints}
         self._time = clock.now()
-        self._motions: dict[str, _Motion] = {}
+        self._motions = {joint.name: _Motion(self._time, 0.0, 0.0) for joint in joints}
         self._reading: JointReading | None = None
         """The newest reading; None after a command."""
         self.place({joint.name: posture.get(joint.name, 0.0) for joint in joints})
@@ -405,13 +405,7 @@ class FakeDevice:
         """Let coupled joints move together: as the leader, or else as a follower that is commanded."""
         for pair in self._couplings:
             if pair.follower in commanded and pair.leader not in commanded:
-                back = Coupling(
-                    leader=pair.follower,
-                    follower=pair.leader,
-                    ratio=1.0 / pair.ratio,
-                    offset=-pair.offset / pair.ratio,
-                )
-                self._motions[pair.leader] = self._motions[pair.follower].by(back)
+                self._motions[pair.leader] = self._motions[pair.follower].by(pair.reversed())
         for pair in self._couplings:
             self._motions[pair.follower] = self._motions[pair.leader].by(pair)
 

@@ -50,7 +50,7 @@ class Limbs:
     qpos: Indices
     dofs: Indices
     motors: Indices
-    """Beyond the last motor for a joint without one of its own."""
+    """Beyond the last motor for a joint without a separate one."""
     legs: Indices
     """The twelve joints of the legs, as places among the body's joints: the left leg from the hip down, then
     the right one."""
@@ -68,14 +68,14 @@ class Limbs:
         return self.motors[self.legs]
 
     def commanded(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the setpoint of each joint, 0 of one without a motor of its own."""
+        """Return the setpoint of each joint, 0 of one without a separate motor."""
         return np.append(setpoints, 0.0)[self.motors]
 
 
 def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
     """Return the limbs of a body with two soles.
 
-    Raises RobotError when a leg does not have six joints, all hinges, each with a motor of its own.
+    Raises RobotError when a leg does not have six joints, all hinges with separate motors.
     """
     joints = body.joint_names
     places = {mj.joint(name).id: place for place, name in enumerate(joints)}
@@ -89,7 +89,9 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
             raise RobotError(f"the leg above {sole.link} has {len(leg)} joints: it needs {LEG_JOINTS} hinges")
         legs.extend(places[joint] for joint in leg)
     if without := [joints[place] for place in legs if joints[place] not in body.motors]:
-        raise RobotError(f"walk: footsteps need a motor for each joint of a leg, but {without[0]} has none")
+        raise RobotError(
+            f"walk: footsteps need a separate motor for each joint of a leg, not as {without[0]}"
+        )
     root = mj.body(body.root.name).id
     free = mj.body_jntadr[root]
     shoulders = (body.hinges.get(f"{side}Shoulder", {}) for side in ("Left", "Right"))

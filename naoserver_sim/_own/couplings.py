@@ -13,11 +13,9 @@ from typing import Any, Final, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from naoserver.capabilities import Vector
 from naoserver.errors import RobotError
-from naoserver.parts import Coupling, Loop, Quaternion
+from naoserver.parts import Coupling
 from naoserver_sim._own.looks import Frame
 
 Lines = Mapping[tuple[str, str], int]
@@ -35,7 +33,7 @@ class Pull(NamedTuple):
 
     actuator: int
     lever: float = 1.0
-    """Torque at the joint for each N m, or N, of the actuator behind its own gear."""
+    """Torque at the joint for each N m, or N, of the actuator behind its gear."""
 
 
 class Couplings(NamedTuple):
@@ -44,7 +42,7 @@ class Couplings(NamedTuple):
     couplings: tuple[Coupling, ...]
     """The joints that follow another one, each with the joint that leads it and follows none."""
     pulls: Mapping[str, tuple[Pull, ...]]
-    """What moves each joint that has a motor; a follower has none of its own."""
+    """What moves each joint that has a motor; a follower has none."""
     passive: frozenset[str]
     """The joints that no actuator moves, in a model that has actuators."""
     notes: tuple[str, ...]
@@ -53,7 +51,8 @@ class Couplings(NamedTuple):
 class Loops(NamedTuple):
     """What holds links of a model together besides joints."""
 
-    loops: tuple[Loop, ...]
+    loops: tuple[dict[str, Any], ...]
+    """Tables of `loops`."""
     mounted: bool
     """Whether the root is welded to the world."""
     notes: tuple[str, ...]
@@ -64,13 +63,13 @@ class _Chain:
     """Joints that move together."""
 
     leader: str
-    joints: dict[str, tuple[float, float]]
-    """The ratio and the offset to the leader of each, also of itself."""
+    ways: dict[str, Coupling]
+    """How each joint, also the leader itself, follows the leader."""
     pulls: list[Pull] = field(default_factory=list)
 
     def stretches(self, tendon: Mapping[str, float]) -> float:
         """Return by how much a tendon, a sum of joints, gets longer for each rad of the leader."""
-        by = sum(self.joints[joint][0] * part for joint, part in tendon.items() if joint in self.joints)
+        by = sum(self.ways[joint].ratio * part for joint, part in tendon.items() if joint in self.ways)
         return by if abs(by) > _TINY else 0.0
 
 
@@ -83,28 +82,23 @@ def couplings_of(mj: mujoco.MjModel, where: str, lines: Lines) -> Couplings:
     """
     notes: list[str] = []
     note = _noting(notes, where, "joint", lines)
-    motors = {
-        actuator: mj.joint(int(mj.actuator_trnid[actuator, 0])).name
-        for actuator in range(mj.nu)
-        if mj.actuator_trntype[actuator] in _OF_JOINT
-    }
-    tendons = {
-        actuator: _fixed(mj, int(mj.actuator_trnid[actuator, 0]))
-        for actuator in range(mj.nu)
-        if mj.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
-    }
+    motors, tendons = {}, {}
+    for actuator in range(mj.nu):
+        target = int(mj.actuator_trnid[actuator, 0])
+        if mj.actuator_trntype[actuator] in _OF_JOINT:
+            motors[actuator] = mj.joint(target).name
+        elif mj.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON:
+            tendons[actuator] = _fixed(mj, target)
     chains = _chains(mj, set(motors.values()), note)
-    for actuator, joint in motors.items():
-        for each in chains:
-            if joint == each.leader:
-                each.pulls.append(Pull(actuator))
+    for each in chains:
+        each.pulls += [Pull(actuator) for actuator, joint in motors.items() if joint == each.leader]
     _pull(chains, tendons)
     used = {pull.actuator for each in chains for pull in each.pulls}
     for actuator in sorted(set(range(mj.nu)) - used):
         joint = motors.get(actuator, "")
         why = f"joint {joint!r} follows another one" if joint else "it acts on no joint"
         if tendons.get(actuator):
-            why = "the joints of its tendon have motors of their own"
+            why = "the joints of its tendon have motors"
         note(joint, f"the actuator {mj.actuator(actuator).name or actuator!r} is left out: {why}")
     for tendon in range(mj.ntendon):
         what = f"the tendon {mj.tendon(tendon).name or tendon!r}"
@@ -112,15 +106,10 @@ def couplings_of(mj: mujoco.MjModel, where: str, lines: Lines) -> Couplings:
             note("", f"{what} is left out: it runs along sites, not over joints")
         elif mj.tendon_limited[tendon] or np.any(mj.tendon_stiffness[tendon]):
             note("", f"the limits and the spring of {what} are left out")
-    passive = [joint for each in chains if mj.nu and not each.pulls for joint in each.joints]
+    passive = [joint for each in chains if mj.nu and not each.pulls for joint in each.ways]
     if passive:
         note("", f"no actuator moves {', '.join(passive)}: passive, moved by what touches them")
-    couplings = tuple(
-        Coupling(leader=each.leader, follower=joint, ratio=ratio, offset=offset)
-        for each in chains
-        for joint, (ratio, offset) in each.joints.items()
-        if joint != each.leader
-    )
+    couplings = tuple(way for each in chains for joint, way in each.ways.items() if joint != each.leader)
     pulls = {each.leader: tuple(each.pulls) for each in chains if each.pulls}
     return Couplings(couplings, pulls, frozenset(passive), tuple(notes))
 
@@ -133,7 +122,7 @@ def keep_in_range(joints: Sequence[dict[str, Any]], couplings: Iterable[Coupling
     tables, pairs = {table["name"]: table for table in joints}, list(couplings)
     for pair in pairs:
         leader, follower = tables[pair.leader], tables[pair.follower]
-        low, high = sorted(pair.leader_at(limit) for limit in _range(follower))
+        low, high = sorted(map(pair.reversed().of, _range(follower)))
         lower, upper = _range(leader)
         if max(lower, low) > min(upper, high):
             raise RobotError(
@@ -141,18 +130,17 @@ def keep_in_range(joints: Sequence[dict[str, Any]], couplings: Iterable[Coupling
                 f" {upper:.4g}, but must be from {low:.4g} to {high:.4g} to keep it within its range"
             )
         leader["lower"], leader["upper"] = max(lower, low), min(upper, high)
-        fastest = follower["max_velocity"] / abs(pair.ratio)
-        leader["max_velocity"] = min(leader["max_velocity"], fastest)
+        leader["max_velocity"] = min(leader["max_velocity"], follower["max_velocity"] / abs(pair.ratio))
     for pair in pairs:
         leader, follower = tables[pair.leader], tables[pair.follower]
-        follower["lower"], follower["upper"] = sorted(pair.of(limit) for limit in _range(leader))
+        follower["lower"], follower["upper"] = sorted(map(pair.of, _range(leader)))
         follower["max_velocity"] = leader["max_velocity"] * abs(pair.ratio)
         follower["max_torque"] = leader["max_torque"] / abs(pair.ratio)
 
 
 def loops_of(mj: mujoco.MjModel, frames: Mapping[int, Frame], where: str, lines: Lines) -> Loops:
     """Return what holds links together besides joints; `frames` are those of the robot's bodies."""
-    loops: list[Loop] = []
+    loops: list[dict[str, Any]] = []
     notes: list[str] = []
     note = _noting(notes, where, "body", lines)
     mounted = False
@@ -162,28 +150,23 @@ def loops_of(mj: mujoco.MjModel, frames: Mapping[int, Frame], where: str, lines:
         if not rigid and kind != mujoco.mjtEq.mjEQ_CONNECT:
             continue
         pair = [int(mj.eq_obj1id[equality]), int(mj.eq_obj2id[equality])]
-        places, turn = ([data[3:6], data[:3]], data[6:10]) if rigid else ([data[:3], data[3:6]], None)
-        if mj.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE:
+        places = [data[3:6], data[:3]] if rigid else [data[:3], data[3:6]]
+        by_sites = mj.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE
+        if by_sites:
             places = [mj.site_pos[site] for site in pair]
-            turn = _difference(*mj.site_quat[pair]) if rigid else None
             pair = [int(mj.site_bodyid[site]) for site in pair]
         of_robot = [body for body in pair if body in frames]
-        if len(of_robot) == len(pair):
+        if len(of_robot) == len(pair) and not (rigid and by_sites):
             first, second = (frames[body] for body in pair)
-            loops.append(
-                Loop(
-                    first=first.link,
-                    second=second.link,
-                    place=_vector(places[0] - first.offset),
-                    other=_vector(places[1] - second.offset),
-                    turn=None if turn is None else _quaternion(turn),
-                )
-            )
-        elif of_robot and rigid and 0 in pair and mj.body_parentid[of_robot[0]] == 0:
+            place, other = (at - of.offset for at, of in zip(places, (first, second), strict=True))
+            loop = {"first": first.link, "second": second.link}
+            loop |= {"place": place.tolist(), "other": other.tolist()}
+            loops.append(loop | ({"turn": data[6:10].tolist()} if rigid else {}))
+        elif rigid and 0 in pair and of_robot and mj.body_parentid[of_robot[0]] == 0:
             mounted = True
         elif of_robot:
             name = mj.body(of_robot[0]).name
-            note(name, f"what holds {name!r} to something that is no link of the robot is left out")
+            note(name, f"what holds {name!r} to {'sites' if len(of_robot) > 1 else 'no link'} is left out")
     return Loops(tuple(loops), mounted, tuple(notes))
 
 
@@ -197,30 +180,34 @@ def _noting(notes: list[str], where: str, kind: str, lines: Lines) -> Note:
 
 def _chains(mj: mujoco.MjModel, driven: Collection[str], note: Note) -> list[_Chain]:
     """Return all joints in chains, each led by one that is `driven`, or else by one that follows none."""
-    ties: dict[str, list[tuple[str, float, float]]] = {}
+    ties: dict[str, list[Coupling]] = {}
     followers = set()
     for tie in _ties(mj, note):
         followers.add(tie.follower)
-        ties.setdefault(tie.leader, []).append((tie.follower, tie.ratio, tie.offset))
-        back = (tie.leader, 1.0 / tie.ratio, -tie.offset / tie.ratio)
-        ties.setdefault(tie.follower, []).append(back)
+        ties.setdefault(tie.leader, []).append(tie)
+        ties.setdefault(tie.follower, []).append(tie.reversed())
     names = [mj.joint(joint).name for joint in range(mj.njnt) if mj.jnt_type[joint] in _ONE_AXIS]
     chains: list[_Chain] = []
     known: set[str] = set()
     for leader in sorted(names, key=lambda name: (name not in driven, name in followers)):
         if leader in known:
             continue
-        joints = {leader: (1.0, 0.0)}
+        ways = {leader: Coupling(leader=leader, follower=leader)}
         waiting = [leader]
         for joint in waiting:  # grows meanwhile
-            ratio, offset = joints[joint]
-            for other, by, more in ties.get(joint, ()):
-                if other not in joints:
-                    joints[other] = (by * ratio, by * offset + more)
-                    waiting.append(other)
-        known |= joints.keys()
-        chains.append(_Chain(leader, joints))
+            for tie in ties.get(joint, ()):
+                if tie.follower not in ways:
+                    ways[tie.follower] = _joined(ways[joint], tie)
+                    waiting.append(tie.follower)
+        known |= ways.keys()
+        chains.append(_Chain(leader, ways))
     return chains
+
+
+def _joined(first: Coupling, then: Coupling) -> Coupling:
+    """Return the coupling of the follower of a follower."""
+    ratio, offset = then.ratio * first.ratio, then.of(first.offset)
+    return Coupling(leader=first.leader, follower=then.follower, ratio=ratio, offset=offset)
 
 
 def _ties(mj: mujoco.MjModel, note: Note) -> Iterator[Coupling]:
@@ -238,7 +225,7 @@ def _ties(mj: mujoco.MjModel, note: Note) -> Iterator[Coupling]:
         else:
             continue
         name = next(iter(terms), "")
-        for joint, part in bound.items():  # what is constant: the sum of all terms
+        for joint, part in bound.items():  # the sum of all terms is constant
             terms[joint] = terms.get(joint, 0.0) - data[1] * part
         terms = {joint: part for joint, part in terms.items() if abs(part) > _TINY}
         if len(terms) == 2 and not any(data[2:5]):
@@ -264,13 +251,12 @@ def _pull(chains: list[_Chain], tendons: Mapping[int, Mapping[str, float]]) -> N
                 for each, lever in zip(free, row, strict=True):
                     each.pulls += [Pull(other, abs(lever))] if lever else []
         elif free:
-            first, own = free[0], free[0].stretches(tendon)
-            first.pulls.append(Pull(actuator, sum(each.stretches(tendon) ** 2 for each in free) / abs(own)))
+            first, by = free[0], free[0].stretches(tendon)
+            first.pulls.append(Pull(actuator, sum(each.stretches(tendon) ** 2 for each in free) / abs(by)))
             for each in free[1:]:
-                share = each.stretches(tendon) / own
-                first.joints |= {
-                    joint: (ratio * share, offset) for joint, (ratio, offset) in each.joints.items()
-                }
+                share = each.stretches(tendon) / by
+                tie = Coupling(leader=first.leader, follower=each.leader, ratio=share)
+                first.ways |= {joint: _joined(tie, way) for joint, way in each.ways.items()}
                 chains.remove(each)
 
 
@@ -280,24 +266,6 @@ def _fixed(mj: mujoco.MjModel, tendon: int) -> dict[str, float]:
     if any(mj.wrap_type[wrap] != mujoco.mjtWrap.mjWRAP_JOINT for wrap in wraps):
         return {}
     return {mj.joint(int(mj.wrap_objid[wrap])).name: float(mj.wrap_prm[wrap]) for wrap in wraps}
-
-
-def _difference(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation of the second link in the first, whose sites are turned by `first` and `second`."""
-    back, turn = np.zeros(4), np.zeros(4)
-    mujoco.mju_negQuat(back, second)
-    mujoco.mju_mulQuat(turn, first, back)
-    return turn
-
-
-def _vector(values: NDArray[np.float64]) -> Vector:
-    x, y, z = values.tolist()
-    return x, y, z
-
-
-def _quaternion(values: NDArray[np.float64]) -> Quaternion:
-    w, x, y, z = values.tolist()
-    return w, x, y, z
 
 
 def _range(joint: Mapping[str, Any]) -> tuple[float, float]:

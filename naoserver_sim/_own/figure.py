@@ -11,6 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver_sim._own.hulls import hull_of
+
 Array = NDArray[np.float64]
 
 GRAVITY: Final = 9.81
@@ -20,6 +22,8 @@ _OF_A_LEG: Final = 0.5
 """Share of a leg's length by which the weight of the robot is beside its joints when it crouches."""
 _LEANS: Final = 0.1
 """Share of the height of the center of mass by which it may be ahead of an ankle."""
+_ACCELERATION: Final = 10.0
+"""Acceleration in rad/s2 that such a torque gives to what the joint carries, at least."""
 _LEAST: Final = 0.2
 """Least such torque in N m, or force in N: bearings and grips need some."""
 _ON_THE_FLOOR: Final = 0.05
@@ -40,18 +44,21 @@ def touching(mj: mujoco.MjModel) -> tuple[list[int], bool]:
     In a model that gives no body such a geom, all touch.
     """
     paired = {*mj.pair_geom1.tolist(), *mj.pair_geom2.tolist()}
-    own = [geom for geom in range(mj.ngeom) if mj.geom_bodyid[geom] and _is_solid(mj, geom)]
+    own = [geom for geom in range(mj.ngeom) if _is_solid(mj, geom)]
     solid = [geom for geom in own if mj.geom_contype[geom] or mj.geom_conaffinity[geom] or geom in paired]
     return (solid, True) if solid else (own, not own)
 
 
 def _is_solid(mj: mujoco.MjModel, geom: int) -> bool:
-    kinds = mujoco.mjtGeom
+    """Return whether a geom is of a body of the robot, and can touch something."""
+    kinds, body = mujoco.mjtGeom, int(mj.geom_bodyid[geom])
+    if body == 0 or mj.body_mocapid[mj.body_rootid[body]] >= 0:
+        return False
     return int(mj.geom_type[geom]) not in (kinds.mjGEOM_PLANE, kinds.mjGEOM_HFIELD, kinds.mjGEOM_SDF)
 
 
 class Figure:
-    """A robot at rest: in a keyframe of its model, or with its joints as near to 0 as their ranges let them."""
+    """A robot at rest: in a keyframe of its model, or with its joints as near to 0 as can be."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
         self.mj: Final = mj
@@ -64,7 +71,8 @@ class Figure:
                 if mj.jnt_limited[joint]:
                     low, high = mj.jnt_range[joint]
                     self.data.qpos[mj.jnt_qposadr[joint]] = min(max(0.0, low), high)
-        mujoco.mj_forward(mj, self.data)
+        mujoco.mj_kinematics(mj, self.data)
+        mujoco.mj_comPos(mj, self.data)
         self.solid, self.says_what_touches = touching(mj)
 
     def _key(self) -> int | None:
@@ -91,27 +99,31 @@ class Figure:
         return self._carried[body]
 
     @cached_property
+    def hulls(self) -> dict[int, Array]:
+        """Corners of the hull of each mesh that touches, in m in its body's frame; of other geoms none."""
+        return {geom: hull_of(self.mj, geom) for geom in self.solid}
+
+    @cached_property
     def _points(self) -> list[Array]:
         """Points on the surfaces that touch, of each body in m."""
         points: list[list[Array]] = [[np.zeros((0, 3))] for _ in range(self.mj.nbody)]
         for geom in self.solid:
-            turn = self.data.geom_xmat[geom].reshape(3, 3)
-            points[int(self.mj.geom_bodyid[geom])].append(
-                self._surface(geom) @ turn.T + self.data.geom_xpos[geom]
-            )
+            body = int(self.mj.geom_bodyid[geom])
+            turn, place, surface = self.data.geom_xmat[geom], self.data.geom_xpos[geom], self._surface(geom)
+            if len(self.hulls[geom]):
+                turn, place, surface = self.data.xmat[body], self.data.xpos[body], self.hulls[geom]
+            points[body].append(surface @ turn.reshape(3, 3).T + place)
         return [np.concatenate(each) for each in points]
 
     def _surface(self, geom: int) -> Array:
         """Return points on the surface of a geom in its frame in m."""
-        mj, kind = self.mj, mujoco.mjtGeom(int(self.mj.geom_type[geom]))
-        size: Array = mj.geom_size[geom]
+        kind = mujoco.mjtGeom(int(self.mj.geom_type[geom]))
+        size: Array = self.mj.geom_size[geom]
         points: Array = _BALL * (size if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID else size[0])
-        if kind == mujoco.mjtGeom.mjGEOM_MESH:
-            mesh = int(mj.geom_dataid[geom])
-            first = int(mj.mesh_vertadr[mesh])
-            points = mj.mesh_vert[first : first + int(mj.mesh_vertnum[mesh])].astype(np.float64)
-        elif kind == mujoco.mjtGeom.mjGEOM_BOX:
+        if kind == mujoco.mjtGeom.mjGEOM_BOX:
             points = _CORNERS * size
+        elif kind == mujoco.mjtGeom.mjGEOM_MESH:  # a flat one
+            points = _CORNERS * self.mj.geom_aabb[geom, 3:] + self.mj.geom_aabb[geom, :3]
         elif kind in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
             around = points if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else _RIM * size[0]
             points = np.concatenate([around + np.array((0.0, 0.0, end)) for end in (-size[1], size[1])])
@@ -164,7 +176,8 @@ class Figure:
 
     def torque(self, joint: int, *, mounted: bool) -> float:
         """Return a largest torque in N m, or force in N, that fits the mass that a joint carries."""
-        wanted = max(_SAFETY * self.load(joint), self.standing(joint, mounted=mounted), _LEAST)
+        quick = _ACCELERATION * float(self.inertias[0][self.mj.jnt_dofadr[joint]])
+        wanted = max(_SAFETY * self.load(joint), self.standing(joint, mounted=mounted), quick, _LEAST)
         return float(f"{wanted:.2g}")
 
     def tips(self, joint: int, *, mounted: bool) -> float:
@@ -190,6 +203,7 @@ class Figure:
     def inertias(self) -> tuple[Array, Array]:
         """The inertia that each degree of freedom moves, with the others held and with the others free."""
         mj = self.mj
+        mujoco.mj_makeM(mj, self.data)
         full = np.zeros((mj.nv, mj.nv))
         mujoco.mj_fullM(mj, self.data, full)
         return np.diag(full).copy(), 1.0 / np.diag(np.linalg.inv(full))

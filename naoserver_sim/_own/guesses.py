@@ -23,6 +23,11 @@ from naoserver_sim.world import load_world
 
 Path = tuple[str | int, ...]
 
+_ORDER: Final = (
+    *("model", "name", "mounted", "rest", "intangible", "overlapping", "groups", "hinges", "cameras", "walk"),
+    *("couplings", "soles", "inertial_unit", "postures", "joint"),
+)
+"""The keys of the file."""
 _MOST_CAMERAS: Final = 4
 ASPECT: Final = 4 / 3
 """Width of a picture by its height."""
@@ -47,6 +52,8 @@ _DRIVES: Final = 0.5
 """Speed in m/s of a cart of whose wheels nobody says how fast they turn."""
 _USED: Final = 0.9
 """Share of the speed of its wheels at which a cart drives or turns."""
+_MANY: Final = 3
+"""Links that a link does not touch, from which that is not said of each."""
 _OVERLAP: Final = 0.0005
 """Depth in m from which shapes overlap."""
 _MOST_NAMED: Final = 3
@@ -123,26 +130,27 @@ class _Guesser:
         if not mounted:
             self._guess_soles()
             self._guess_walk()
-        for name in self._parts.unsaid:
-            torque = self._figure.torque(self._parts.joints[name], mounted=mounted)
+        for name, joint in self._parts.unsaid.items():
+            torque = self._figure.torque(joint, mounted=mounted)
             found.add(torque, "torque by the mass that it carries", "joint", name, "max_torque")
         for name in self._parts.slow:
             if "max_velocity" not in found.document.get("joint", {}).get(name, {}):
                 found.add(SPEED, "usual speed", "joint", name, "max_velocity")
+        found.document = {key: found.document[key] for key in _ORDER if key in found.document}
 
     def _mount(self) -> tuple[bool, str]:
         """Return whether the robot is fixed to the floor, and why."""
         mj, figure = self._mj, self._figure
         if self._parts.tables.get("mounted"):
-            return True, "its root is welded to the world"
+            return True, "the world carries it in its model"
         if not len(figure.points(*range(1, mj.nbody))):
             return True, "no link has a shape that touches the floor: it would fall for ever"
         roots = [body for body in range(1, mj.nbody) if mj.body_parentid[body] == 0]
         own = [int(mj.jnt_type[mj.body_jntadr[body]]) for body in roots if mj.body_jntnum[body]]
         if mujoco.mjtJoint.mjJNT_FREE in own:
             return False, ""
-        if own or len(roots) > 1 or ("link", "world") in self._model.lines:
-            return True, "its root is the world"
+        if ("link", "world") in self._model.lines:
+            return True, "its root is the link 'world'"
         if len(self._limbs.of("leg")) > 1 or len(self._limbs.wheels) > 1:
             return False, ""
         if self._model.kind == "mjcf":
@@ -412,7 +420,7 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body) -> None:
     pairs = sorted(pair for pair in apart if pair[0] != pair[1] and set(pair) <= masks.keys())
     parted = near.union(pairs)
     alone = [link for link in names if sum(link in pair for pair in parted) == len(names) - 1]
-    alone = [link for link in alone if any(link in pair for pair in pairs)]
+    alone = [link for link in alone if sum(link in pair for pair in pairs) >= _MANY]
     if alone:
         found.add(alone, "they touch no other link in the model", "intangible")
     if rest := [list(pair) for pair in pairs if not set(pair) & set(alone)]:

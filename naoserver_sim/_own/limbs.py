@@ -19,9 +19,10 @@ Side = Literal["left", "right", ""]
 
 _WORDS: Final[Mapping[Kind, re.Pattern[str]]] = {
     "leg": re.compile(
-        r"hip\b|knee|ankle|thigh|calf|shank|shin\b|foot|\blegs?\b|\b[lr][fhrb] ?h(?:aa|fe)|kfe"
+        r"(?:\b|left|right)hip\b|knee|ankle|thigh|calf|shank|shin\b|foot|\blegs?\b"
+        r"|\b[lr][fhrb] ?h(?:aa|fe)|kfe"
     ),
-    "arm": re.compile(r"arm\b|shoulder|elbow|wrist|hand\b|gripper|finger"),
+    "arm": re.compile(r"(?:\b|fore|upper|lower|left|right)arm\b|shoulder|elbow|wrist|hand\b|gripper|finger"),
     "head": re.compile(r"head|neck|gimbal|\bptu\b|\bpan\b|\btilt\b"),
 }
 """Words in the names of joints and links, in the order in which they count."""
@@ -193,7 +194,8 @@ class Limbs:
         seen = {view.link for view in self._parts.views}
         if len(joints) <= _SHORT and any(self._parts.frames[body].link in seen for body in bodies):
             return "head", "it carries a camera"
-        return ("arm", "a chain of joints that stands on nothing") if len(joints) > 1 else ("", "")
+        moved = [joint for joint in joints if self._names[joint] in self.driven]
+        return ("arm", "a chain of joints that stands on nothing") if len(moved) > 1 else ("", "")
 
     def _trunk_stands(self) -> bool:
         """Return whether what no joint moves is on the floor."""

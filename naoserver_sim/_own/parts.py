@@ -23,7 +23,6 @@ from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Coupling, Gear
 from naoserver_sim._body import KINDS
 from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loops_of
 from naoserver_sim._own.figure import Figure
-from naoserver_sim._own.hulls import hull_of
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
 
@@ -43,6 +42,8 @@ _FIRM: Final = 1.5
 """Stiffness of a leg's joint, as a multiple of that with which the robot would just not fall about it."""
 _QUICKEST: Final = 150.0
 """Highest natural frequency of such a servo in rad/s: steps of the physics take 2.5 ms."""
+_SLOWEST: Final = 10.0
+"""Lowest such frequency."""
 _LARGEST_ROTOR: Final = 0.1
 """Largest inertia of a rotor in kg m2 that is added for it, if the model has none."""
 _DIGITS: Final = 5
@@ -113,8 +114,8 @@ class Parts:
     """The link of each body of the model."""
     joints: dict[str, int] = field(default_factory=dict)
     """The joint of the model that each hinge and slide is."""
-    unsaid: dict[str, float] = field(default_factory=dict)
-    """The joints whose largest torque nobody says, each with one that fits what it carries."""
+    unsaid: dict[str, int] = field(default_factory=dict)
+    """The joints whose largest torque nobody says, with those of the model."""
     slow: list[str] = field(default_factory=list)
     """The joints whose speed nobody says."""
     views: list[View] = field(default_factory=list)
@@ -134,18 +135,17 @@ class _Axis(NamedTuple):
     sliding: bool = False
 
 
-def parts_of(mj: mujoco.MjModel, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> Parts:
+def parts_of(figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> Parts:
     """Return the parts of a compiled model. Raises RobotError, naming the part, for what a body cannot be."""
-    return _Reader(mj, model, own, where, mounted=mounted).read()
+    return _Reader(figure, model, own, where, mounted=mounted).read()
 
 
 class _Reader:
     """Read a compiled model, body by body."""
 
-    def __init__(
-        self, mj: mujoco.MjModel, model: ModelFile, own: OwnFile, where: str, *, mounted: bool
-    ) -> None:
-        self._mj, self._model, self._own, self._where, self._mounted = mj, model, own, where, mounted
+    def __init__(self, figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> None:
+        mj = self._mj = figure.mj
+        self._model, self._own, self._where, self._mounted = model, own, where, mounted
         gears: dict[str, Any] = {
             name: {key: value for key, value in msgspec.to_builtins(servo).items() if key != "joints"}
             for name, servo in own.servo.items()
@@ -164,7 +164,7 @@ class _Reader:
             "fixed_joints": self._fixed,
             "gears": gears,
         }
-        self._parts = Parts(tables, Figure(mj))
+        self._parts = Parts(tables, figure)
 
     def read(self) -> Parts:
         mj, frames = self._mj, self._parts.frames
@@ -205,7 +205,7 @@ class _Reader:
         keep_in_range(self._joints, couplings, self._where)
         loops = loops_of(mj, parts.frames, self._where, self._model.lines)
         parts.tables["couplings"] = msgspec.to_builtins(couplings)
-        parts.tables["loops"] = msgspec.to_builtins(loops.loops)
+        parts.tables["loops"] = list(loops.loops)
         if loops.mounted:
             parts.tables["mounted"] = True
         parts.notes.extend((*self._moves.notes, *loops.notes))
@@ -227,6 +227,8 @@ class _Reader:
         if level and not moved and not more:
             return ""
         name = self._fit("link", "base" if free else "ground")
+        if not free:
+            self._parts.tables["mounted"] = True
         self._links.append({"name": name, "mass": 0.0})
         return name
 
@@ -325,7 +327,7 @@ class _Reader:
         if "max_torque" not in found:
             found["max_torque"] = self._parts.figure.torque(of.joint, mounted=self._mounted)
             if self._mj.joint(of.joint).name not in self._followers:
-                self._parts.unsaid[of.name] = found["max_torque"]
+                self._parts.unsaid[of.name] = of.joint
         gear = self._given.get(of.name)
         if gear is None:
             gear = of.name
@@ -396,13 +398,14 @@ class _Reader:
                 square = (lever * float(mj.actuator_gear[motor, 0])) ** 2
                 stiffness, damping = (-square * mj.actuator_biasprm[motor, 1:3]).tolist()
                 return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
+        held, free = (float(each[dof]) for each in figure.inertias)
         load, standing = figure.load(joint), figure.standing(joint, mounted=self._mounted)
         stiffness = max(
             min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES,
             load / _SAGS,
             _FIRM * figure.tips(joint, mounted=self._mounted),
+            _SLOWEST**2 * held,
         )
-        held, free = (float(each[dof]) for each in figure.inertias)
         wanted = stiffness / _QUICKEST**2 - free
         added = 0.0 if rotor else min(max(wanted, 0.0), _LARGEST_ROTOR)
         stiffness = min(stiffness, _QUICKEST**2 * (free + added))
@@ -442,7 +445,7 @@ class _Reader:
         turn: list[float] = mj.geom_quat[geom].tolist()
         kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
         shape: dict[str, Any] = {"link": link}
-        if len(points := hull_of(mj, geom)):
+        if len(points := self._parts.figure.hulls[geom]):
             shape |= {"kind": "hull", "points": np.round(points - offset, _DIGITS).tolist()}
         else:
             size = mj.geom_aabb[geom, 3:] if kind is None else mj.geom_size[geom][: SHAPE_SIZES[kind]]

@@ -250,7 +250,7 @@ class StandUpEnvironment(NaoEnvironment):
         robot, push = self.robot, round(_PUSH * self._weight)
         robot.stage.push((push * math.cos(direction), push * math.sin(direction), 0.0), _PUSHED)
         self._clock.advance(_FALLING)
-        robot.command_stiffnesses(dict.fromkeys(self._body.joint_names, 1.0), _STIFFENING)
+        robot.command_stiffnesses(dict.fromkeys(self._body.motors, 1.0), _STIFFENING)
         self._clock.advance(_STIFFENING)
         self._stood = 0.0
 

@@ -107,11 +107,12 @@ class _Sole(Struct, frozen=True):
 
 class _ContactShape(Struct, frozen=True):
     link: _Name
-    kind: Literal["box", "sphere", "capsule", "cylinder", "ellipsoid"]
-    size: Annotated[tuple[_Size, ...], Meta(min_length=1, max_length=3)]
+    kind: Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "hull"]
+    size: Annotated[tuple[_Size, ...], Meta(max_length=3)] = ()
     position: _Vector = (0.0, 0.0, 0.0)
     turn: _Quaternion = _NO_TURN
     ends: tuple[_Vector, _Vector] | None = None
+    points: Annotated[tuple[_Vector, ...], Meta(max_length=_MOST_PARTS)] = ()
 
 
 class _Body(Struct, frozen=True):
@@ -358,10 +359,13 @@ def _looks_of_nao(body: _Body) -> _Looks | None:
 
 
 def _plain_shapes(body: _Body, tree: Mapping[str, Mapping[str, Any]]) -> Iterator[_Shape]:
-    """Yield the contact shapes of a body, or sticks from joint to joint when it has none."""
+    """Yield the contact shapes of a body, hulls as boxes, or sticks from joint to joint if it has none."""
     known = [shape for shape in body.shapes if shape.link in tree]
     for shape in known:
         w, x, y, z = shape.turn
+        if shape.kind == "hull":
+            yield _box_around(shape)
+            continue
         if shape.ends is None:
             size, place, turn = shape.size, shape.position, (x, y, z, w)
         else:
@@ -374,6 +378,13 @@ def _plain_shapes(body: _Body, tree: Mapping[str, Mapping[str, Any]]) -> Iterato
     for joint in (*body.joints, *body.fixed_joints):
         if any(joint.origin):
             yield _Shape(joint.parent, "capsule", _GREY, *_between((0.0, 0.0, 0.0), joint.origin, _STICK))
+
+
+def _box_around(hull: _ContactShape) -> _Shape:
+    low, high = ([pick(along) for along in zip(*hull.points, strict=True)] for pick in (min, max))
+    ends = zip(low, high, strict=True)
+    (x, half_x), (y, half_y), (z, half_z) = (((one + other) / 2, (other - one) / 2) for one, other in ends)
+    return _Shape(hull.link, "box", _GREY, (half_x, half_y, half_z), (x, y, z))
 
 
 def _between(

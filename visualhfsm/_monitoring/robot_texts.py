@@ -44,6 +44,7 @@ _REFUSED: Final = (
 
 _VALUES: Final = (
     Message("there is no joint {name}; there are {names}", name=_A, names=_A),
+    Message("{joint} has no motor: it moves with what touches it", joint=_A),
     Message("there is no light {name}; there are {names}", name=_A, names=_A),
     Message("there is no sound {name}; there are {names}", name=_A, names=_A),
     Message("there is no motion {name}; there are {names}", name=_A, names=_A),
@@ -191,6 +192,19 @@ _EVENTS: Final = (
     Message("upright again: the torso tilts by {degrees} deg", degrees=_A),
     Message("limp: no motor holds until it is made stiff again"),
     Message("no longer limp: motors hold again"),
+    Message(
+        "under the floor: its root is at {value} m, since no shape of a link holds it",
+        value=_A,
+    ),
+    Message("above the floor again"),
+    Message(
+        "flung away: its root is at {value} m, at {upper} m/s, as if its shapes burst apart",
+        value=_A,
+        upper=_A,
+    ),
+    Message("no longer flung away"),
+    Message("held at its limit {upper}: its motor does not bring it to {value}", upper=_A, value=_A),
+    Message("no longer held at its limit"),
     Message("hot: its motor has {degrees} degrees Celsius and gives less torque", degrees=_A),
     Message("cool again: its motor has {degrees} degrees Celsius", degrees=_A),
     Message("unknown: the robot does not report its charge"),

@@ -110,7 +110,7 @@ def test_facts_that_make_sense_are_read():
         (("soles",), [SOLE | {"outline": [[0, 0], [1, 0]]}] * 2, "outline"),
         (("joints", 0, "max_torque"), -1.0, "joint shoulder: its highest velocity must be above 0, and so must"),
         (("joints", 0, "max_velocity"), -1.0, "joint shoulder: its highest velocity must be above 0"),
-        (("joints", 0, "max_torque"), 0.0, "table: shoulder has no motor (max_torque = 0), so leave it out"),
+        (("joints", 0, "max_torque"), 0.0, "table: shoulder has no motor (max_torque = 0): give it one"),
         (("tables", 0, "dependent"), "shoulder", "table: shoulder is there twice"),
         (("tables", 0, "rows"), [[0, 2, 3]], "range table of elbow: at 0.0 rad it is outside its own range"),
         (("tables", 1), TABLE, "table: elbow depends on shoulder, so it must be in no other table"),

@@ -8,8 +8,9 @@ import pytest
 
 from interfaces.nao import Severity
 from naoserver._event_log import ConditionWatch, EventLog
-from naoserver.capabilities import BatteryReading
+from naoserver.capabilities import BatteryReading, Pose, Truth
 from naoserver.fake import FakeRobot
+from naoserver.parts import NO_TURN
 from naoserver.robot import BodyState
 from tests.support.bodies import ARM
 from zenoh_ice import VirtualClock
@@ -72,6 +73,16 @@ def test_a_fall_and_standing_up_are_reported_once(rig):
     assert rig.look(fallen=True, tilt=85) == []
     assert rig.look(tilt=2) == [(Severity.Info, "Nao H25", "upright again")]
     assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao H25", "fallen")]
+
+
+def test_a_robot_that_falls_through_the_floor_is_reported_until_it_is_back(rig):
+    reported = []
+    for height in (0.3, -2.0, -90.0, 0.3):
+        truth = Truth(0.0, Pose((0.0, 0.0, height), NO_TURN), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), {})
+        rig.robot.stage = SimpleNamespace(truth=lambda truth=truth: truth)
+        reported.append(rig.look())
+    under = (Severity.Error, "Nao H25", "under the floor")
+    assert reported == [[], [under], [], [(Severity.Info, "Nao H25", "above the floor again")]]
 
 
 def test_motors_that_let_go_and_hold_again_are_reported(rig):

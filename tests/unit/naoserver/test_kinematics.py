@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from naoserver.bodies import find_body
 from naoserver.body import Body
@@ -15,6 +16,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.kinematics import angles_of, kinematics_of, matrix_of, rotation, turned
 from naoserver.parts import Joint, Link, Place, Shape, Sole
 from tests.support.examples import examples
+from tests.support.linkage import LINKAGE
 
 pytestmark = pytest.mark.sim
 
@@ -135,6 +137,16 @@ def test_a_coupled_joint_moves_with_the_joint_of_a_reaching_limb():
     assert found["LHipRoll"] == angles["LHipRoll"]
 
 
+def test_a_reaching_limb_moves_its_followers_by_their_ratio_and_no_passive_joint():
+    tips = {"thumb": Place(link="thumb"), "rod": Place(link="rod", position=(0.2, 0.0, 0.0))}
+    kinematics = kinematics_of(replace(LINKAGE, effectors=tips))
+    angles = {"drive": 0.0, "pin": 0.0, "grip": 0.0, "pinch": 0.1}
+    wanted = {"drive": 0.2, "pin": 0.1, "grip": 0.3, "pinch": -0.5}
+    goals = {tip: (kinematics.place_of(tip, wanted), [True] * 6) for tip in tips}
+    found = kinematics.reach(goals, angles)
+    assert (found["grip"], found["pinch"], found["pin"]) == pytest.approx((0.3, -0.5, 0.0), abs=0.02)
+
+
 def test_effectors_at_rest():
     angles = dict.fromkeys(H25.joint_names, 0.0)
     place_of = kinematics_of(H25).place_of
@@ -190,6 +202,7 @@ def test_a_body_without_soles_and_shapes_is_on_the_floor():
         (Shape(link="root", kind="capsule", size=(0.1,), ends=((0, 0, 0.2), (0, 0, -0.3))), 0.4),
         (Shape(link="root", kind="ellipsoid", size=(0.1, 0.2, 0.7)), 0.7),
         (Shape(link="root", kind="box", size=(0.1, 0.2, 0.3), position=(0, 0, -0.1)), 0.4),
+        (Shape(link="root", kind="hull", points=((0, 0, 0), (1, 0, 0.2), (0, 1, 0.3), (0, 0, -0.4))), 0.4),
     ],
 )
 def test_the_lowest_point_of_each_shape(shape, depth):

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from naoserver._safety import Goal, JointSafety
 from naoserver.bodies.nao import H25
 from naoserver.errors import InvalidCommand
-from naoserver.fake import FakeDevice
+from naoserver.fake import FakeDevice, FakeRobot
 from naoserver.options import SafetyOptions, capped
 from naoserver.parts import JointFacts, RangeTable, SpeedRule
 from naoserver.robot import JointReading
 from tests.support.examples import examples
+from tests.support.linkage import LINKAGE
 from zenoh_ice.clock import VirtualClock
 
 LIMITS = {joint.name: joint for joint in H25.joints}
@@ -575,6 +576,59 @@ def test_the_joints_of_one_motor_are_driven_the_same_and_the_left_wins():
     assert outcome.velocities == {"LHipYawPitch": -0.3, "RHipYawPitch": -0.3}
     reason = "shares its motor with LHipYawPitch, whose -0.3 it takes"
     assert outcome.limitations == [("RHipYawPitch", reason)]
+
+
+LINKED = {"grip": 0.4, "pinch": -0.7}
+"""Where the joint `pinch`, which is 0.1 - 2 of `grip`, is at 0.4 of that."""
+
+
+def linked():
+    """Return the safety layer and the reading of a body with passive and coupled joints."""
+    return safety_of(LINKAGE, SafetyOptions()), FakeRobot(VirtualClock(), body=LINKAGE).read()
+
+
+@pytest.mark.parametrize("named", ["grip", "pinch"])
+def test_the_target_of_a_coupled_joint_is_converted_for_the_other(named):
+    safety, reading = linked()
+    outcome = safety.move({named: LINKED[named]}, {}, reading)
+    assert outcome.positions == pytest.approx(LINKED)
+    assert outcome.max_speeds["pinch"] == pytest.approx(2.0 * outcome.max_speeds["grip"])
+    assert outcome.limitations == []
+
+
+def test_a_follower_goes_no_farther_than_its_leader():
+    safety, reading = linked()
+    outcome = safety.move({"pinch": -1.4}, {}, reading)
+    assert outcome.accepted == {"pinch": pytest.approx(0.1 - 2.0 * 0.6)}
+
+
+def test_the_velocity_of_a_follower_is_converted_for_its_leader():
+    safety, reading = linked()
+    outcome = safety.drive({"pinch": 0.5}, reading, "c1", 0.0)
+    assert (outcome.accepted, safety.velocity("grip")) == ({"pinch": 0.5}, -0.25)
+
+
+def test_both_joints_of_a_coupling_are_made_equally_stiff_whatever_the_ratio():
+    assert linked()[0].stiffen({"pinch": 0.5}) == {"grip": 0.5, "pinch": 0.5}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        lambda safety, reading: safety.move({"drive": 0.1, "swing": 0.1}, {}, reading),
+        lambda safety, reading: safety.drive({"swing": 0.1}, reading, "c1", 0.0),
+        lambda safety, _: safety.stiffen({"swing": 0.0}),
+    ],
+)
+def test_a_command_to_a_passive_joint_is_refused(command):
+    with pytest.raises(InvalidCommand, match="swing has no motor: it moves with what touches it") as refused:
+        command(*linked())
+    assert refused.value.field == "swing"
+
+
+def test_a_stop_of_all_joints_leaves_passive_ones_out():
+    safety, reading = linked()
+    assert safety.hold(LINKAGE.joint_names, reading).velocities.keys() == {"drive", "grip", "pinch"}
 
 
 # -- what the device is commanded ------------------------------------------------------------------------

@@ -1,14 +1,16 @@
 """A body of the user's own, from a URDF or MJCF and a TOML file."""
 
 import math
+import re
 
 import pytest
 
+from naoserver.body import read_body, write_body
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.parts import Axis
 from naoserver_sim._own.model_file import LARGEST_FILE
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim.own_body import read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML
 from tests.support.present import present
@@ -184,6 +186,66 @@ def test_a_humanoid_of_ones_own_walks_though_its_hinges_have_no_ranges(written):
     assert not robot.state().fallen
 
 
+GRIPPER = ARM.replace(
+    "</robot>",
+    f"""<link name="thumb">{INERTIAL}</link>
+    <joint name="thumb" type="revolute"><parent link="upper"/><child link="thumb"/><axis xyz="0 1 0"/>
+      <origin xyz="0 0.1 0.24"/><limit lower="-1" upper="0.9" effort="0" velocity="5"/>
+      <mimic joint="elbow" multiplier="-0.5" offset="0.1"/></joint></robot>""",
+)
+
+
+def moved(body, **targets):
+    """Return the angles of a body's joints by name after they were sent to targets."""
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, body=body)
+    robot.command_positions(targets, dict.fromkeys(targets, 1.0))
+    clock.advance(3.0)
+    return dict(zip(body.joint_names, robot.read().positions, strict=True))
+
+
+def test_a_joint_that_mimics_another_follows_it(written):
+    body = read_own_body(written(GRIPPER, ARM_TOML))
+    assert (body.joint["elbow"].lower, body.joint["elbow"].upper) == pytest.approx((-1.6, 2.0))
+    angles = moved(body, elbow=1.0)
+    assert (angles["elbow"], angles["thumb"]) == pytest.approx((1.0, -0.4), abs=0.02)
+
+
+FOUR_BARS = """<mujoco><worldbody><body name="base" pos="0 0 0.1"><freejoint/>
+    <geom type="box" size="0.3 0.2 0.05" mass="5"/>
+    <body name="crank" pos="0 0 0.1"><joint name="drive" axis="0 1 0" range="-60 60"/>
+      <geom type="capsule" fromto="0 0 0 0 0 0.1" size="0.01" mass="0.1"/>
+      <body name="rod" pos="0 0 0.1"><joint name="pin" axis="0 1 0" damping="0.002"/>
+        <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" mass="0.1"/></body></body>
+    <body name="rocker" pos="0.2 0 0.1"><joint name="swing" axis="0 1 0"/>
+      <geom type="capsule" fromto="0 0 0 0 0 0.1" size="0.01" mass="0.1"/></body>
+  </body></worldbody>
+  <equality><connect body1="rod" body2="rocker" anchor="0.2 0 0"/></equality>
+  <actuator><position joint="drive" kp="20" kv="1" forcerange="-5 5"/></actuator></mujoco>"""
+
+
+def test_the_rods_of_a_closed_chain_are_passive_and_move_with_it(written, caplog):
+    body = read_own_body(written(FOUR_BARS, 'model = "bars.xml"', "bars.xml"))
+    assert [joint.name for joint in body.joints if joint.passive] == ["pin", "swing"]
+    assert body.gears["pin"].friction_damping == 0.002
+    assert "no actuator moves pin, swing: passive" in caplog.text
+    angles = moved(body, drive=0.5)
+    assert (angles["drive"], angles["swing"]) == pytest.approx((0.5, 0.5), abs=0.03)
+
+
+def test_what_was_read_of_a_closed_chain_is_the_same_in_a_facts_file(written):
+    body = read_own_body(written(FOUR_BARS, 'model = "bars.xml"', "bars.xml"))
+    assert read_body(write_body(body), "bars.json").as_data() == body.as_data()
+
+
+def test_a_robot_that_nothing_holds_is_refused_with_what_to_do(written):
+    bare = re.sub("<collision>.*?</collision>", "", ARM, flags=re.DOTALL)
+    with pytest.raises(
+        RobotError, match=r"no link of my_robot has a shape that touches, for its .*meshes = .*mounted"
+    ):
+        read_own_body(written(bare, 'model = "arm.urdf"'))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
@@ -216,7 +278,7 @@ def test_a_humanoid_of_ones_own_walks_though_its_hinges_have_no_ranges(written):
         (
             ' effort="15"',
             "",
-            r"arm\.urdf: joint 'elbow' has no largest torque: give one, \[joint\.elbow\] max_torque",
+            r"my_robot\.toml: joint 'elbow' has no largest torque: add this, .*\n\[joint\]\nelbow = { max_torque = 2 }",
         ),
         ('type="revolute"', 'type="floating"', r"arm\.urdf"),
         ("</robot>", "", r"arm\.urdf:\d+: not XML"),
@@ -293,9 +355,22 @@ def test_a_huge_file_is_not_read(written):
 
 
 def test_more_than_one_tree_is_refused(written):
-    model = '<mujoco><worldbody><body name="a"><geom size="1"/></body><body name="b"><geom size="1"/></body></worldbody></mujoco>'
+    free = '<body name="{}"><freejoint/><geom size="1"/></body>'
+    model = f"<mujoco><worldbody>{free.format('a')}{free.format('b')}</worldbody></mujoco>"
     with pytest.raises(RobotError, match="a robot is one tree of links; here are 2: a, b"):
         read_own_body(written(model, 'model = "arm.urdf"'))
+
+
+def test_trees_that_the_world_carries_are_one_robot_on_the_ground(written):
+    model = "<mujoco><worldbody>{}</worldbody></mujoco>".format(
+        "".join(
+            f'<body name="{name}" pos="0 {y} 1"><geom size="1"/></body>' for name, y in (("a", 1), ("b", -1))
+        )
+    )
+    body = read_own_body(written(model, 'model = "arm.urdf"'))
+    assert [link.name for link in body.links] == ["ground", "a", "b"]
+    assert [joint.origin for joint in body.fixed_joints] == [(0.0, 1.0, 1.0), (0.0, -1.0, 1.0)]
+    assert body.mounted
 
 
 LINK = '<worldbody><body name="a"><geom size="1"/></body></worldbody>'
@@ -350,3 +425,80 @@ def test_a_model_of_too_many_files_is_refused(written):
     meshes = "".join(f'<mesh name="m{number}" file="{number}.stl"/>' for number in range(1001))
     with pytest.raises(RobotError, match=r"arm\.urdf:1: more than 1000 files"):
         read_own_body(written(f"<mujoco><asset>{meshes}</asset>{LINK}</mujoco>", 'model = "arm.urdf"'))
+
+
+def test_all_torques_that_are_missing_are_named_at_once_to_be_pasted(written):
+    model = ARM.replace(' effort="15"', "").replace(' effort="20"', "").replace('"turn"', '"${ns}turn"')
+    path = written(model, ARM_TOML)
+    with pytest.raises(
+        RobotError, match="2 joints have no largest torque: add these, which fit"
+    ) as refused:
+        read_own_body(path)
+    pasted = str(refused.value).partition("\n")[2]
+    assert '"${ns}turn" = { max_torque = ' in pasted
+    path.write_text(f"{ARM_TOML}\n{pasted}\n")
+    assert read_own_body(path).joint["elbow"].max_torque == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_joint_may_be_counted_the_other_way_round(written):
+    plain = read_own_body(written(ARM, ARM_TOML)).joint["elbow"]
+    turned = read_own_body(written(ARM, f"{ARM_TOML}\n[joint.elbow]\nreversed = true\nlower = -1.0\n")).joint[
+        "elbow"
+    ]
+    assert turned.axis == tuple(-part for part in plain.axis)
+    assert (turned.lower, turned.upper) == (-1.0, 2.0)
+
+
+@pytest.mark.parametrize("name", ["/etc/arm.urdf", "../arm.urdf", "away/arm.urdf"])
+def test_a_model_out_of_the_folder_of_its_file_is_not_read(written, tmp_path, name):
+    (tmp_path / "away").symlink_to(tmp_path.parent)
+    with pytest.raises(
+        RobotError, match=r"my_robot\.toml:1: model = '.*': it must be in the folder of this file"
+    ):
+        read_own_body(written(ARM, f'model = "{name}"\n'))
+
+
+def test_facts_are_written_and_served(written, tmp_path):
+    path = written(CART, CART_TOML, "cart.xml")
+    write_own_body(path, tmp_path / "cart.json")
+    assert write_body(read_own_body(tmp_path / "cart.json")) == write_body(read_own_body(path))
+
+
+def test_a_file_is_overwritten_by_force_alone(written, tmp_path):
+    written(ARM, "")
+    with pytest.raises(RobotError, match=r"my_robot\.toml exists: --force overwrites it"):
+        write_own_body(tmp_path / "arm.urdf", tmp_path / "my_robot.toml")
+    write_own_body(tmp_path / "arm.urdf", tmp_path / "my_robot.toml", force=True)
+    assert read_own_body(tmp_path / "my_robot.toml").joint_names == ("turn", "elbow")
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "problem"),
+    [
+        ("arm.urdf", "robot.txt", r"robot\.txt: a body is written as \.toml or \.json"),
+        ("arm.urdf", "deeper/robot.toml", r"write it to the folder of arm\.urdf, or to one above"),
+        ("arm.urdf", "missing/robot.json", r"robot\.json: cannot be written: No such file"),
+        ("my_robot.toml", "robot.toml", r"my_robot\.toml: a TOML file is written of a model alone"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(written, tmp_path, source, target, problem):
+    written(ARM, ARM_TOML)
+    (tmp_path / "deeper").mkdir()
+    with pytest.raises(RobotError, match=problem):
+        write_own_body(tmp_path / source, tmp_path / target)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.urdf", "deeper", "my_robot.toml"]
+
+
+def test_a_robot_that_flies_apart_is_refused(written):
+    """Its pin is much too light for the gains that the model gives its servo."""
+    model = """<mujoco><worldbody><body name="base"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="1"/>
+      <body name="pin" pos="0 0 0.1"><joint name="spin" axis="0 0 1"/>
+        <geom type="sphere" size="0.001" pos="0.002 0 0" mass="1e-5"/></body></body></worldbody>
+      <actuator><position joint="spin" kp="1e7" kv="1e-9" forcerange="-1e9 1e9"/></actuator></mujoco>"""
+    path = written(
+        model, 'model = "arm.urdf"\npostures.A = { stance = "standing", angles.spin = 1.0 }\nrest = "A"'
+    )
+    with pytest.raises(
+        RobotError, match="cannot be simulated: at the start it flies apart, first at joint 'spin'"
+    ):
+        SimulatedRobot(clock=VirtualClock(), body=read_own_body(path))

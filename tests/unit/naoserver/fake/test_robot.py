@@ -14,6 +14,7 @@ from naoserver.kinematics import matrix_of
 from naoserver.parts import Axis
 from naoserver.robot import Robot
 from tests.support.bodies import ARM, CART
+from tests.support.linkage import LINKAGE
 from zenoh_ice.clock import VirtualClock
 
 
@@ -61,6 +62,27 @@ def test_velocity_zero_holds(robot, clock):
     robot.command_velocities({"HeadYaw": 0.0})
     clock.advance(1.0)
     assert head(robot)[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("target", [{"grip": 0.4}, {"pinch": -0.7}, {"grip": 0.4, "pinch": 0.0}])
+def test_a_follower_is_where_its_leader_takes_it_whoever_is_commanded(clock, target):
+    robot = FakeRobot(clock, body=LINKAGE)
+    assert robot.read().positions[-1] == pytest.approx(0.1)
+    robot.command_positions(target, dict.fromkeys(target, 1.0))
+    for _ in range(20):
+        clock.advance(0.1)
+        grip, pinch = robot.read().positions[-2:]
+        assert pinch == pytest.approx(0.1 - 2.0 * grip)
+    assert grip == pytest.approx(0.4)
+
+
+def test_a_passive_joint_stays_where_it_is_without_a_motor(clock):
+    robot = FakeRobot(clock, body=LINKAGE)
+    robot.command_stiffnesses({"swing": 1.0}, 0.0)
+    robot.command_positions({"swing": 1.0}, {"swing": 1.0})
+    clock.advance(1.0)
+    reading, place = robot.read(), LINKAGE.joint_names.index("swing")
+    assert (reading.positions[place], reading.commands[place], reading.stiffnesses[place]) == (0.0, 0.0, 0.0)
 
 
 @given(st.lists(st.floats(0.001, 0.4), max_size=8))

@@ -21,6 +21,7 @@ from zenoh_ice import Sample, TimeoutException
 from zenoh_ros2 import Aborted, Canceled, Types
 
 LIMITS = {name: JointLimits(name, -1.0, 1.0, 4.0, 1.0) for name in ("HeadYaw", "HeadPitch", "LHand")}
+LIMITS["Toe"] = JointLimits("Toe", -1.0, 1.0, 4.0, 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +74,8 @@ def test_it_begins_where_the_joints_are(types):
         ((), [point(1.0)], INVALID_JOINTS, "there are none"),
         (("Nose",), [point(1.0, 0.0)], INVALID_JOINTS, "'Nose'; there are HeadYaw"),
         (("HeadYaw", "HeadYaw"), [point(1.0, 0.0, 0.0)], INVALID_JOINTS, "HeadYaw stands there twice"),
-        (("HeadYaw",) * 4, [point(1.0)], INVALID_JOINTS, "4; there are 3 joints"),
+        (("HeadYaw",) * 5, [point(1.0)], INVALID_JOINTS, "5; there are 4 joints"),
+        (("Toe",), [point(1.0, 0.0)], INVALID_JOINTS, "Toe has no motor: it moves with what touches it"),
         (("HeadYaw",), [], INVALID_GOAL, "0 points"),
         (("HeadYaw",), [point(0.1, 0.0)] * 10_001, INVALID_GOAL, "10001 points"),
         (("HeadYaw",), [point(1.0, 0.0), point(1.0, 0.5)], INVALID_GOAL, r"points\[1\].time_from_start: 1 s"),

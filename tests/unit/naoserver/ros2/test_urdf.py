@@ -15,8 +15,10 @@ from naoserver.parts import Joint, Link, Shape
 from naoserver.ros2._frames import ROOT, link_frames
 from naoserver.ros2._urdf import urdf
 from tests.support.bodies import ARM, CART, GIANT
+from tests.support.linkage import LINKAGE
 
 H25 = find_body("H25")
+CORNERS = tuple((x, y, z) for x in (0.0, 0.2) for y in (0.0, 0.4) for z in (0.0, 0.6))
 BODIES = [*map(find_body, BODY_NAMES), ARM, CART, GIANT]
 
 
@@ -122,7 +124,12 @@ def test_both_hips_are_one_motor():
     mimic = {joint.get("name"): joint.find("mimic") for joint in ET.fromstring(urdf(H25)).iter("joint")}
     assert [name for name, element in mimic.items() if element is not None] == ["RHipYawPitch"]
     (both,) = (element for element in mimic.values() if element is not None)
-    assert both.get("joint") == "LHipYawPitch"
+    assert both.attrib == {"joint": "LHipYawPitch", "multiplier": "1", "offset": "0"}
+
+
+def test_a_follower_mimics_with_its_ratio_and_offset():
+    (mimic,) = ET.fromstring(urdf(LINKAGE)).iter("mimic")
+    assert mimic.attrib == {"joint": "grip", "multiplier": "-2", "offset": "0.1"}
 
 
 def test_a_body_is_called_by_its_title():
@@ -152,6 +159,7 @@ def test_shapes_lie_along_their_axes():
             {"radius": "0.1", "length": "0.4"},
         ),
         (Shape(link="root", kind="capsule", size=(0.1, 0.2)), "cylinder", {"radius": "0.1", "length": "0.6"}),
+        (Shape(link="root", kind="hull", points=CORNERS), "box", {"size": "0.2 0.4 0.6"}),
         (
             Shape(link="root", kind="capsule", size=(0.1,), ends=((0, 0, 0), (0, 0, 0))),
             "cylinder",

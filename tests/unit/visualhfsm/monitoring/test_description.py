@@ -125,6 +125,12 @@ def test_without_looks_the_contact_shapes_are_drawn() -> None:
     assert drawn_capsule["quaternion"] == pytest.approx([0, math.sin(math.pi / 4), 0, math.cos(math.pi / 4)])
 
 
+def test_a_hull_is_drawn_as_the_box_around_it() -> None:
+    hull = {"link": "arm", "kind": "hull", "points": [[0, 0, 0], [0.2, 0, 0], [0, 0.4, 0], [0, 0, -0.6]]}
+    (box,) = page({**BODY, "shapes": [hull]})["shapes"]
+    assert (box["kind"], box["size"], box["position"]) == ("box", [0.1, 0.2, 0.3], [0.1, 0.2, -0.3])
+
+
 def test_without_any_shapes_sticks_lead_from_joint_to_joint() -> None:
     shapes = page()["shapes"]
     assert [(shape["link"], shape["kind"]) for shape in shapes] == [

@@ -32,11 +32,11 @@ class Joints extends MonitorElement {
   /** @param {string} name @param {number} value @param {(value: number) => string} spoken */
   #row(name, value, spoken) {
     // Those of a joint that turns without end, such as a wheel, are null.
-    const {lower, upper} = monitor.robot.limits.get(name) ?? {lower: 0, upper: 0};
+    const {lower, upper, maxTorque} = monitor.robot.limits.get(name) ?? {lower: 0, upper: 0, maxTorque: 1};
     const part = upper > lower ? (value - lower) / (upper - lower) : undefined;
     const near = part !== undefined && (part < NEAR || part > 1 - NEAR);
     return html`<tr>
-      <th scope="row">${name}</th>
+      <th scope="row">${name}${maxTorque === 0 ? html` <small>${t("no motor")}</small>` : nothing}</th>
       <td>
         ${
           part === undefined

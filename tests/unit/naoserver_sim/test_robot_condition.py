@@ -1,0 +1,73 @@
+"""What Health tells of a simulated robot that nothing holds, and of a joint that something holds."""
+
+import pytest
+from msgspec.structs import replace
+
+from interfaces.nao import Severity
+from naoserver._event_log import ConditionWatch, EventLog
+from naoserver.parts import Shape
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
+from tests.support.linkage import LINKAGE
+from zenoh_ice import VirtualClock
+
+pytestmark = pytest.mark.sim
+
+
+class Rig:
+    """A simulated robot, whose condition is watched once a second."""
+
+    def __init__(self, body):
+        self.clock = VirtualClock()
+        self.robot = SimulatedRobot(clock=self.clock, body=body, world=load_world("empty"))
+        self.events = EventLog(self.clock.now, self.clock.now)
+        self.watch = ConditionWatch(self.robot, self.events)
+        self.told = 0
+
+    def run(self, seconds):
+        """Let time pass; return the new events."""
+        for _ in range(seconds):
+            self.clock.advance(1.0)
+            self.watch.look(self.robot.state())
+        events = self.events.snapshot()[0][self.told :]
+        self.told += len(events)
+        return [(event.level, event.source, event.message.split(":")[0]) for event in events]
+
+
+LOOSE = replace(LINKAGE, mounted=False)
+
+
+def test_a_robot_that_falls_through_the_floor_is_told_once():
+    assert Rig(replace(LOOSE, shapes=())).run(4) == [(Severity.Error, "Linkage", "under the floor")]
+
+
+def test_a_robot_that_is_flung_away_is_told():
+    rig = Rig(LOOSE)
+    rig.robot.stage.push((0.0, 0.0, 300.0), 0.3)
+    assert (Severity.Error, "Linkage", "flung away") in rig.run(1)
+
+
+def test_a_robot_that_stands_has_nothing_to_tell():
+    assert Rig(LOOSE).run(8) == []
+
+
+def test_a_mounted_robot_may_be_anywhere():
+    below = replace(
+        LINKAGE, shapes=(Shape(link="base", kind="box", size=(0.1, 0.1, 0.1), position=(0, 0, 2)),)
+    )
+    assert Rig(below).run(2) == []
+
+
+@pytest.mark.parametrize("stiffness", [1.0, 0.0])
+def test_a_joint_that_is_held_at_its_limit_is_told_until_it_moves(stiffness):
+    weak = tuple(
+        replace(joint, max_torque=0.001) if joint.name == "grip" else joint for joint in LINKAGE.joints
+    )
+    rig = Rig(replace(LINKAGE, joints=weak, couplings=()))
+    rig.robot.place({"grip": 0.6})
+    rig.robot.command_stiffnesses({"grip": stiffness}, 0.0)
+    rig.robot.command_positions({"grip": 0.0}, {"grip": 2.0})
+    held = [(Severity.Warning, "grip", "held at its limit 0.6")] if stiffness else []
+    assert rig.run(10) == held
+    rig.robot.place({"grip": 0.0})
+    assert rig.run(1) == ([(Severity.Info, "grip", "no longer held at its limit")] if stiffness else [])
