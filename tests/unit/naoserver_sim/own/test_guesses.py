@@ -25,7 +25,7 @@ def read(tmp_path):
 
     def taken(model, name="robot.urdf"):
         (tmp_path / name).write_text(model)
-        said = []
+        said: list[str] = []
         return read_own_body(tmp_path / name, say=said.append), "\n".join(said)
 
     return taken
