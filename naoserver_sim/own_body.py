@@ -26,7 +26,8 @@ import copy
 import logging
 import os
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -58,7 +59,7 @@ _CAMERA: Final = {
 _FROM_THE_MODEL: Final = {"links", "joints", "fixed_joints", "gears", "shapes", "looks"}
 _MOST_REPORTED: Final = 5
 """Notes about the model that are logged, at most."""
-_MOST_SAID: Final = 14
+_MOST_SAID: Final = 12
 """Lines about the guesses, at most."""
 _LONGEST_NAME: Final = 64
 """Characters of a name in a `Body`."""
@@ -160,15 +161,16 @@ class _Description:
             torques = {name: figure.torque(joint, mounted=mounted) for name, joint in joints.items()}
             raise RobotError(_unsaid(torques, source))
         described["name"] = own.name
-        given = described.get("couplings", [])
-        followers = [pair.get("follower") for pair in given]
-        tables = self.parts.tables
-        couplings = [pair for pair in tables["couplings"] if pair["follower"] not in followers]
-        described = tables | described | {"couplings": couplings + given}
-        described["shapes"] = described["shapes"] + _soles(described)
-        for camera in described.get("cameras", ()):
+        tables, given = self.parts.tables, described.get("couplings", [])
+        followers = [pair.get("follower") for pair in _tables_in(given)]
+        if isinstance(given, list):
+            of_model = [pair for pair in tables["couplings"] if pair["follower"] not in followers]
+            described["couplings"] = of_model + given
+        described = tables | described
+        described["shapes"] = described["shapes"] + list(_soles(described))
+        for camera in _tables_in(described.get("cameras")):
             camera |= {key: value for key, value in _CAMERA.items() if key not in camera}
-        for hinge in described.get("hinges", {}).values():
+        for hinge in _tables_in(described.get("hinges")):
             hinge |= {axis: {"joint": of} for axis, of in hinge.items() if isinstance(of, str)}
         self.body: Final = convert(described, Body, source, RobotError, text=text)
         if (size := len(write_body(self.body))) > LARGEST_DESCRIPTION:
@@ -247,14 +249,19 @@ def _unsaid(torques: Mapping[str, float], source: str) -> str:
     return f"{source}: {what}:\n{torques_to_paste(torques)}"
 
 
-def _soles(described: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the boxes on which feet stand: round the outlines of their soles."""
-    boxes = []
-    for side, sole in zip(("left", "right"), described.get("soles", ()), strict=False):
-        outline = np.array(sole.get("outline", [[0.0, 0.0]]), np.float64)
-        low, high = outline.min(axis=0), outline.max(axis=0)
-        size = [*((high - low) / 2).tolist(), _THICKNESS]
-        middle = [*((high + low) / 2).tolist(), _THICKNESS - sole.get("height", 0.0)]
-        box = {"link": sole.get("link", ""), "kind": "box", "size": size, "position": middle}
-        boxes.append(box | {"name": f"{side}_sole"})
-    return boxes
+def _tables_in(value: Any) -> list[dict[str, Any]]:  # noqa: ANN401
+    """Return the tables in a list or a table; any other value is refused when the body is made."""
+    items = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return [item for item in items if isinstance(item, dict)]
+
+
+def _soles(described: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the boxes on which feet stand: round the outlines of their soles."""
+    for side, sole in zip(("left", "right"), _tables_in(described.get("soles")), strict=False):
+        with suppress(TypeError, ValueError):  # what is no outline is refused when the body is made
+            outline = np.array(sole.get("outline", [[0.0, 0.0]]), np.float64).reshape(-1, 2)
+            low, high = outline.min(axis=0), outline.max(axis=0)
+            size = [*((high - low) / 2).tolist(), _THICKNESS]
+            middle = [*((high + low) / 2).tolist(), _THICKNESS - sole.get("height", 0.0)]
+            box = {"link": sole.get("link", ""), "kind": "box", "size": size, "position": middle}
+            yield box | {"name": f"{side}_sole"}

@@ -78,19 +78,20 @@ class Guesses:
         self.reasons[path] = why
 
     def lines(self) -> Iterator[str]:
-        """Yield what was taken for what, a line each; what is said of joints for one reason in one line."""
-        of_joints: dict[tuple[str, str], list[str]] = {}
+        """Yield what was taken for what, a line each; what is said for one reason in one line."""
+        said: dict[tuple[str, str], list[str]] = {}
         for path, why in self.reasons.items():
-            if path[0] == "joint":
-                of_joints.setdefault((str(path[2]), why), []).append(str(path[1]))
+            if path[0] == "postures":
                 continue
             at: Any = self.document
             for key in path:
                 at = at[key]
             name = ".".join(str(key) for key in path if not isinstance(key, int))
-            yield f"{name}: {_short(at)} ({why})"
-        for (name, why), joints in of_joints.items():
-            yield f"{name} of {_short(joints)}: {why}"
+            if path[0] == "joint":
+                name, at = f"joint.{path[2]}", path[1]
+            said.setdefault((name, why), []).append(_short(at))
+        for (name, why), values in said.items():
+            yield f"{name}: {_short(values)} ({why})"
 
 
 def guess(model: ModelFile, parts: Parts, found: Guesses) -> None:
@@ -159,8 +160,12 @@ class _Guesser:
         edges = np.roll(hull, -1, axis=0) - hull
         inwards = np.stack([-edges[:, 1], edges[:, 0]], axis=1)
         room = float((((center - hull) * inwards).sum(axis=1) / np.linalg.norm(edges, axis=1)).min())
-        first = {limb.joints[0] for limb in self._limbs.limbs}
-        moves = sum(figure.load(self._parts.joints[name]) for name in first) / GRAVITY / float(masses.sum())
+        moves = 0.0
+        for joint in {self._parts.joints[limb.joints[0]] for limb in self._limbs.limbs}:
+            way = 1.0
+            if mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
+                way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.axis(joint)[:2]))
+            moves += way * figure.load(joint) / GRAVITY / float(masses.sum())
         if room < _STILL:
             return True, "its base does not hold it"
         return (

@@ -22,15 +22,19 @@ _WORDS: Final[Mapping[Kind, re.Pattern[str]]] = {
         r"(?:\b|left|right)hip\b|knee|ankle|thigh|calf|shank|shin\b|foot|\blegs?\b"
         r"|\b[lr][fhrb] ?h(?:aa|fe)|kfe"
     ),
-    "arm": re.compile(r"(?:\b|fore|upper|lower|left|right)arm\b|shoulder|elbow|wrist|hand\b|gripper|finger"),
+    "arm": re.compile(
+        r"(?:\b|\b[lr]|fore|upper|lower|left|right)arm\b|shoulder|elbow|wrist|hand\b|gripper|finger"
+    ),
     "head": re.compile(r"head|neck|gimbal|\bptu\b|\bpan\b|\btilt\b"),
 }
 """Words in the names of joints and links, in the order in which they count."""
 _HAND: Final = re.compile(r"finger|thumb|gripper|knuckle|palm|index|middle|ring|pinky|little|claw|jaw")
+_PARTS: Final = "leg|arm|hip|knee|ankle|foot|hand|shoulder|elbow|wrist|thigh|shank|finger|gripper|wheel"
 _SIDES: Final[Mapping[Side, re.Pattern[str]]] = {
-    "left": re.compile(r"left|\b(?:l|[fhrb]l|l[fhrmb])\d*\b"),
-    "right": re.compile(r"right|\b(?:r|[fhrb]r|r[fhrmb])\d*\b"),
+    "left": re.compile(rf"left|\b(?:l|[fhrb]l|l[fhrmb])\d*\b|\bl(?:{_PARTS})"),
+    "right": re.compile(rf"right|\b(?:r|[fhrb]r|r[fhrmb])\d*\b|\br(?:{_PARTS})"),
 }
+"""Words that name a side; `lhand` does as well as `l hand`."""
 _SMALL: Final = 0.15
 """Size of a finger or an eye beside the robot's, at most."""
 _MIDDLE: Final = 0.05

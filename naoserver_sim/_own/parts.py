@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 
 SPEED: Final = 3.0
 """Highest speed in rad/s or m/s of a joint of which neither the model nor the TOML file says it."""
+_POINT: Final = 1e-3
+"""Way in rad or m that does not matter."""
 _LARGEST: Final = 1e6
 """Largest number of a link or a joint, in m, kg, and so on."""
 _DIGITS: Final = 5
@@ -186,7 +188,6 @@ class _Reader:
         }
         for joint in _joints(mj, body):
             dof, name = int(mj.jnt_dofadr[joint]), mj.joint(joint).name
-            sizes[f"range of {name!r}"] = mj.jnt_range[joint]
             bearings = (mj.dof_armature[dof], np.max(mj.dof_damping[dof]), mj.dof_frictionloss[dof])
             sizes[f"friction, damping or rotor of {name!r}"] = bearings
         for what, values in sizes.items():
@@ -206,7 +207,12 @@ class _Reader:
             offset = pair.offset + refs[follower] - pair.ratio * refs[leader]
             back, on = (self._sign(follower), self._sign(leader))
             couplings.append(Coupling(leader, follower, ratio=back * on * pair.ratio, offset=back * offset))
+        before = [(joint.get("lower", -math.inf), joint.get("upper", math.inf)) for joint in self._joints]
         keep_in_range(self._joints, couplings, self._where)
+        for joint, (low, high) in zip(self._joints, before, strict=True):
+            if joint.get("lower", low) < low - _POINT or joint.get("upper", high) > high + _POINT:
+                at, name = self._at("joint", joint["name"]), joint["name"]
+                parts.notes.append(f"{at}joint {name!r} leaves its range, [{low:.4g}, {high:.4g}], to follow")
         loops = loops_of(mj, parts.frames, self._where, self._model.lines)
         parts.tables["couplings"] = msgspec.to_builtins(couplings)
         parts.tables["loops"] = list(loops.loops)
@@ -300,7 +306,7 @@ class _Reader:
         own, sign = self._own.joint.get(name, OwnJoint()), self._sign(name)
         found: dict[str, Any] = {"name": name, "axis": (sign * mj.jnt_axis[joint]).tolist()}
         found["sliding"] = self._slides(joint)
-        if mj.jnt_limited[joint]:
+        if mj.jnt_limited[joint] and np.ptp(mj.jnt_range[joint]) < _LARGEST:  # else it turns without end
             found["lower"], found["upper"] = sorted((sign * mj.jnt_range[joint]).tolist())
         if (speed := self._speed(joint)) is not None:
             found["max_velocity"] = speed

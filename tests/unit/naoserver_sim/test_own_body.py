@@ -212,6 +212,15 @@ def test_a_joint_that_mimics_another_follows_it(written):
     assert (angles["elbow"], angles["thumb"]) == pytest.approx((1.0, -0.4), abs=0.02)
 
 
+def test_a_range_that_was_written_for_the_other_direction_does_not_stop_a_follower(written, caplog):
+    model = GRIPPER.replace('lower="-2" upper="2"', 'lower="0" upper="1"').replace(
+        'lower="-1" upper="0.9"', 'lower="0.1" upper="1"'
+    )
+    body = read_own_body(written(model, ARM_TOML))
+    assert (body.joint["thumb"].lower, body.joint["thumb"].upper) == pytest.approx((-0.4, 0.1))
+    assert "joint 'thumb' leaves its range, [0.1, 1], to follow" in caplog.text
+
+
 FOUR_BARS = """<mujoco><worldbody><body name="base" pos="0 0 0.1"><freejoint/>
     <geom type="box" size="0.3 0.2 0.05" mass="5"/>
     <body name="crank" pos="0 0 0.1"><joint name="drive" axis="0 1 0" range="-60 60"/>
@@ -315,6 +324,10 @@ def test_a_doubled_body_of_an_mjcf_is_refused_with_its_line(written):
         ('[hinges.Wrist]\npan = "wrist"', r"hinge Wrist: there is no joint 'wrist'"),
         ("[servo.stiff]\njoints = ['elbow']\nstiffness = -1.0\ndamping = 1.0", r"my_robot\.toml:\d+"),
         ("unknown = 3", r"unknown"),
+        ('couplings = "turn"', r"my_robot\.toml:\d+: couplings = 'turn': write a list"),
+        ("cameras = [3]", r"my_robot\.toml"),
+        ("hinges = [3]", r"my_robot\.toml"),
+        ("soles = [{ link = 'hand', outline = 'round', height = 0.0 }]", r"my_robot\.toml:\d+: soles"),
     ],
 )
 def test_a_faulty_toml_file_is_refused_with_the_name(written, line, problem):

@@ -135,7 +135,7 @@ def test_a_quadruped_begins_with_its_feet_below_its_hips(read):
 
 def test_wheels_drive_forwards_whatever_their_axes(read):
     body, said = read(CARRIER)
-    assert "reversed of right_wheel_joint: its axis points right" in said
+    assert "joint.reversed: right_wheel_joint (its axis points right)" in said
     device, clock = simulated(body)
     present(device.walker).command(WalkVelocity(forward=0.2))
     clock.advance(2.0)
