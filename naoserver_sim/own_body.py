@@ -192,7 +192,7 @@ def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
     found = Guesses({"model": name, "name": _name(path)})
     parts = parts_of(model.figure, model.file, OwnFile(model=name), model.where, mounted=False)
     guess(model.file, parts, found)
-    guess_overlaps(found, parts, _Description(found.document, model, model.where).body)
+    guess_overlaps(found, parts, _Description(found.document, model, model.where).body, model.where)
     return found, _Description(found.document, model, model.where)
 
 
@@ -235,7 +235,7 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
 def _name(path: Path) -> str:
     """Return the name of a body of a file: its own, as far as a body can have it."""
     stem = path.stem.removesuffix(".urdf")  # of robot.urdf.xacro
-    return "".join(letter if letter.isprintable() else "?" for letter in stem)[:_LONGEST_NAME]
+    return "".join(letter if letter.isprintable() else "?" for letter in stem)[:_LONGEST_NAME] or "Robot"
 
 
 def _unsaid(torques: Mapping[str, float], source: str) -> str:

@@ -33,8 +33,8 @@ _BENT: Final = 0.3
 _TINY: Final = 1e-12
 _ROUND: Final = 12
 """Points on the rim of what is round."""
-_HOME: Final = ("home", "stand", "standing", "rest", "init")
-"""Names of keyframes in which a robot waits."""
+HOME: Final = ("home", "stand", "standing", "rest", "init")
+"""Names of keyframes in which a robot waits; others are not read."""
 _TURNS: Final = np.linspace(0.0, math.tau, _ROUND, endpoint=False)
 _RIM: Final[Array] = np.stack((np.cos(_TURNS), np.sin(_TURNS), np.zeros(_ROUND)), axis=1)
 _BALL: Final[Array] = np.concatenate([np.roll(_RIM, turn, axis=1) for turn in range(3)])
@@ -82,7 +82,7 @@ class Figure:
     def _key(self) -> int | None:
         """Return the keyframe in which the robot waits; None without one by such a name."""
         names = [self.mj.key(key).name.lower() for key in range(self.mj.nkey)]
-        return next((names.index(name) for name in _HOME if name in names), None)
+        return next((names.index(name) for name in HOME if name in names), None)
 
     def joints(self) -> Iterator[int]:
         """Yield the hinges and slides."""

@@ -130,7 +130,11 @@ class Limbs:
 
     def _all(self, joint: int) -> list[int]:
         """Return a joint and all that follow it."""
-        return [joint, *(each for child in self._below.get(joint, []) for each in self._all(child))]
+        found, waiting = [], [joint]
+        while waiting:
+            found.append(waiting.pop())
+            waiting += reversed(self._below.get(found[-1], []))
+        return found
 
     def _split(self, starts: Sequence[int]) -> Iterator[list[int]]:
         """Yield the chains of joints that begin at the trunk, whose own joints are those before its forks."""

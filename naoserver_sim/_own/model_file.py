@@ -21,8 +21,10 @@ from naoserver_sim._own.tree import Element, read_tree, write_tree
 from naoserver_sim._own.urdf import Sensor
 from naoserver_sim._own.xacro import expanded
 
-_MOST_REMEDIES: Final = 2000
-"""Most elements that are left out, as MuJoCo refuses them."""
+_MOST_READ: Final = 500_000
+"""Most elements that MuJoCo reads, in all, to find those that it refuses: it names one at a time."""
+_REFUSALS: Final = (ValueError, RuntimeError, mujoco.FatalError)
+"""What MuJoCo raises; RuntimeError for want of memory."""
 _TAG: Final = re.compile(r"#(\d+)\s*$")
 _LINE: Final = re.compile(r"line (\d+)")
 _PLACE: Final = re.compile(r"\s*Element '[^']*', line (\d+)\s*$")
@@ -132,11 +134,11 @@ class _Reading:
 
     def _parsed(self) -> mujoco.MjSpec:
         """Return what MuJoCo reads of the tree, without the parts beside a robot that it refuses."""
-        for _ in range(_MOST_REMEDIES):
+        for _ in range(self._tries()):
             text, self._order = write_tree(self._root)
             try:
                 return mujoco.MjSpec.from_string(text, assets=self._files.assets)
-            except (ValueError, mujoco.FatalError) as problem:
+            except _REFUSALS as problem:
                 why = str(problem).strip()
             place = _PLACE.search(why)
             element = self._order[int(place[1]) - 1] if place else self._root
@@ -150,7 +152,10 @@ class _Reading:
                 raise RobotError(f"{element.at}: <{element.tag}>{name} cannot be read: {why}{found}")
             section[0].children.remove(element)
             self._notes.append(f"{element.at}: <{element.tag}>{name} is left out: {why}")
-        raise RobotError(f"{self._path}: MuJoCo refuses more than {_MOST_REMEDIES} of its elements")
+        raise RobotError(f"{self._path}: MuJoCo refuses {self._tries()} and more of its elements")
+
+    def _tries(self) -> int:
+        return _MOST_READ // sum(1 for _ in self._root.all()) + 1
 
     def _compiled(self, spec: mujoco.MjSpec) -> mujoco.MjModel:
         """Return the compiled model, without the parts beside a robot that MuJoCo refuses."""
@@ -158,10 +163,10 @@ class _Reading:
         places = [self._at(part) for _, part in parts]
         for number, (_, part) in enumerate(parts):
             part.info += f" #{number}"
-        for _ in range(_MOST_REMEDIES):
+        for _ in range(self._tries()):
             try:
                 return spec.compile()
-            except (ValueError, mujoco.FatalError) as problem:
+            except _REFUSALS as problem:
                 why = str(problem).strip()
             tag = _TAG.search(why)
             if why.startswith("Error: keyframe"):
@@ -184,7 +189,7 @@ class _Reading:
                 spec.delete(part)
             else:
                 raise RobotError(f"{what} is refused by MuJoCo: {why}: correct it there")
-        raise RobotError(f"{self._path}: MuJoCo refuses more than {_MOST_REMEDIES} of its parts")
+        raise RobotError(f"{self._path}: MuJoCo refuses {self._tries()} and more of its parts")
 
     def _without(self, spec: mujoco.MjSpec, mesh: mujoco.MjsMesh, why: str) -> None:
         """Take a mesh that MuJoCo refuses as a shell; one that already is leaves the model."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Any, Final
@@ -155,8 +155,7 @@ class _Reader:
     def read(self) -> Parts:
         mj, frames = self._mj, self._parts.frames
         bodies = [body for body in range(1, mj.nbody) if mj.body_mocapid[body] < 0]
-        if len(bodies) > MOST_PARTS:
-            raise RobotError(f"{self._where}: {len(bodies)} links; a robot has at most {MOST_PARTS}")
+        self._require_few("shapes that touch", self._parts.figure.solid)
         for body in bodies:
             self._require_size(body)
         # The frame of a link is at its joint, which MJCF allows to be elsewhere.
@@ -166,6 +165,7 @@ class _Reader:
                 self._add_body(body)
         del frames[0]
         self._add_views()
+        self._require_few("links", self._links)  # also those between the joints of a link
         self._couple()
         if not self._parts.figure.says_what_touches:
             self._parts.notes.append(
@@ -175,6 +175,10 @@ class _Reader:
             shape for geom in self._parts.figure.solid for shape in self._shapes(geom)
         ]
         return self._parts
+
+    def _require_few(self, what: str, parts: Sized) -> None:
+        if len(parts) > MOST_PARTS:
+            raise RobotError(f"{self._where}: {len(parts)} {what}; a robot has at most {MOST_PARTS}")
 
     def _require_size(self, body: int) -> None:
         """Raise RobotError when a link, or one of its joints, is larger or heavier than any robot's."""
@@ -325,7 +329,10 @@ class _Reader:
         if gear is None:
             gear = name
             torque, pulls = float(found["max_torque"]), self._pulls(joint)
-            self._gears[gear] = gear_of(self._parts.figure, joint, pulls, torque, mounted=self._mounted)
+            gains = gear_of(self._parts.figure, joint, pulls, torque, mounted=self._mounted)
+            if "rest" in gains:
+                gains["rest"] *= sign
+            self._gears[gear] = gains
         self._joints.append(found | place | {"gear": gear})
 
     def _slides(self, joint: int) -> bool:

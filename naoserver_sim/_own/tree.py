@@ -93,8 +93,8 @@ def read_tree(path: Path) -> Element:
     return parse_tree(content, path)
 
 
-def parse_tree(content: bytes, path: Path) -> Element:
-    """Return the tree of an XML text that comes from a file.
+def parse_tree(content: bytes, path: Path, *, comments: bool = True) -> Element:
+    """Return the tree of an XML text that comes from a file, which may have comments that are not XML.
 
     Raises RobotError, with file and line, for a text that is too large, not well-formed, has a document type
     or a number that is not finite.
@@ -137,8 +137,8 @@ def parse_tree(content: bytes, path: Path) -> Element:
         # As MuJoCo's own reader, which reads no further than the root, and takes "--" in comments.
         if len(around) == 1 and top.children:
             return top.children[0]
-        if (plain := _without_comments(content)) != content:
-            return parse_tree(plain, path)
+        if comments and (plain := _without_comments(content)) != content:
+            return parse_tree(plain, path, comments=False)
         why = expat.ErrorString(problem.code)
         raise RobotError(f"{path}:{problem.lineno}: not XML: {why}") from None
     except (LookupError, ValueError) as problem:  # the encoding that its first line names

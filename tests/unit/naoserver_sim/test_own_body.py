@@ -363,6 +363,29 @@ def test_a_model_of_too_many_links_ends_in_a_clear_limit(written):
         read_own_body(written(model, 'model = "arm.urdf"'))
 
 
+@pytest.mark.parametrize(
+    ("parts", "problem"),
+    [
+        ('<geom size="0.1"/>' * 1000, "1001 shapes that touch; a robot has at most 1000"),
+        ('<body><joint type="ball"/><geom size="0.1"/></body>' * 400, "1201 links; a robot has at most 1000"),
+    ],
+)
+def test_too_many_parts_are_refused_by_their_number(written, parts, problem):
+    model = f'<mujoco><worldbody><body><freejoint/><geom size="1"/>{parts}</body></worldbody></mujoco>'
+    with pytest.raises(RobotError, match=problem):
+        read_own_body(written(model, 'model = "arm.urdf"'))
+
+
+def test_the_rest_of_a_spring_is_counted_as_the_joint_is(written):
+    spring = '<joint name="lid" stiffness="3" springref="30"/>'
+    model = f'<mujoco><worldbody><body name="box"><geom size="1"/><body>{spring}<geom size="0.1"/></body></body></worldbody></mujoco>'
+    toml = 'model = "arm.urdf"\njoint.lid = {{ max_torque = 0, reversed = {} }}'
+    rests = [
+        read_own_body(written(model, toml.format(turned))).gears["lid"].rest for turned in ("false", "true")
+    ]
+    assert rests == pytest.approx([math.radians(30), -math.radians(30)])
+
+
 def test_a_huge_file_is_not_read(written):
     with pytest.raises(RobotError, match="larger than 10 MB"):
         read_own_body(written("<robot>" + " " * LARGEST_FILE + "</robot>", ARM_TOML))

@@ -126,3 +126,8 @@ def test_nothing_else_is_a_wheel(read, old, new):
         'type="revolute">', 'type="revolute"><limit lower="-1" upper="1"/>'
     )
     assert read(model).wheels == []
+
+
+def test_a_chain_may_have_as_many_joints_as_a_robot_has_links(read):
+    (limb,) = read(robot(BASE, chain(*(f"joint {number}" for number in range(600))))).limbs
+    assert len(limb.joints) == 600

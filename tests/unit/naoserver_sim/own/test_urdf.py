@@ -146,6 +146,17 @@ def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
 
 
 @pytest.mark.parametrize(
+    ("pose", "angle"), [("nan 0 0 0 0 0", "nan"), ("0 0 1e400 0 0 0", "inf"), ("1", "-1")]
+)
+def test_what_no_camera_has_is_not_read(read, pose, angle):
+    eye = (
+        f'<gazebo reference="arm"><sensor name="eye" type="camera"><pose>{pose}</pose>'
+        f"<camera><horizontal_fov>{angle}</horizontal_fov></camera></sensor></gazebo>"
+    )
+    assert read(BASE, ARM, SHOULDER, eye).sensors == (Sensor("camera", "eye", "arm"),)
+
+
+@pytest.mark.parametrize(
     ("root", "kind", "bodies"),
     [
         (link("world", "", ""), "fixed", ["world", "base"]),
