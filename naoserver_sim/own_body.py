@@ -64,9 +64,11 @@ _MOST_SAID: Final = 12
 _LONGEST_NAME: Final = 64
 """Characters of a name in a `Body`."""
 _HEAD: Final = """\
-What naoserver-sim took {model} for. Each guess has its reason beside it: correct what is wrong,
-and delete what the robot has not. Serve it by: naoserver-sim --body {file}
-All keys are in docs/reference/bodies.md."""
+This is what {model} was taken for, each guess with its reason beside it. Correct what is wrong, and delete \
+what the robot does not have. docs/reference/bodies.md describes all keys. To serve the robot:
+
+    naoserver-sim --body {file}
+"""
 
 _log = logging.getLogger(__name__)
 

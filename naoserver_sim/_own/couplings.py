@@ -25,6 +25,8 @@ Note = Callable[[str, str], None]
 
 _POINT: Final = 1e-3
 """Width in rad or m of a range in which nothing moves."""
+_MOST_TENDONS: Final = 100
+"""Most tendons over joints with actuators: each is compared with each other one."""
 _TINY: Final = 1e-9
 _ONE_AXIS: Final = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _OF_JOINT: Final = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
@@ -81,7 +83,7 @@ def couplings_of(mj: mujoco.MjModel, where: str, lines: Lines) -> Couplings:
 
     Joints that an equality binds, as <mimic> of a URDF does, are coupled. So are those that one tendon with
     an actuator moves: as if they yielded alike, in proportion to its coefficients. Notes begin with `where`
-    and the line of the joint.
+    and the line of the joint. Raises RobotError when there are too many such tendons.
     """
     notes: list[str] = []
     note = _noting(notes, where, "joint", lines)
@@ -92,10 +94,14 @@ def couplings_of(mj: mujoco.MjModel, where: str, lines: Lines) -> Couplings:
             motors[actuator] = mj.joint(target).name
         elif mj.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON:
             tendons[actuator] = _fixed(mj, target)
+    if (many := sum(map(bool, tendons.values()))) > _MOST_TENDONS:
+        raise RobotError(
+            f"{where}: {many} actuators pull at tendons over joints: at most {_MOST_TENDONS} may"
+        )
     chains = _chains(mj, set(motors.values()), note)
     for each in chains:
         each.pulls += [Pull(actuator) for actuator, joint in motors.items() if joint == each.leader]
-    _pull(chains, tendons)
+    _pull(chains, {actuator: tendon for actuator, tendon in tendons.items() if tendon})
     used = {pull.actuator for each in chains for pull in each.pulls}
     if muscles := [mj.actuator(each).name for each in used if mj.actuator_gaintype[each] == _MUSCLE]:
         note("", f"the muscles {', '.join(sorted(muscles))} are servos here, which pull and push")

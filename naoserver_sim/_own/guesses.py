@@ -167,11 +167,11 @@ class _Guesser:
                 way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.axis(joint)[:2]))
             moves += way * figure.load(joint) / GRAVITY / float(masses.sum())
         if room < _STILL:
-            return True, "its base does not hold it"
-        return (
-            moves > room,
-            f"its base holds it {room:.2g} m to each side, and its joints move it {moves:.2g} m",
+            return True, "its center of mass is not above its base"
+        why = (
+            f"its base extends {room:.2g} m beyond its center of mass, and its joints move that {moves:.2g} m"
         )
+        return moves > room, why
 
     def _guess_rest(self, *, mounted: bool) -> None:
         """Let it begin in a keyframe of its model; or stand it on its feet, or raise its arm."""
@@ -254,18 +254,24 @@ class _Guesser:
         """Take the cameras of the model, those on the head first; else links that are named so."""
         heads = {link for limb in self._limbs.of("head") for link in self._links_of(limb)}
         cameras = [
-            (view.link, view.position, view.tilt, 2 * math.atan(ASPECT * math.tan(view.fovy / 2)), view.name)
+            (
+                *(view.link, view.position, view.tilt, 2 * math.atan(ASPECT * math.tan(view.fovy / 2))),
+                f"camera {view.name!r} of the model",
+            )
             for view in self._parts.views
             if math.hypot(*view.position) < self._limbs.size  # else it watches the robot
-        ] or [(link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW, link) for link in self._named(_CAMERA)]
+        ] or [
+            (link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW, f"link {link!r} is named so")
+            for link in self._named(_CAMERA)
+        ]
         carriers = {joint["child"]: joint["parent"] for joint in self._parts.tables["fixed_joints"]}
         cameras.sort(key=lambda camera: camera[0] not in heads and carriers.get(camera[0]) not in heads)
-        for number, (link, position, tilt, width, name) in enumerate(cameras[:_MOST_CAMERAS]):
+        for number, (link, position, tilt, width, why) in enumerate(cameras[:_MOST_CAMERAS]):
             camera: dict[str, Any] = {"name": f"Camera{number + 1 if number else ''}", "link": link}
             camera["position"] = _rounded(position)
             camera |= {"tilt": round(tilt, 4)} if abs(tilt) > 1e-4 else {}
             camera["horizontal_fov"] = round(min(width, 3.0), 4)
-            self._found.add(camera, f"camera {name!r} of the model", "cameras", number)
+            self._found.add(camera, why, "cameras", number)
         if (more := len(cameras) - _MOST_CAMERAS) > 0:
             self._found.doubts.append(f"{more} more cameras of the model are not served")
 
@@ -307,7 +313,7 @@ class _Guesser:
             if frame.link == self._parts.tables["links"][0]["name"]:
                 own = data.xmat[root].reshape(3, 3).T @ (place - data.xpos[root]) - frame.offset
                 unit = {"accelerometer": _rounded(own), "gyrometer": _rounded(own)}
-                self._found.add(unit, f"{name!r} of the model", "inertial_unit")
+                self._found.add(unit, f"{name!r} on the root link", "inertial_unit")
                 return
         if units:
             self._found.doubts.append(

@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape, quoteattr
 from naoserver.errors import RobotError
 
 LARGEST_FILE: Final = 10 << 20
-"""Largest size of a model's file and of a mesh in bytes; of all meshes, ten times that."""
+"""Largest size of a model's file in bytes."""
 MOST_ELEMENTS: Final = 50_000
 DEEPEST: Final = 256
 """Most elements within each other; MuJoCo stops at 500."""

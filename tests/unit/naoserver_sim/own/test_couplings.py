@@ -114,6 +114,13 @@ def test_two_tendons_of_a_differential_drive_each_of_its_joints():
     assert kept.pulls == {"a": (Pull(0), Pull(1)), "b": (Pull(0), Pull(1))}
 
 
+def test_more_tendons_than_can_be_compared_are_refused():
+    many = [f"t{number}" for number in range(101)]
+    below = "".join(tendon(name, a=1) for name in many) + by_tendon(*many)
+    with pytest.raises(RobotError, match=r"101 actuators pull at tendons over joints: at most 100 may"):
+        found(below)
+
+
 def test_a_tendon_moves_the_one_joint_that_has_no_motor_of_its_own():
     below = tendon("t", a=1, b=-3) + '<actuator><motor joint="a"/><motor tendon="t"/></actuator>'
     assert found(below, "ab").pulls == {"a": (Pull(0),), "b": (Pull(1, 3.0),)}

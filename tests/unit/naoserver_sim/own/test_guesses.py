@@ -85,7 +85,7 @@ def test_it_stays_and_each_joint_goes_where_it_is_sent(read, name):
 @pytest.mark.parametrize(
     ("name", "mounted", "why"),
     [
-        ("arm", True, "its base holds it 0.058 m to each side, and its joints move it"),
+        ("arm", True, "its base extends 0.058 m beyond its center of mass, and its joints move that"),
         ("rail", True, "the world carries it in its model"),
         ("humanoid", False, ""),
         ("quadruped", False, ""),
