@@ -43,7 +43,7 @@ from naoserver_sim._own.guesses import Guesses, guess
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.overlaps import guess_overlaps
-from naoserver_sim._own.parts import OwnFile, parts_of
+from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from zenoh_ice.text import printable
 from zenoh_ice.toml_file import convert, parse_toml, place, read_text
@@ -61,8 +61,6 @@ _MOST_REPORTED: Final = 5
 """Notes about the model that are logged, at most."""
 _MOST_SAID: Final = 12
 """Lines about the guesses, at most."""
-_LONGEST_NAME: Final = 64
-"""Characters of a name in a `Body`."""
 _HEAD: Final = """\
 This is what {model} was taken for, each guess with its reason beside it. Correct what is wrong, and delete \
 what the robot does not have. docs/reference/bodies.md describes all keys. To serve the robot:
@@ -236,8 +234,7 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
 
 def _name(path: Path) -> str:
     """Return the name of a body of a file: its own, as far as a body can have it."""
-    stem = path.stem.removesuffix(".urdf")  # of robot.urdf.xacro
-    return "".join(letter if letter.isprintable() else "?" for letter in stem)[:_LONGEST_NAME] or "Robot"
+    return fit_name(path.stem.removesuffix(".urdf")) or "Robot"  # of robot.urdf.xacro
 
 
 def _unsaid(torques: Mapping[str, float], source: str) -> str:

@@ -163,7 +163,7 @@ class _Guesser:
         moves = 0.0
         for joint in {self._parts.joints[limb.joints[0]] for limb in self._limbs.limbs}:
             way = 1.0
-            if mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
+            if figure.slides(joint):
                 way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.axis(joint)[:2]))
             moves += way * figure.load(joint) / GRAVITY / float(masses.sum())
         if room < _STILL:
@@ -203,9 +203,7 @@ class _Guesser:
             for joint in (self._parts.joints[name] for name in limb.joints if name in self._driven):
                 bodies = figure.moved(joint)
                 points = figure.points(*bodies)
-                flat = (
-                    abs(figure.axis(joint)[2]) < _FLAT and mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
-                )
+                flat = abs(figure.axis(joint)[2]) < _FLAT and not figure.slides(joint)
                 if not flat or not len(points) or points[:, 2].min() > figure.box[0][2] + figure.near:
                     continue
                 masses = mj.body_mass[bodies]

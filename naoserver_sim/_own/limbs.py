@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
-import mujoco
 import numpy as np
 
 from naoserver_sim._own.figure import Figure
@@ -219,12 +218,11 @@ class Limbs:
         """Return the wheel that a joint turns; None if it turns something else."""
         mj, data, figure = self._mj, self.figure.data, self.figure
         low, high = mj.jnt_range[joint]
-        turns = mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
         whole = not mj.jnt_limited[joint] or high - low > _WHOLE
         bodies = self.figure.moved(joint)
         axis, anchor = figure.axis(joint), data.xanchor[joint]
         level = math.hypot(axis[0], axis[1]) > _HORIZONTAL
-        if not (turns and whole and level and figure.stands(*bodies)):
+        if figure.slides(joint) or not (whole and level and figure.stands(*bodies)):
             return None
         if any(self._names[each] in self.driven for each in self._all(joint)[1:]):
             return None

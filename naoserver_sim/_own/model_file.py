@@ -13,8 +13,8 @@ from typing import Final, Literal
 import mujoco
 
 from naoserver.errors import RobotError
+from naoserver.parts import MOST_POINTS
 from naoserver_sim._own import mjcf, urdf
-from naoserver_sim._own.hulls import coarsen_hulls
 from naoserver_sim._own.inertias import balance_inertias, bound
 from naoserver_sim._own.meshes import Files, packages_near
 from naoserver_sim._own.tree import Element, read_tree, write_tree
@@ -119,7 +119,8 @@ class _Reading:
                     part.name = part.name or f"{kind} {number}"
             self._notes += mjcf.split_balls(spec, str(self._path))
             self._notes += self._weighed(spec)
-            coarsen_hulls(spec)
+            for mesh in spec.meshes:
+                mesh.maxhullvert = MOST_POINTS
             compiled = self._compiled(spec)
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self._notes += more

@@ -53,8 +53,12 @@ _ALIGNED: Final = 0.9998
 _FREE_RUNNING: Final = re.compile(r"caster|castor|swivel|roller|passive", re.IGNORECASE)
 """Names of joints in a URDF that have no motor if they have no torque either."""
 _LONGEST_NAME: Final = 64
-"""Characters of a name in a `Body`."""
 _FREE: Final = mujoco.mjtJoint.mjJNT_FREE
+
+
+def fit_name(name: str) -> str:
+    """Return a name as a `Body` may have it."""
+    return "".join(letter if letter.isprintable() else "?" for letter in name)[:_LONGEST_NAME]
 
 
 class OwnJoint(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -258,7 +262,7 @@ class _Reader:
             at, axis = mj.jnt_pos[joint].copy(), mj.jnt_axis[joint].copy()
             ref = float(mj.qpos0[mj.jnt_qposadr[joint]])
             origin = origin + _rotated(turn, at - offset)
-            if self._slides(joint):
+            if self._parts.figure.slides(joint):
                 origin = origin - _rotated(turn, axis * ref)
             elif ref:
                 turn = _after(turn, axis, -ref)
@@ -284,7 +288,7 @@ class _Reader:
 
     def _fit(self, kind: str, name: str) -> str:
         """Return a name as a body may have it, which no other part of the kind has."""
-        fitting = re.sub(r"[\x00-\x1f\x7f\ud800-\udfff]", "?", name)[:_LONGEST_NAME]
+        fitting = fit_name(name)
         taken = self._names[kind]
         if fitting in taken:
             fitting = next(
@@ -309,7 +313,7 @@ class _Reader:
         self._parts.joints[name] = joint
         own, sign = self._own.joint.get(name, OwnJoint()), self._sign(name)
         found: dict[str, Any] = {"name": name, "axis": (sign * mj.jnt_axis[joint]).tolist()}
-        found["sliding"] = self._slides(joint)
+        found["sliding"] = self._parts.figure.slides(joint)
         if mj.jnt_limited[joint] and np.ptp(mj.jnt_range[joint]) < _LARGEST:  # else it turns without end
             found["lower"], found["upper"] = sorted((sign * mj.jnt_range[joint]).tolist())
         if (speed := self._speed(joint)) is not None:
@@ -334,9 +338,6 @@ class _Reader:
                 gains["rest"] *= sign
             self._gears[gear] = gains
         self._joints.append(found | place | {"gear": gear})
-
-    def _slides(self, joint: int) -> bool:
-        return bool(self._mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE)
 
     def _speed(self, joint: int) -> float | None:
         """Return the highest speed of a joint: a URDF's limit, or the range of what sets its velocity."""
