@@ -38,7 +38,6 @@ from naoserver.bodies import read_body_file
 from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
-from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.guesses import Guesses, guess
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
@@ -90,7 +89,7 @@ def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], N
     if not (path.parent / own.model).resolve().is_relative_to(path.parent.resolve()):
         at = place(str(path), text, "model")
         raise RobotError(f"{at} = {own.model!r}: it must be in the folder of this file, or in one below it")
-    model = _Model(path.parent / own.model, path.parent / own.meshes, balance=own.balance)
+    model = read_model(path.parent / own.model, path.parent / own.meshes, balance=own.balance)
     return _dressed(_Description({"name": _name(path)} | document, model, str(path), text), [])
 
 
@@ -129,19 +128,10 @@ def write_own_body(
         raise RobotError(f"{target}: cannot be written: {problem.strerror}") from None
 
 
-class _Model:
-    """A model that was read, and how its robot stands."""
-
-    def __init__(self, path: Path, meshes: Path, *, balance: bool | None = None) -> None:
-        self.where: Final = str(path)
-        self.file: Final[ModelFile] = read_model(path, meshes, balance=balance)
-        self.figure: Final = Figure(self.file.compiled)
-
-
 class _Description:
     """A TOML file, written or guessed, with its model."""
 
-    def __init__(self, document: Mapping[str, Any], model: _Model, source: str, text: str = "") -> None:
+    def __init__(self, document: Mapping[str, Any], model: ModelFile, source: str, text: str = "") -> None:
         self.source: Final = source
         self.model: Final = model
         own = convert(document, OwnFile, source, RobotError, text=text)
@@ -154,7 +144,7 @@ class _Description:
                 f"{source}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
             )
         mounted = bool(described.get("mounted"))
-        self.parts: Final = parts_of(model.figure, model.file, own, model.where, mounted=mounted)
+        self.parts: Final = parts_of(model, own, mounted=mounted)
         if self.parts.unsaid:
             figure = self.parts.figure
             joints = {name: self.parts.joints[name] for name in self.parts.unsaid}
@@ -178,7 +168,7 @@ class _Description:
                 f"{source}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}"
             )
         if not (self.body.shapes or self.body.mounted):
-            missing = ", for its meshes are left out" if model.file.left_out else ""
+            missing = ", for its meshes are left out" if model.left_out else ""
             raise RobotError(
                 f"{source}: no link of {own.name} has a shape that touches{missing}: it would fall through"
                 ' the floor; name the folder of its meshes, meshes = "...", or fix it to its place,'
@@ -188,10 +178,10 @@ class _Description:
 
 def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
     """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
-    model = _Model(path, path.parent)
+    model = read_model(path, path.parent)
     found = Guesses({"model": name, "name": _name(path)})
-    parts = parts_of(model.figure, model.file, OwnFile(model=name), model.where, mounted=False)
-    guess(model.file, parts, found)
+    parts = parts_of(model, OwnFile(model=name), mounted=False)
+    guess(model, parts, found)
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body, model.where)
     return found, _Description(found.document, model, model.where)
 
@@ -212,11 +202,9 @@ def _said(found: Guesses, description: _Description, say: Callable[[str], None])
 
 def _dressed(of: _Description, doubts: list[str]) -> Body:
     """Return the body with its looks, unless they are too large; log what is not kept of its model."""
-    left_out = [
-        f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.file.left_out.items()
-    ]
+    left_out = [f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.left_out.items()]
     notes = [
-        *of.model.file.notes,
+        *of.model.notes,
         *of.parts.notes,
         *(f"{of.model.where}: {note}" for note in left_out + doubts),
     ]
@@ -224,7 +212,7 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
         _log.warning("%s", note)
     if (more := len(notes) - _MOST_REPORTED) > 0:
         _log.warning("%s: and %d more such notes", of.model.where, more)
-    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.figure.mj, of.parts.frames, of.body))
+    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.compiled, of.parts.frames, of.body))
     if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:
         message = "%s is drawn by its contact shapes: its looks have %d bytes, and at most %d are served"
         _log.warning(message, of.source, size, LARGEST_DESCRIPTION)

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Final, Literal
 
@@ -15,6 +16,7 @@ import mujoco
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_POINTS
 from naoserver_sim._own import mjcf, urdf
+from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.inertias import balance_inertias, bound
 from naoserver_sim._own.meshes import Files, packages_near
 from naoserver_sim._own.tree import Element, read_tree, write_tree
@@ -62,6 +64,18 @@ class ModelFile:
     """The cameras and inertial units that a URDF names."""
     compiled: mujoco.MjModel = None
     """What `spec` compiles to."""
+    where: str = ""
+    """The path of the file."""
+
+    @cached_property
+    def figure(self) -> Figure:
+        """How the robot stands."""
+        return Figure(self.compiled)
+
+    def at(self, name: str, *kinds: str) -> str:
+        """Return the file, and the line if it is known, of a part, as at the beginning of a message."""
+        line = next((self.lines[kind, name] for kind in kinds if (kind, name) in self.lines), None)
+        return f"{self.where}:{line}" if line else self.where
 
 
 def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> ModelFile:
@@ -89,7 +103,7 @@ def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> Mode
         urdf.prepare(root, files, notes)
         model = _Reading(root, files, notes, balance).read()
         model = replace(model, kind="urdf", fixed=fixed, speeds=speeds, actuated=actuated, sensors=sensors)
-    return replace(model, left_out=files.left_out, notes=tuple(notes))
+    return replace(model, left_out=files.left_out, notes=tuple(notes), where=str(path))
 
 
 class _Reading:

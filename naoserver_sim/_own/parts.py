@@ -125,17 +125,17 @@ class Parts:
     """What was changed or cannot be kept, a sentence each."""
 
 
-def parts_of(figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> Parts:
-    """Return the parts of a compiled model. Raises RobotError, naming the part, for what a body cannot be."""
-    return _Reader(figure, model, own, where, mounted=mounted).read()
+def parts_of(model: ModelFile, own: OwnFile, *, mounted: bool) -> Parts:
+    """Return the parts of a model. Raises RobotError, naming the part, for what a body cannot be."""
+    return _Reader(model, own, mounted=mounted).read()
 
 
 class _Reader:
     """Read a compiled model, body by body."""
 
-    def __init__(self, figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> None:
-        mj = self._mj = figure.mj
-        self._model, self._own, self._where, self._mounted = model, own, where, mounted
+    def __init__(self, model: ModelFile, own: OwnFile, *, mounted: bool) -> None:
+        self._mj, self._figure, self._where = model.compiled, model.figure, model.where
+        self._model, self._own, self._mounted = model, own, mounted
         gears: dict[str, Any] = {
             name: {key: value for key, value in msgspec.to_builtins(servo).items() if key != "joints"}
             for name, servo in own.servo.items()
@@ -145,7 +145,7 @@ class _Reader:
         self._fixed: list[dict[str, Any]] = []
         self._joints: list[dict[str, Any]] = []
         self._names: dict[str, set[str]] = {"link": set(), "joint": set()}
-        self._moves = couplings_of(mj, where, model.lines)
+        self._moves = couplings_of(model)
         self._followers = {pair.follower for pair in self._moves.couplings}
         self._gears = gears
         tables = {
@@ -154,12 +154,12 @@ class _Reader:
             "fixed_joints": self._fixed,
             "gears": gears,
         }
-        self._parts = Parts(tables, figure)
+        self._parts = Parts(tables, model.figure)
 
     def read(self) -> Parts:
         mj, frames = self._mj, self._parts.frames
         bodies = [body for body in range(1, mj.nbody) if mj.body_mocapid[body] < 0]
-        self._require_few("shapes that touch", self._parts.figure.solid)
+        self._require_few("shapes that touch", self._figure.solid)
         for body in bodies:
             self._require_size(body)
         # The frame of a link is at its joint, which MJCF allows to be elsewhere.
@@ -171,13 +171,11 @@ class _Reader:
         self._add_views()
         self._require_few("links", self._links)  # also those between the joints of a link
         self._couple()
-        if not self._parts.figure.says_what_touches:
+        if not self._figure.says_what_touches:
             self._parts.notes.append(
                 f"{self._where}: no link has a shape that touches, so what is seen of it touches"
             )
-        self._parts.tables["shapes"] = [
-            shape for geom in self._parts.figure.solid for shape in self._shapes(geom)
-        ]
+        self._parts.tables["shapes"] = [shape for geom in self._figure.solid for shape in self._shapes(geom)]
         return self._parts
 
     def _require_few(self, what: str, parts: Sized) -> None:
@@ -200,8 +198,9 @@ class _Reader:
             sizes[f"friction, damping or rotor of {name!r}"] = bearings
         for what, values in sizes.items():
             if not (largest := float(np.abs(values).max(initial=0.0))) <= _LARGEST:
-                at, name = self._at("link", mj.body(body).name), mj.body(body).name
-                raise RobotError(f"{at}link {name!r}: its {what} is {largest:.4g}, at most {_LARGEST:g}")
+                name = mj.body(body).name
+                at = self._model.at(name, "link", "body")
+                raise RobotError(f"{at}: link {name!r}: its {what} is {largest:.4g}, at most {_LARGEST:g}")
 
     def _couple(self) -> None:
         """Add the joints that move together, and what closes loops of links."""
@@ -219,9 +218,12 @@ class _Reader:
         keep_in_range(self._joints, couplings, self._where)
         for joint, (low, high) in zip(self._joints, before, strict=True):
             if joint.get("lower", low) < low - _POINT or joint.get("upper", high) > high + _POINT:
-                at, name = self._at("joint", joint["name"]), joint["name"]
-                parts.notes.append(f"{at}joint {name!r} leaves its range, [{low:.4g}, {high:.4g}], to follow")
-        loops = loops_of(mj, parts.frames, self._where, self._model.lines)
+                name = joint["name"]
+                at = self._model.at(name, "joint")
+                parts.notes.append(
+                    f"{at}: joint {name!r} leaves its range, [{low:.4g}, {high:.4g}], to follow"
+                )
+        loops = loops_of(self._model, parts.frames)
         parts.tables["couplings"] = msgspec.to_builtins(couplings)
         parts.tables["loops"] = list(loops.loops)
         if loops.mounted:
@@ -262,7 +264,7 @@ class _Reader:
             at, axis = mj.jnt_pos[joint].copy(), mj.jnt_axis[joint].copy()
             ref = float(mj.qpos0[mj.jnt_qposadr[joint]])
             origin = origin + _rotated(turn, at - offset)
-            if self._parts.figure.slides(joint):
+            if self._figure.slides(joint):
                 origin = origin - _rotated(turn, axis * ref)
             elif ref:
                 turn = _after(turn, axis, -ref)
@@ -297,14 +299,11 @@ class _Reader:
                 if (other := f"{fitting[: _LONGEST_NAME - 6]} {number}") not in taken
             )
         if fitting != name:
-            self._parts.notes.append(f"{self._at(kind, name)}{kind} {name[:80]!r} is called {fitting!r}")
+            self._parts.notes.append(
+                f"{self._model.at(name, kind, 'body')}: {kind} {name[:80]!r} is called {fitting!r}"
+            )
         taken.add(fitting)
         return fitting
-
-    def _at(self, kind: str, name: str) -> str:
-        kinds = (kind, "body") if kind == "link" else (kind,)
-        line = next((self._model.lines[each, name] for each in kinds if (each, name) in self._model.lines), 0)
-        return f"{self._where}:{line}: " if line else f"{self._where}: "
 
     def _add_joint(self, joint: int, place: dict[str, Any]) -> None:
         """Add what a model says of a joint, corrected by the TOML file, and its servo."""
@@ -313,7 +312,7 @@ class _Reader:
         self._parts.joints[name] = joint
         own, sign = self._own.joint.get(name, OwnJoint()), self._sign(name)
         found: dict[str, Any] = {"name": name, "axis": (sign * mj.jnt_axis[joint]).tolist()}
-        found["sliding"] = self._parts.figure.slides(joint)
+        found["sliding"] = self._figure.slides(joint)
         if mj.jnt_limited[joint] and np.ptp(mj.jnt_range[joint]) < _LARGEST:  # else it turns without end
             found["lower"], found["upper"] = sorted((sign * mj.jnt_range[joint]).tolist())
         if (speed := self._speed(joint)) is not None:
@@ -327,13 +326,13 @@ class _Reader:
             found["max_velocity"] = SPEED
             self._parts.slow.extend([name] if leads and found.get("max_torque") != 0.0 else [])
         if "max_torque" not in found:
-            found["max_torque"] = self._parts.figure.torque(joint, mounted=self._mounted)
+            found["max_torque"] = self._figure.torque(joint, mounted=self._mounted)
             self._parts.unsaid.extend([name] if leads else [])
         gear = self._given.get(name)
         if gear is None:
             gear = name
             torque, pulls = float(found["max_torque"]), self._pulls(joint)
-            gains = gear_of(self._parts.figure, joint, pulls, torque, mounted=self._mounted)
+            gains = gear_of(self._figure, joint, pulls, torque, mounted=self._mounted)
             if "rest" in gains:
                 gains["rest"] *= sign
             self._gears[gear] = gains
@@ -429,7 +428,7 @@ class _Reader:
         turn: list[float] = mj.geom_quat[geom].tolist()
         kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
         shape: dict[str, Any] = {"link": link}
-        if len(points := self._parts.figure.hulls[geom]):
+        if len(points := self._figure.hulls[geom]):
             shape |= {"kind": "hull", "points": np.round(points - offset, _DIGITS).tolist()}
         else:
             size = mj.geom_aabb[geom, 3:] if kind is None else mj.geom_size[geom][: SHAPE_SIZES[kind]]
