@@ -143,13 +143,10 @@ class _Description:
             raise RobotError(
                 f"{source}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
             )
-        mounted = bool(described.get("mounted"))
-        self.parts: Final = parts_of(model, own, mounted=mounted)
+        self.parts: Final = parts_of(model, own, mounted=bool(described.get("mounted")))
         if self.parts.unsaid:
-            figure = self.parts.figure
-            joints = {name: self.parts.joints[name] for name in self.parts.unsaid}
-            torques = {name: figure.torque(joint, mounted=mounted) for name, joint in joints.items()}
-            raise RobotError(_unsaid(torques, source))
+            torques = {joint["name"]: joint["max_torque"] for joint in self.parts.tables["joints"]}
+            raise RobotError(_unsaid({name: torques[name] for name in self.parts.unsaid}, source))
         described["name"] = own.name
         tables, given = self.parts.tables, described.get("couplings", [])
         followers = [pair.get("follower") for pair in _tables_in(given)]

@@ -323,7 +323,7 @@ class _Reader:
         found |= {key: value for key, value in corrected.items() if value is not None and key != "reversed"}
         leads = said not in self._followers
         if "max_velocity" not in found:
-            found["max_velocity"] = SPEED
+            found["max_velocity"] = SPEED if leads else math.inf  # which its leader determines
             self._parts.slow.extend([name] if leads and found.get("max_torque") != 0.0 else [])
         if "max_torque" not in found:
             found["max_torque"] = self._figure.torque(joint, mounted=self._mounted)
