@@ -54,6 +54,11 @@ class Servo:
     fault: str = ""
     """What keeps it from holding, such as `overload: its torque is off`; empty if nothing does."""
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """All that it measures."""
+        return self.position, self.velocity, self.torque, self.stiffness, self.temperature
+
 
 class ServoBus(Link, Protocol):
     """A line with a servo for each joint. One thread makes all calls.
@@ -64,7 +69,8 @@ class ServoBus(Link, Protocol):
     def read(self) -> Mapping[str, Servo]:
         """Return what each servo reports, by joint, without those that did not answer in time.
 
-        It takes less than a period, 20 ms: an answer that comes later must not be taken for the next one.
+        One with a value that is no finite number counts as if it had not answered. It takes less than a
+        period, 20 ms: an answer that comes later must not be taken for the next one.
         """
 
     def move(self, setpoints: Mapping[str, float]) -> None:
@@ -108,6 +114,11 @@ class _Joint:
 
 Capture = Callable[[str, int, int], Frame]
 """Takes an image, as `Robot.capture` does."""
+
+
+def _answers_of(bus: ServoBus) -> dict[str, Servo]:
+    """Return what servos report in numbers: a setpoint must never come from one that sends none."""
+    return {name: servo for name, servo in bus.read().items() if all(map(math.isfinite, servo.values))}
 
 
 class ServoRobot:
@@ -243,7 +254,7 @@ class ServoRobot:
         answers: Mapping[str, Servo] = {}
         deadline = self.clock.now() + self._connection.limits.answer
         while self.clock.now() < deadline:
-            answers = bus.read()
+            answers = _answers_of(bus)
             if answers and len(found) == len(self.joints):
                 break
             found.update(answers)
@@ -258,7 +269,7 @@ class ServoRobot:
 
     def _tick(self, bus: ServoBus) -> None:
         """Read all servos, and send them a step on."""
-        found = bus.read()
+        found = _answers_of(bus)
         now = self.clock.now()
         seconds, self._ticked = min(now - self._ticked, 2 * self._connection.limits.period), now
         with self._lock:

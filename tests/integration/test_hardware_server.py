@@ -105,6 +105,21 @@ def test_a_bus_that_is_not_there_is_said_in_one_line(tmp_path: Path, environment
     assert "Traceback" not in done.stderr
 
 
+def test_two_servers_do_not_share_a_bus_and_a_file_is_none(
+    bus: SimBus, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    (file := tmp_path / "file").touch()
+    with serving(bus, free_endpoint(), environment) as server:
+        server.wait_for("^ready")
+        for path, why in ((bus.path, "another server has it"), (file, "it is no serial line")):
+            other = [sys.executable, SERVER, "--bus", str(path), "--listen", free_endpoint()]
+            with ComponentProcess(
+                other, {**environment, "XDG_STATE_HOME": str(tmp_path / "other")}
+            ) as second:
+                second.wait_for(f"{path}: {why}")
+                assert second.wait(END_LIMIT) == 1
+
+
 def test_the_bus_as_a_program_takes_its_commands_from_standard_input(tmp_path: Path) -> None:
     command = module("naoserver.hardware.sim_bus", str(tmp_path / "tty"), "--servos", "2")
     with subprocess.Popen(

@@ -203,8 +203,6 @@ _EVENTS: Final = (
         upper=_A,
     ),
     Message("no longer flung away"),
-    Message("held at its limit {upper}: its motor does not bring it to {value}", upper=_A, value=_A),
-    Message("no longer held at its limit"),
     Message("hot: its motor has {degrees} degrees Celsius and gives less torque", degrees=_A),
     Message("cool again: its motor has {degrees} degrees Celsius", degrees=_A),
     Message("unknown: the robot does not report its charge"),
