@@ -21,7 +21,7 @@ from naoserver.capabilities import (
     Voice,
     Walker,
 )
-from naoserver.errors import HardwareFailure
+from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.connection import Connection, HardwareLimits
 from naoserver.hardware.lifecycle import End, Lifecycle, Start
 from naoserver.hardware.link import Link, LinkLost
@@ -152,6 +152,8 @@ class ServoRobot:
         limits: HardwareLimits = SERVO_LIMITS,
     ) -> None:
         self.name: Final = body.title or body.name
+        if not body.joints:
+            raise RobotError(f"{self.name} has no joint: it is no robot of servos")
         self.body: Final = body
         self.joints: Final = body.joints
         self.cameras: Final = body.cameras if capture else ()
