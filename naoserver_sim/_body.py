@@ -7,6 +7,7 @@ body are in `appearance.py`.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import combinations
@@ -101,7 +102,9 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
 def possible(body: Body) -> Iterator[None]:
     """Raise RobotError when MuJoCo finds a body impossible, such as one with a mass of no size."""
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the compiler: a body that flies apart is refused later
+            yield
     except ValueError as problem:
         text = " ".join(str(problem).split())
         raise RobotError(f"body {body.name} cannot be simulated: {text}") from problem
@@ -178,6 +181,9 @@ def _add_link(
         of = link.inertia
         inertial = {"mass": link.mass, "ipos": link.com}
         inertial["fullinertia"] = [of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz]
+    if joint is None and body.mounted and link.mass < body.mass / 2:
+        # It cannot move, but what is light beside all that it carries would give way at its mount.
+        inertial = {"mass": body.mass, "inertia": [body.mass] * 3}
     if joint is None:
         added = spec.worldbody.add_body(name=link.name, explicitinertial=True, **inertial)
         added.add_freejoint(name=BASE)

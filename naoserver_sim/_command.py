@@ -16,7 +16,7 @@ from typing import Annotated, Final
 import typer
 
 from naoserver.assembly import Assembly
-from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body
+from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body, is_body_file
 from naoserver.entrances import Disk, find_entrance
 from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
@@ -24,7 +24,7 @@ from naoserver.parts import CameraFacts
 from naoserver.robot import Robot
 from naoserver.server import JointSpeed, ResumeAfterReset, problem_of, serve
 from naoserver_sim._team import run_team, team_commands
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim.own_body import read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import ConfigurationException, initialize
@@ -51,6 +51,8 @@ naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for 
 naoserver-sim --world soccer --noise                       on a field, with noise like a real robot's
 
 naoserver-sim --body T1                                    another robot: a Booster T1
+
+naoserver-sim --body arm.urdf                              your own robot, by its model
 
 naoserver-sim --robots 3                                   three robots, in the realms nao, nao2 and nao3
 
@@ -93,9 +95,20 @@ _Body = Annotated[
     str,
     typer.Option(
         metavar="NAME|FILE",
-        help=f"What the robot is: {', '.join(BODY_NAMES)}, or a TOML file (docs/how-to/own-robot.md).",
+        help=f"What the robot is: {', '.join(BODY_NAMES)}, or your own by its model (URDF, xacro, MJCF), "
+        "a TOML file or facts in JSON (docs/how-to/own-robot.md).",
     ),
 ]
+_WriteBody = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        dir_okay=False,
+        help="Write what --body is to a file, and serve nothing: TOML to edit, in which each guess about a "
+        "model has its reason, or facts in JSON.",
+    ),
+]
+_Force = Annotated[bool, typer.Option("--force", help="Overwrite the file of --write-body.")]
 _Cameras = Annotated[
     list[str] | None,
     typer.Option(
@@ -125,6 +138,8 @@ def naoserver_sim(
     noise: _Noise = False,
     seed: _Seed = None,
     body: _Body = DEFAULT_BODY,
+    write_body: _WriteBody = None,
+    force: _Force = False,
     camera: _Cameras = None,
     joint_speed: JointSpeed = None,
     resume_after_reset: ResumeAfterReset = False,
@@ -142,7 +157,13 @@ def naoserver_sim(
         resume_after_reset=resume_after_reset,
     )
     surroundings = load_world(world)
-    facts = read_own_body(Path(body)) if body.endswith(".toml") else find_body(body)
+    if write_body is not None:
+        if not is_body_file(body):
+            message = f"{body} is no file: this writes a robot of your own, --body robot.urdf"
+            raise typer.BadParameter(message, param_hint="--write-body")
+        write_own_body(Path(body), write_body, force=force, say=typer.echo)
+        return
+    facts = read_own_body(Path(body), say=typer.echo) if is_body_file(body) else find_body(body)
     if qi is not None and settings.security != Security():
         raise ConfigurationException(
             f"--qi {qi} beside [security]: NAOqi has no passwords, so that any program at this address"

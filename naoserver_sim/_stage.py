@@ -14,10 +14,10 @@ import numpy as np
 from naoserver.capabilities import Pose, Truth, Vector, WorldShape
 from naoserver.errors import InvalidCommand
 from naoserver.parts import NO_TURN
+from naoserver_sim._geometry import describe_world
 from naoserver_sim._motors import Array
 from naoserver_sim._simulator import Simulator, Snapshot
 from naoserver_sim._surroundings import about_z
-from naoserver_sim.geometry import describe_world
 from naoserver_sim.model import FreeIndex, Model
 
 _FARTHEST_PLACE: Final = 50.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -36,6 +37,8 @@ from naoserver_sim._surroundings import (
 from naoserver_sim.appearance import add_appearance
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
+_log = logging.getLogger(__name__)
+
 _WIDEST_IMAGE: Final = 1280
 """Pixels in a row of the largest image that scene.xml provides for."""
 _SETTLING_TIME: Final = 1.0  # s
@@ -45,6 +48,8 @@ _ITERATIONS: Final = 50
 """Most iterations of the solver's line search with a heavy body on its feet: with fewer its feet creep."""
 _GAP: Final = 0.0002
 """Height in m from which the robot is lowered to the floor."""
+_CLEARANCE: Final = 0.05
+"""Least height in m above the floor of what a mounted robot moves, at the start."""
 _FARTHEST_FLOOR: Final = 10.0
 """Largest distance in m of the floor from a robot whose root is at the origin."""
 
@@ -210,10 +215,27 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
     for device in (model.robot, *model.balls.values()):
         data.ctrl[device.own_motors] = data.qpos[device.qpos[device.leading]]
     if not balances:
+        mujoco.set_mju_user_warning(_log.debug)  # by default, it writes a file into the current directory
         mujoco.mj_step(mj, data, nstep=round(_SETTLING_TIME / mj.opt.timestep))
+        _require_still_sound(model, data)
     data.time = 0.0
     mujoco.mj_forward(mj, data)
     return data
+
+
+def _require_still_sound(model: Model, data: mujoco.MjData) -> None:
+    """Raise RobotError when the robot flew apart while it settled."""
+    kinds = mujoco.mjtWarning
+    for kind in (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC):
+        if data.warning[kind].number:
+            dof = min(int(data.warning[kind].lastinfo), model.mj.nv - 1)
+            joint = model.mj.joint(int(model.mj.dof_jntid[dof])).name
+            at = "its root" if joint == BASE else f"joint {joint!r}"
+            raise RobotError(
+                f"body {model.body.name} cannot be simulated: at the start it flies apart, first at {at}."
+                " Links may be too light for their servos: give these softer gains or more `inertia`, by"
+                " [servo.NAME]; or shapes push each other apart: name them in `overlapping`"
+            )
 
 
 def build_standing(
@@ -272,9 +294,12 @@ def _height(model: Model, data: mujoco.MjData) -> float:
         return float(min(left.xpos[2], right.xpos[2]) - mj.geom(sole("left")).size[2])
     own = np.flatnonzero((mj.body_rootid[mj.geom_bodyid] == model.base.body) & (mj.geom_contype != 0))
     floor, ends = mj.geom("floor").id, np.zeros(6)
-    return min(
-        (mujoco.mj_geomDistance(mj, data, floor, geom, _FARTHEST_FLOOR, ends) for geom in own), default=0.0
-    )
+    heights = [mujoco.mj_geomDistance(mj, data, floor, geom, _FARTHEST_FLOOR, ends) for geom in own]
+    if model.body.mounted:
+        # What moves on a mount is clear of the floor; the mount itself is on the floor, or has no shape.
+        moving = mj.body_weldid[mj.geom_bodyid[own]] != mj.body_weldid[model.base.body]
+        heights = [*(np.array(heights) - _CLEARANCE * moving), data.qpos[model.base.qpos + 2]]
+    return float(min(heights, default=0.0))
 
 
 def _index(

@@ -1,6 +1,6 @@
-"""A body of the user's own, from an MJCF or URDF and a TOML file that names its parts.
+"""A body of the user's own: from its model alone, or from a TOML file that names its parts.
 
-    model = "my_robot.urdf"             # beside this file; MJCF or URDF
+    model = "my_robot.urdf"             # beside this file; MJCF, URDF or xacro
     name = "MyRobot"
 
     [groups]                            # the joints of each limb, from the trunk outwards
@@ -17,30 +17,36 @@
 
 Everything that a facts file describes (`naoserver.body`) may be given; links, joints, contact shapes and
 looks come from the model. `[joint.NAME]` corrects what the model says of a joint, `[servo.NAME]` gives some
-joints their gains.
+joints their gains. Of a model alone, this file is guessed: `write_own_body` writes it to be edited.
 """
 
 from __future__ import annotations
 
+import copy
 import logging
+import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
-import mujoco
 import numpy as np
 
+from naoserver.bodies import read_body_file
 from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
-from naoserver_sim._own.hulls import coarsen_hulls
+from naoserver_sim._own.figure import Figure
+from naoserver_sim._own.guesses import Guesses, guess
 from naoserver_sim._own.looks import looks_in
-from naoserver_sim._own.model_file import read_model
+from naoserver_sim._own.model_file import ModelFile, read_model
+from naoserver_sim._own.overlaps import guess_overlaps
 from naoserver_sim._own.parts import OwnFile, parts_of
+from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from zenoh_ice.text import printable
-from zenoh_ice.toml_file import convert, parse_toml, read_text
+from zenoh_ice.toml_file import convert, parse_toml, place, read_text
 
 _THICKNESS: Final = 0.01
 """Half thickness in m of the box on which a foot stands."""
@@ -52,80 +58,210 @@ _CAMERA: Final = {
 }
 _FROM_THE_MODEL: Final = {"links", "joints", "fixed_joints", "gears", "shapes", "looks"}
 _MOST_REPORTED: Final = 5
-"""Meshes that are named when they are left out."""
+"""Notes about the model that are logged, at most."""
+_MOST_SAID: Final = 12
+"""Lines about the guesses, at most."""
+_LONGEST_NAME: Final = 64
+"""Characters of a name in a `Body`."""
+_HEAD: Final = """\
+What naoserver-sim took {model} for. Each guess has its reason beside it: correct what is wrong,
+and delete what the robot has not. Serve it by: naoserver-sim --body {file}
+All keys are in docs/reference/bodies.md."""
 
 _log = logging.getLogger(__name__)
 
 
-def read_own_body(path: Path) -> Body:
-    """Return the body that a TOML file and its model describe.
+def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], None] = _log.info) -> Body:
+    """Return the body that a file describes: TOML beside its model, a model alone, or facts in JSON or TOML.
 
-    Raises RobotError with file, line and name when one of them cannot be read or they do not fit together.
+    `text` is what the file is to have, if not what it has. What a model alone was taken for is reported to
+    `say`, in some ten lines; what is not kept of a model is logged. Raises RobotError with file, line and
+    name when files cannot be read or do not fit together.
     """
-    text = read_text(path, RobotError)
+    if path.suffix.lower() not in (".toml", ".json"):
+        return _said(*_guessed(path, path.name), say)
+    if path.suffix.lower() == ".json":
+        return read_body_file(path)
+    text = read_text(path, RobotError) if text is None else text
     own = parse_toml(text, OwnFile, str(path), RobotError)
-    described: dict[str, Any] = {
-        key: value for key, value in tomllib.loads(text).items() if key not in OwnFile.__struct_fields__
-    }
-    if taken := sorted(_FROM_THE_MODEL & described.keys()):
+    document = tomllib.loads(text)
+    if not own.model:
+        return convert(document, Body, str(path), RobotError, text=text)
+    if not (path.parent / own.model).resolve().is_relative_to(path.parent.resolve()):
+        at = place(str(path), text, "model")
+        raise RobotError(f"{at} = {own.model!r}: it must be in the folder of this file, or in one below it")
+    model = _Model(path.parent / own.model, path.parent / own.meshes, balance=own.balance)
+    return _dressed(_Description({"name": _name(path)} | document, model, str(path), text), [])
+
+
+def write_own_body(
+    source: Path, target: Path, *, force: bool = False, say: Callable[[str], None] = _log.info
+) -> None:
+    """Write the body of a file: as TOML to edit, each guess with its reason, or as facts in JSON to serve.
+
+    What a model alone was taken for is reported to `say`. Raises RobotError when `source` cannot be read, or
+    not be guessed from, and when `target` has another ending, exists without `force`, or is not in the folder
+    of the model or one above.
+    """
+    kind = target.suffix.lower()
+    if kind not in (".toml", ".json"):
+        raise RobotError(f"{target}: a body is written as .toml or .json")
+    if target.exists() and not force:
+        raise RobotError(f"{target} exists: --force overwrites it")
+    if kind == ".json":
+        text = write_body(read_own_body(source, say=say)) + "\n"
+    elif source.suffix.lower() in (".toml", ".json"):
         raise RobotError(
-            f"{path}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
+            f"{source}: a TOML file is written of a model alone: what {source.name} says is no guess"
         )
-    model = read_model(path.parent / own.model, path.parent / own.meshes)
-    where = str(path.parent / own.model)
-    coarsen_hulls(model.spec)
+    else:
+        where = os.path.relpath(source.resolve(), target.parent.resolve())
+        if where.startswith(".."):
+            raise RobotError(
+                f"{target}: write it to the folder of {source.name}, or to one above: it names the model"
+            )
+        found, description = _guessed(source, Path(where).as_posix())
+        _said(found, description, say)
+        text = toml_text(found.document, found.reasons, _HEAD.format(model=source.name, file=target.name))
     try:
-        mj = model.spec.compile()
-    except (ValueError, mujoco.FatalError) as problem:
-        raise RobotError(f"{where}: {' '.join(str(problem).split())}") from None
-    described["name"] = own.name or path.stem
-    parts, frames = parts_of(mj, model, own, where)
-    given = described.get("couplings", [])
-    followers = [pair.get("follower") for pair in given]
-    parts["couplings"] = [pair for pair in parts["couplings"] if pair["follower"] not in followers] + given
-    parts |= {key: described[key] for key in ("loops", "mounted") if key in described}
-    for note in parts.pop("notes"):
-        _log.warning("%s", note)
-    described |= parts
-    described["shapes"] += _soles(described)
-    for camera in described.get("cameras", ()):
-        camera |= {key: value for key, value in _CAMERA.items() if key not in camera}
-    for hinge in described.get("hinges", {}).values():
-        hinge |= {axis: {"joint": of} for axis, of in hinge.items() if isinstance(of, str)}
-    body = convert(described, Body, str(path), RobotError, text=text)
-    if (size := len(write_body(body))) > LARGEST_DESCRIPTION:
-        raise RobotError(f"{path}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}")
-    if not (body.shapes or body.mounted):
-        missing = ", for its meshes are left out" if model.left_out else ""
-        raise RobotError(
-            f"{path}: no link of {body.name} has a shape that touches{missing}: it would fall through the"
-            ' floor; name the folder of its meshes, meshes = "...", or fix it to its place, mounted = true'
+        target.write_text(text, "utf-8")
+    except OSError as problem:
+        raise RobotError(f"{target}: cannot be written: {problem.strerror}") from None
+
+
+class _Model:
+    """A model that was read, and how its robot stands."""
+
+    def __init__(self, path: Path, meshes: Path, *, balance: bool | None = None) -> None:
+        self.where: Final = str(path)
+        self.file: Final[ModelFile] = read_model(path, meshes, balance=balance)
+        self.figure: Final = Figure(self.file.compiled)
+
+
+class _Description:
+    """A TOML file, written or guessed, with its model."""
+
+    def __init__(self, document: Mapping[str, Any], model: _Model, source: str, text: str = "") -> None:
+        self.source: Final = source
+        self.model: Final = model
+        own = convert(document, OwnFile, source, RobotError, text=text)
+        # Its tables are completed below, and the document may be read again.
+        described: dict[str, Any] = copy.deepcopy(
+            {key: value for key, value in document.items() if key not in OwnFile.__struct_fields__}
         )
-    _report(model.left_out, where)
-    dressed = msgspec.structs.replace(body, looks=looks_in(mj, frames, body))
+        if taken := sorted(_FROM_THE_MODEL & described.keys()):
+            raise RobotError(
+                f"{source}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
+            )
+        mounted = bool(described.get("mounted"))
+        self.parts: Final = parts_of(model.figure, model.file, own, model.where, mounted=mounted)
+        if self.parts.unsaid:
+            figure = self.parts.figure
+            joints = {name: self.parts.joints[name] for name in self.parts.unsaid}
+            torques = {name: figure.torque(joint, mounted=mounted) for name, joint in joints.items()}
+            raise RobotError(_unsaid(torques, source))
+        described["name"] = own.name
+        tables, given = self.parts.tables, described.get("couplings", [])
+        followers = [pair.get("follower") for pair in _tables_in(given)]
+        if isinstance(given, list):
+            of_model = [pair for pair in tables["couplings"] if pair["follower"] not in followers]
+            described["couplings"] = of_model + given
+        described = tables | described
+        described["shapes"] = described["shapes"] + list(_soles(described))
+        for camera in _tables_in(described.get("cameras")):
+            camera |= {key: value for key, value in _CAMERA.items() if key not in camera}
+        for hinge in _tables_in(described.get("hinges")):
+            hinge |= {axis: {"joint": of} for axis, of in hinge.items() if isinstance(of, str)}
+        self.body: Final = convert(described, Body, source, RobotError, text=text)
+        if (size := len(write_body(self.body))) > LARGEST_DESCRIPTION:
+            raise RobotError(
+                f"{source}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}"
+            )
+        if not (self.body.shapes or self.body.mounted):
+            missing = ", for its meshes are left out" if model.file.left_out else ""
+            raise RobotError(
+                f"{source}: no link of {own.name} has a shape that touches{missing}: it would fall through"
+                ' the floor; name the folder of its meshes, meshes = "...", or fix it to its place,'
+                " mounted = true"
+            )
+
+
+def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
+    """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
+    model = _Model(path, path.parent)
+    found = Guesses({"model": name, "name": _name(path)})
+    parts = parts_of(model.figure, model.file, OwnFile(model=name), model.where, mounted=False)
+    guess(model.file, parts, found)
+    guess_overlaps(found, parts, _Description(found.document, model, model.where).body)
+    return found, _Description(found.document, model, model.where)
+
+
+def _said(found: Guesses, description: _Description, say: Callable[[str], None]) -> Body:
+    """Return a guessed body, after saying what was guessed."""
+    body = _dressed(description, found.doubts)
+    way = "mounted" if body.mounted else "free to move"
+    name = Path(description.source).name
+    say(f"{name}: {len(body.links)} links, {len(body.joints)} joints, {body.mass:.3g} kg, {way}")
+    lines = list(found.lines())
+    for line in lines[:_MOST_SAID]:
+        say(f"{name}: {line}")
+    if (more := len(lines) - _MOST_SAID) > 0:
+        say(f"{name}: and {more} more guesses, which --write-body writes")
+    return body
+
+
+def _dressed(of: _Description, doubts: list[str]) -> Body:
+    """Return the body with its looks, unless they are too large; log what is not kept of its model."""
+    left_out = [
+        f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.file.left_out.items()
+    ]
+    notes = [
+        *of.model.file.notes,
+        *of.parts.notes,
+        *(f"{of.model.where}: {note}" for note in left_out + doubts),
+    ]
+    for note in notes[:_MOST_REPORTED]:
+        _log.warning("%s", note)
+    if (more := len(notes) - _MOST_REPORTED) > 0:
+        _log.warning("%s: and %d more such notes", of.model.where, more)
+    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.figure.mj, of.parts.frames, of.body))
     if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:
         message = "%s is drawn by its contact shapes: its looks have %d bytes, and at most %d are served"
-        _log.warning(message, path, size, LARGEST_DESCRIPTION)
-        return body
+        _log.warning(message, of.source, size, LARGEST_DESCRIPTION)
+        return of.body
     return dressed
 
 
-def _report(left_out: Mapping[str, str], where: str) -> None:
-    """Log which meshes are left out."""
-    for mesh, why in list(left_out.items())[:_MOST_REPORTED]:
-        _log.warning("%s: the mesh %s is left out: %s", where, printable(mesh), why)
-    if (more := len(left_out) - _MOST_REPORTED) > 0:
-        _log.warning("%s: %d more meshes are left out", where, more)
+def _name(path: Path) -> str:
+    """Return the name of a body of a file: its own, as far as a body can have it."""
+    return "".join(letter if letter.isprintable() else "?" for letter in path.stem)[:_LONGEST_NAME]
 
 
-def _soles(described: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the boxes on which feet stand: round the outlines of their soles."""
-    boxes = []
-    for side, sole in zip(("left", "right"), described.get("soles", ()), strict=False):
-        outline = np.array(sole.get("outline", [[0.0, 0.0]]), np.float64)
-        low, high = outline.min(axis=0), outline.max(axis=0)
-        size = [*((high - low) / 2).tolist(), _THICKNESS]
-        place = [*((high + low) / 2).tolist(), _THICKNESS - sole.get("height", 0.0)]
-        box = {"link": sole.get("link", ""), "kind": "box", "size": size, "position": place}
-        boxes.append(box | {"name": f"{side}_sole"})
-    return boxes
+def _unsaid(torques: Mapping[str, float], source: str) -> str:
+    """Return what is wrong when nobody says the largest torques of some joints."""
+    if len(torques) == 1:
+        (name,) = torques
+        what = f"joint {name!r} has no largest torque: add this, which fits the mass that it carries"
+    else:
+        what = (
+            f"{len(torques)} joints have no largest torque: add these, which fit the masses that they carry"
+        )
+    return f"{source}: {what}:\n{torques_to_paste(torques)}"
+
+
+def _tables_in(value: Any) -> list[dict[str, Any]]:  # noqa: ANN401
+    """Return the tables in a list or a table; any other value is refused when the body is made."""
+    items = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return [item for item in items if isinstance(item, dict)]
+
+
+def _soles(described: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the boxes on which feet stand: round the outlines of their soles."""
+    for side, sole in zip(("left", "right"), _tables_in(described.get("soles")), strict=False):
+        with suppress(TypeError, ValueError):  # what is no outline is refused when the body is made
+            outline = np.array(sole.get("outline", [[0.0, 0.0]]), np.float64).reshape(-1, 2)
+            low, high = outline.min(axis=0), outline.max(axis=0)
+            size = [*((high - low) / 2).tolist(), _THICKNESS]
+            middle = [*((high + low) / 2).tolist(), _THICKNESS - sole.get("height", 0.0)]
+            box = {"link": sole.get("link", ""), "kind": "box", "size": size, "position": middle}
+            yield box | {"name": f"{side}_sole"}

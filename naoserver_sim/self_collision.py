@@ -25,7 +25,7 @@ import mujoco
 import numpy as np
 import typer
 
-from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies import BODY_NAMES, find_body, is_body_file
 from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.parts import Joint, RangeTable
@@ -304,9 +304,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 @app.command()
 def self_collision(
-    body: Annotated[
-        str, typer.Argument(help=f"The body: {', '.join(BODY_NAMES)}, or the TOML file of your own.")
-    ],
+    body: Annotated[str, typer.Argument(help=f"The body: {', '.join(BODY_NAMES)}, or the file of your own.")],
     pair: Annotated[
         list[str] | None,
         typer.Option(
@@ -319,7 +317,7 @@ def self_collision(
     margin: Annotated[float, typer.Option(help="Distance in m that shapes keep.", min=0.0, max=0.1)] = MARGIN,
 ) -> None:
     """Print the range tables that keep a body from hitting itself, one for each two joints of its limbs."""
-    facts = read_own_body(Path(body)) if body.endswith(".toml") else find_body(body)
+    facts = read_own_body(Path(body)) if is_body_file(body) else find_body(body)
     postures = [_angles(facts, name) for name in posture or ()] or [facts.resting_angles]
     shapes = BodyShapes(facts)
     for independent, dependent in [_two(text) for text in pair or ()] or limb_pairs(facts):

@@ -18,7 +18,8 @@ from codegen.reasons import known_text
 from visualhfsm._errors import VisualHfsmError
 from zenoh_ice.text import few, printable
 
-_FOLDER: Final = "robots"
+FOLDER: Final = "robots"
+"""The folder of a project that has the files of its bodies."""
 _MOST_FILES: Final = 100
 """Most bodies of a project that are listed."""
 _LARGEST_FILE: Final = 1 << 20
@@ -44,8 +45,8 @@ def find_bodies(root: Path) -> list[KnownBody]:
     for place in () if spec is None else spec.submodule_search_locations or ():
         content = tomllib.loads((Path(place) / "bodies" / "bodies.toml").read_text(encoding="utf-8"))
         found += [KnownBody(name, called(body["title"])) for name, body in content.items()]
-    own = sorted((root / _FOLDER).glob("*.toml"))[:_MOST_FILES]
-    return found + [KnownBody(f"{_FOLDER}/{path.name}", Message.verbatim(_title_of(path))) for path in own]
+    own = sorted((root / FOLDER).glob("[!.]*.toml"))[:_MOST_FILES]
+    return found + [KnownBody(f"{FOLDER}/{path.name}", Message.verbatim(_title_of(path))) for path in own]
 
 
 def called(title: str) -> Message:

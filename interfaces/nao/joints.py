@@ -33,7 +33,7 @@ class JointLimits(ice.Struct):
     maxVelocity: float = 0.0
     """Highest speed in rad/s."""
     maxTorque: float = 0.0
-    """Highest torque in N m; 0 for a passive joint, which has no motor and obeys no command."""
+    """Highest torque in N m."""
 
 
 class JointState(ice.Struct):

@@ -40,6 +40,8 @@ _KNOWN: Final[Mapping[str, _Known]] = typed.convert(
 BODY_NAMES: Final = tuple(_KNOWN)
 """The names of the bodies; the first is that of a server without `--body`."""
 DEFAULT_BODY: Final = BODY_NAMES[0]
+_FILES: Final = (".toml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
+"""The endings of files that describe a body of one's own."""
 
 
 def find_body(name: str) -> Body:
@@ -47,6 +49,11 @@ def find_body(name: str) -> Body:
     if name not in _KNOWN:
         raise RobotError(f"there is no body {name[:40]!r}; there are {', '.join(BODY_NAMES)}")
     return _read(name)
+
+
+def is_body_file(name: str | Path) -> bool:
+    """Return whether a body is named by a file of one's own: TOML, facts in JSON, or a model."""
+    return Path(name).suffix.lower() in _FILES
 
 
 @cache

@@ -23,6 +23,8 @@ Lines = Mapping[tuple[str, str], int]
 Note = Callable[[str, str], None]
 """Adds a note: the joint or body that it is about, or an empty name, and the text."""
 
+_POINT: Final = 1e-3
+"""Width in rad or m of a range in which nothing moves."""
 _TINY: Final = 1e-9
 _ONE_AXIS: Final = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _OF_JOINT: Final = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
@@ -132,6 +134,8 @@ def keep_in_range(joints: Sequence[dict[str, Any]], couplings: Iterable[Coupling
                 f"{where}: joint {pair.follower!r} follows {pair.leader!r}, which moves from {lower:.4g} to"
                 f" {upper:.4g}, but must be from {low:.4g} to {high:.4g} to keep it within its range"
             )
+        if min(upper, high) - max(lower, low) < _POINT < upper - lower:
+            continue  # it would leave nothing: a follower's range that was written for the other direction
         leader["lower"], leader["upper"] = max(lower, low), min(upper, high)
         leader["max_velocity"] = min(leader["max_velocity"], follower["max_velocity"] / abs(pair.ratio))
     for pair in pairs:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -13,6 +14,7 @@ import mujoco
 
 from naoserver.errors import RobotError
 from naoserver_sim._own import mjcf, urdf
+from naoserver_sim._own.hulls import coarsen_hulls
 from naoserver_sim._own.inertias import balance_inertias, bound
 from naoserver_sim._own.meshes import Files, packages_near
 from naoserver_sim._own.tree import Element, read_tree, write_tree
@@ -26,8 +28,6 @@ _LINE: Final = re.compile(r"line (\d+)")
 _PLACE: Final = re.compile(r"\s*Element '[^']*', line (\d+)\s*$")
 _ATTRIBUTE: Final = re.compile(r"attribute:? '(\w+)'")
 _NAMED: Final = re.compile(r"\s*Element name '.*", re.DOTALL)
-_HULL: Final = 64
-"""Most vertices of the hull of a mesh: finding it takes longer than all else."""
 _NEEDED: Final = ("bodies", "joints", "meshes")
 _BESIDE: Final = (
     *("geoms", "sites", "cameras", "lights", "materials", "actuators", "sensors"),
@@ -107,7 +107,7 @@ class _Reading:
         }
 
     def read(self) -> ModelFile:
-        with _warnings() as warnings:
+        with _warnings() as texts:
             spec = self._parsed()
             if self._root.tag == "mujoco":
                 while not mjcf.choose_robot(spec, self._root, self._order, self._notes):
@@ -117,13 +117,12 @@ class _Reading:
                     part.name = part.name or f"{kind} {number}"
             self._notes += mjcf.split_balls(spec, str(self._path))
             self._notes += self._weighed(spec)
-            for mesh in spec.meshes:
-                mesh.maxhullvert = mesh.maxhullvert if mesh.maxhullvert > 0 else _HULL
+            coarsen_hulls(spec)
             compiled = self._compiled(spec)
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self._notes += more
                 compiled = self._compiled(spec)
-        self._notes += [f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in set(warnings)]
+        self._notes += [f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in set(texts)]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
         return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 
@@ -217,6 +216,9 @@ def _warnings() -> Iterator[list[str]]:
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(texts.append)
     try:
-        yield texts
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield texts
+        texts += [str(each.message) for each in caught]
     finally:
         mujoco.set_mju_user_warning(before)

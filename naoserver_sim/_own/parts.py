@@ -6,7 +6,10 @@ They are tables of a facts file (`naoserver.body`), in its units and frames.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
 from typing import Any, Final
 
 import msgspec
@@ -16,25 +19,42 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
-from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Gear
+from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Coupling, Gear
 from naoserver_sim._body import KINDS
-from naoserver_sim._own.couplings import Couplings, Pull, couplings_of, keep_in_range, loops_of
-from naoserver_sim._own.hulls import hull_of
+from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loops_of
+from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
+from naoserver_sim._own.servos import gear_of
+from naoserver_sim._own.urdf import MOUNT
 
 Array = NDArray[np.float64]
 
-_SPEED: Final = 3.0
+SPEED: Final = 3.0
 """Highest speed in rad/s or m/s of a joint of which neither the model nor the TOML file says it."""
-_GIVES: Final = 0.1
-"""Angle in rad by which a servo gives way at its largest torque, if nothing says how stiff it is."""
-_INERTIA: Final = 0.01
-"""Inertia of a rotor behind its gear in kg m2, if the model has none: keeps light links steady."""
+_POINT: Final = 1e-3
+"""Way in rad or m that does not matter."""
+_LARGEST: Final = 1e6
+"""Largest number of a link or a joint, in m, kg, and so on."""
 _DIGITS: Final = 5
 """Digits behind the point, in m, of the corners of hulls: short enough for thousands of them."""
-_FRICTION: Final = 1.0
+ASPECT: Final = 4 / 3
+"""Width of a picture by its height."""
+FIELD_OF_VIEW: Final = 1.0
+"""Horizontal one in rad of a camera of which the model does not say it."""
+FRICTION: Final = 1.0
 """MuJoCo's friction of a shape that names none."""
+_SLIPPERY: Final = 0.02
+"""That of casters."""
+_LEVEL: Final = 0.9999
+"""Cosine of the tilt of a root link up to which its own frame is that of the robot."""
+_ALIGNED: Final = 0.9998
+"""Cosine of the angle up to which a camera looks straight ahead and is level."""
+_FREE_RUNNING: Final = re.compile(r"caster|castor|swivel|roller|passive", re.IGNORECASE)
+"""Names of joints in a URDF that have no motor if they have no torque either."""
+_LONGEST_NAME: Final = 64
+"""Characters of a name in a `Body`."""
+_FREE: Final = mujoco.mjtJoint.mjJNT_FREE
 
 
 class OwnJoint(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -44,6 +64,8 @@ class OwnJoint(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     max_torque: float | None = None
     lower: float | None = None
     upper: float | None = None
+    reversed: bool = False
+    """Whether it counts its angles the other way round than the model."""
 
 
 class OwnServo(Gear, frozen=True, kw_only=True):
@@ -55,77 +77,361 @@ class OwnServo(Gear, frozen=True, kw_only=True):
 class OwnFile(Struct, frozen=True, kw_only=True):
     """What the TOML file has besides the parts of a `Body`."""
 
-    model: str
+    model: str = ""
+    """Without one, the file has all facts itself."""
     meshes: str = "."
     name: str = ""
+    balance: bool | None = None
+    """Whether inertias that no body can have are repaired; None: those that are only a little off."""
+    slippery: tuple[str, ...] = ()
+    """Links that slide over the floor, such as casters."""
     joint: dict[str, OwnJoint] = {}
     servo: dict[str, OwnServo] = {}
 
 
-def parts_of(
-    mj: mujoco.MjModel, model: ModelFile, own: OwnFile, where: str
-) -> tuple[dict[str, Any], dict[int, Frame]]:
-    """Return links, joints, gears and shapes of a model, as in a facts file, and the frames of its bodies."""
-    bodies = list(range(1, mj.nbody))
-    if len(bodies) > MOST_PARTS:
-        raise RobotError(f"{where}: {len(bodies)} links; a robot has at most {MOST_PARTS}")
-    roots = [body for body in bodies if mj.body_parentid[body] == 0]
-    if len(roots) != 1:
-        names = ", ".join(mj.body(root).name for root in roots[:5])
-        raise RobotError(f"{where}: a robot is one tree of links; here are {len(roots)}: {names}")
-    inertias = _inertias(mj)
-    moves = couplings_of(mj, where, {})
-    links: list[dict[str, Any]] = []
-    joints: list[dict[str, Any]] = []
-    fixed: list[dict[str, Any]] = []
-    gears: dict[str, Any] = {
-        name: {key: value for key, value in msgspec.to_builtins(servo).items() if key != "joints"}
-        for name, servo in own.servo.items()
-    }
-    given = {joint: name for name, servo in own.servo.items() for joint in servo.joints}
-    # The frame of a link is at its joint, which MJCF allows to be elsewhere.
-    frames = {0: Frame("", np.zeros(3))}
-    for body in bodies:
-        name = mj.body(body).name or f"link{body}"
-        parent = int(mj.body_parentid[body])
-        moved = [j for j in _joints(mj, body) if mj.jnt_type[j] != mujoco.mjtJoint.mjJNT_FREE]
-        carrier, offset = frames[parent]
-        origin = mj.body_pos[body] - offset
+@dataclass(frozen=True)
+class View:
+    """A camera of the model: the link on which it is, and how it looks from there."""
+
+    name: str
+    link: str
+    position: tuple[float, float, float]
+    tilt: float
+    fovy: float
+    """Vertical field of view in rad."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A model as parts of a body."""
+
+    tables: dict[str, Any]
+    """Tables of a facts file: `links`, `joints`, `fixed_joints`, `gears`, `shapes`."""
+    figure: Figure
+    frames: dict[int, Frame] = field(default_factory=dict)
+    """The link of each body of the model."""
+    joints: dict[str, int] = field(default_factory=dict)
+    """The joint of the model that each joint is."""
+    unsaid: list[str] = field(default_factory=list)
+    """The joints whose largest torque nobody says."""
+    slow: list[str] = field(default_factory=list)
+    """The joints whose speed nobody says."""
+    views: list[View] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    """What was changed or cannot be kept, a sentence each."""
+
+
+def parts_of(figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> Parts:
+    """Return the parts of a compiled model. Raises RobotError, naming the part, for what a body cannot be."""
+    return _Reader(figure, model, own, where, mounted=mounted).read()
+
+
+class _Reader:
+    """Read a compiled model, body by body."""
+
+    def __init__(self, figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> None:
+        mj = self._mj = figure.mj
+        self._model, self._own, self._where, self._mounted = model, own, where, mounted
+        gears: dict[str, Any] = {
+            name: {key: value for key, value in msgspec.to_builtins(servo).items() if key != "joints"}
+            for name, servo in own.servo.items()
+        }
+        self._given = {joint: name for name, servo in own.servo.items() for joint in servo.joints}
+        self._links: list[dict[str, Any]] = []
+        self._fixed: list[dict[str, Any]] = []
+        self._joints: list[dict[str, Any]] = []
+        self._names: dict[str, set[str]] = {"link": set(), "joint": set()}
+        self._moves = couplings_of(mj, where, model.lines)
+        self._followers = {pair.follower for pair in self._moves.couplings}
+        self._gears = gears
+        tables = {
+            "links": self._links,
+            "joints": self._joints,
+            "fixed_joints": self._fixed,
+            "gears": gears,
+        }
+        self._parts = Parts(tables, figure)
+
+    def read(self) -> Parts:
+        mj, frames = self._mj, self._parts.frames
+        bodies = [body for body in range(1, mj.nbody) if mj.body_mocapid[body] < 0]
+        if len(bodies) > MOST_PARTS:
+            raise RobotError(f"{self._where}: {len(bodies)} links; a robot has at most {MOST_PARTS}")
+        for body in bodies:
+            self._require_size(body)
+        # The frame of a link is at its joint, which MJCF allows to be elsewhere.
+        frames[0] = Frame(self._base(bodies), np.zeros(3))
+        for body in bodies:
+            if int(mj.body_parentid[body]) in frames:
+                self._add_body(body)
+        del frames[0]
+        self._add_views()
+        self._couple()
+        if not self._parts.figure.says_what_touches:
+            self._parts.notes.append(
+                f"{self._where}: no link has a shape that touches, so what is seen of it touches"
+            )
+        self._parts.tables["shapes"] = [
+            shape for geom in self._parts.figure.solid for shape in self._shapes(geom)
+        ]
+        return self._parts
+
+    def _require_size(self, body: int) -> None:
+        """Raise RobotError when a link, or one of its joints, is larger or heavier than any robot's."""
+        mj, first = self._mj, int(self._mj.body_geomadr[body])
+        geoms = slice(first, first + int(mj.body_geomnum[body]))
+        sizes: dict[str, Any] = {
+            "mass": mj.body_mass[body],
+            "inertia": mj.body_inertia[body],
+            "place": [mj.body_pos[body], mj.body_ipos[body]],
+            "shape": [mj.geom_size[geoms], mj.geom_pos[geoms]],
+        }
+        for joint in _joints(mj, body):
+            dof, name = int(mj.jnt_dofadr[joint]), mj.joint(joint).name
+            bearings = (mj.dof_armature[dof], np.max(mj.dof_damping[dof]), mj.dof_frictionloss[dof])
+            sizes[f"friction, damping or rotor of {name!r}"] = bearings
+        for what, values in sizes.items():
+            if not (largest := float(np.abs(values).max(initial=0.0))) <= _LARGEST:
+                at, name = self._at("link", mj.body(body).name), mj.body(body).name
+                raise RobotError(f"{at}link {name!r}: its {what} is {largest:.4g}, at most {_LARGEST:g}")
+
+    def _couple(self) -> None:
+        """Add the joints that move together, and what closes loops of links."""
+        mj, parts = self._mj, self._parts
+        names = {mj.joint(joint).name: name for name, joint in parts.joints.items()}
+        refs = {name: float(mj.qpos0[mj.jnt_qposadr[joint]]) for name, joint in parts.joints.items()}
+        couplings = []
+        for pair in self._moves.couplings:
+            leader, follower = names[pair.leader], names[pair.follower]
+            # An equality counts from where the joints are in the model, and angles from 0.
+            offset = pair.offset + refs[follower] - pair.ratio * refs[leader]
+            back, on = (self._sign(follower), self._sign(leader))
+            couplings.append(Coupling(leader, follower, ratio=back * on * pair.ratio, offset=back * offset))
+        before = [(joint.get("lower", -math.inf), joint.get("upper", math.inf)) for joint in self._joints]
+        keep_in_range(self._joints, couplings, self._where)
+        for joint, (low, high) in zip(self._joints, before, strict=True):
+            if joint.get("lower", low) < low - _POINT or joint.get("upper", high) > high + _POINT:
+                at, name = self._at("joint", joint["name"]), joint["name"]
+                parts.notes.append(f"{at}joint {name!r} leaves its range, [{low:.4g}, {high:.4g}], to follow")
+        loops = loops_of(mj, parts.frames, self._where, self._model.lines)
+        parts.tables["couplings"] = msgspec.to_builtins(couplings)
+        parts.tables["loops"] = list(loops.loops)
+        if loops.mounted:
+            parts.tables["mounted"] = True
+        parts.notes.extend((*self._moves.notes, *loops.notes))
+
+    def _sign(self, joint: str) -> float:
+        return -1.0 if joint in self._own.joint and self._own.joint[joint].reversed else 1.0
+
+    def _base(self, bodies: list[int]) -> str:
+        """Add a level link that carries the root if that is tilted; return its name, or an empty one."""
+        mj = self._mj
+        roots = [body for body in bodies if mj.body_parentid[body] == 0]
+        if len(roots) != 1:
+            names = ", ".join(mj.body(root).name for root in roots[:5]) or "none"
+            raise RobotError(f"{self._where}: a robot is one tree of links; here are {len(roots)}: {names}")
+        (root,) = roots
+        mount = not mj.body_mass[root] and mj.body(root).name.rstrip("_") == MOUNT
+        if self._model.fixed and (mount or self._model.kind == "urdf"):
+            self._parts.tables["mounted"] = True
+        if _matrix(mj.body_quat[root])[2, 2] > _LEVEL:
+            return ""
+        name = self._fit("link", "base")
+        self._links.append({"name": name, "mass": 0.0})
+        return name
+
+    def _add_body(self, body: int) -> None:
+        """Add the link, or links, of a body, and the joints that move it."""
+        mj, frames = self._mj, self._parts.frames
+        name = self._fit("link", mj.body(body).name or f"link {body}")
+        carrier, offset = frames[int(mj.body_parentid[body])]
+        free = bool(mj.body_jntnum[body]) and mj.jnt_type[mj.body_jntadr[body]] == _FREE
+        origin = np.zeros(3) if free else mj.body_pos[body] - offset
         turn: list[float] = mj.body_quat[body].tolist()
         offset = np.zeros(3)
-        for number, joint in enumerate(moved):
-            at = mj.jnt_pos[joint].copy()
-            step = _rotated(turn, at - offset) if number == 0 else at - offset
-            child = name if number == len(moved) - 1 else f"{name} {number + 1}"
-            joints.append(
-                _joint(mj, joint, model, own, moves, where=where)
-                | {"parent": carrier, "child": child, "origin": (origin + step).tolist(), "turn": turn}
-            )
-            gear = given.get(joints[-1]["name"])
-            if gear is None:
-                gear = joints[-1]["name"]
-                torque, pulls = float(joints[-1]["max_torque"]), moves.pulls.get(gear, ())
-                gears[gear] = _gear(mj, joint, torque, pulls, inertias) if torque else _bearing(mj, joint)
-            joints[-1]["gear"] = gear
+        moved = range(0) if free else _joints(mj, body)
+        for number, joint in enumerate(moved, 1):
+            at, axis = mj.jnt_pos[joint].copy(), mj.jnt_axis[joint].copy()
+            ref = float(mj.qpos0[mj.jnt_qposadr[joint]])
+            origin = origin + _rotated(turn, at - offset)
+            if self._slides(joint):
+                origin = origin - _rotated(turn, axis * ref)
+            elif ref:
+                turn = _after(turn, axis, -ref)
+            child = name if number == len(moved) else self._fit("link", f"{name} {number}")
+            place = {"parent": carrier, "child": child, "origin": origin.tolist(), "turn": turn}
+            self._add_joint(joint, place)
             if child != name:
-                links.append({"name": child, "mass": 0.0})
+                self._links.append({"name": child, "mass": 0.0})
             carrier, origin, turn, offset = child, np.zeros(3), [1.0, 0.0, 0.0, 0.0], at
-        if not moved and parent:
-            link = {"name": f"{name} mount", "parent": carrier, "child": name, "origin": origin.tolist()}
-            fixed.append(link | {"turn": turn, "axis": [0, 0, 1], "max_velocity": 0.0, "max_torque": 0.0})
+        if not moved and carrier:
+            self._fix(name, carrier, origin, turn)
         frames[body] = Frame(name, offset)
-        links.append(_link(mj, body, name, offset))
-    del frames[0]
-    keep_in_range(joints, moves.couplings, where)
-    loops = loops_of(mj, frames, where, {})
-    shapes = [shape for geom in range(mj.ngeom) for shape in _shape(mj, geom, frames)]
-    parts = {"links": links, "joints": joints, "fixed_joints": fixed, "gears": gears, "shapes": shapes}
-    parts |= {
-        "couplings": msgspec.to_builtins(moves.couplings),
-        "loops": loops.loops,
-        "notes": [*moves.notes, *loops.notes],
-    }
-    return parts | ({"mounted": True} if loops.mounted else {}), frames
+        self._links.append(_link(mj, body, name, offset))
+
+    def _fix(self, link: str, carrier: str, origin: Array, turn: list[float]) -> None:
+        joint: dict[str, Any] = {
+            "name": self._fit("joint", f"{link} mount"),
+            "parent": carrier,
+            "child": link,
+        }
+        joint |= {"origin": origin.tolist(), "turn": turn, "axis": [0, 0, 1]}
+        self._fixed.append(joint | {"max_velocity": 0.0, "max_torque": 0.0})
+
+    def _fit(self, kind: str, name: str) -> str:
+        """Return a name as a body may have it, which no other part of the kind has."""
+        fitting = re.sub(r"[\x00-\x1f\x7f\ud800-\udfff]", "?", name)[:_LONGEST_NAME]
+        taken = self._names[kind]
+        if fitting in taken:
+            fitting = next(
+                other
+                for number in count(2)
+                if (other := f"{fitting[: _LONGEST_NAME - 6]} {number}") not in taken
+            )
+        if fitting != name:
+            self._parts.notes.append(f"{self._at(kind, name)}{kind} {name[:80]!r} is called {fitting!r}")
+        taken.add(fitting)
+        return fitting
+
+    def _at(self, kind: str, name: str) -> str:
+        kinds = (kind, "body") if kind == "link" else (kind,)
+        line = next((self._model.lines[each, name] for each in kinds if (each, name) in self._model.lines), 0)
+        return f"{self._where}:{line}: " if line else f"{self._where}: "
+
+    def _add_joint(self, joint: int, place: dict[str, Any]) -> None:
+        """Add what a model says of a joint, corrected by the TOML file, and its servo."""
+        mj, said = self._mj, self._mj.joint(joint).name
+        name = self._fit("joint", said)
+        self._parts.joints[name] = joint
+        own, sign = self._own.joint.get(name, OwnJoint()), self._sign(name)
+        found: dict[str, Any] = {"name": name, "axis": (sign * mj.jnt_axis[joint]).tolist()}
+        found["sliding"] = self._slides(joint)
+        if mj.jnt_limited[joint] and np.ptp(mj.jnt_range[joint]) < _LARGEST:  # else it turns without end
+            found["lower"], found["upper"] = sorted((sign * mj.jnt_range[joint]).tolist())
+        if (speed := self._speed(joint)) is not None:
+            found["max_velocity"] = speed
+        if (torque := self._torque(joint)) is not None:
+            found["max_torque"] = torque
+        corrected = msgspec.to_builtins(own)
+        found |= {key: value for key, value in corrected.items() if value is not None and key != "reversed"}
+        leads = said not in self._followers
+        if "max_velocity" not in found:
+            found["max_velocity"] = SPEED
+            self._parts.slow.extend([name] if leads and found.get("max_torque") != 0.0 else [])
+        if "max_torque" not in found:
+            found["max_torque"] = self._parts.figure.torque(joint, mounted=self._mounted)
+            self._parts.unsaid.extend([name] if leads else [])
+        gear = self._given.get(name)
+        if gear is None:
+            gear = name
+            torque, pulls = float(found["max_torque"]), self._pulls(joint)
+            self._gears[gear] = gear_of(self._parts.figure, joint, pulls, torque, mounted=self._mounted)
+        self._joints.append(found | place | {"gear": gear})
+
+    def _slides(self, joint: int) -> bool:
+        return bool(self._mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE)
+
+    def _speed(self, joint: int) -> float | None:
+        """Return the highest speed of a joint: a URDF's limit, or the range of what sets its velocity."""
+        mj = self._mj
+        if (said := self._model.speeds.get(mj.joint(joint).name)) is not None:
+            return said
+        for motor, lever in self._pulls(joint):
+            by_speed = mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
+            by_speed = by_speed and not mj.actuator_biasprm[motor, 1] and mj.actuator_biasprm[motor, 2] < 0.0
+            if by_speed and mj.actuator_ctrllimited[motor]:
+                gear = lever * abs(float(mj.actuator_gear[motor, 0])) or 1.0
+                return float(np.abs(mj.actuator_ctrlrange[motor]).max()) / gear or None
+        return None
+
+    def _torque(self, joint: int) -> float | None:
+        """Return the largest torque of a joint in N m; 0 for one without a motor, None if nobody says it."""
+        mj = self._mj
+        limits = []
+        if mj.jnt_actfrclimited[joint]:
+            limits.append(float(np.abs(mj.jnt_actfrcrange[joint]).max()))
+        for motor, lever in self._pulls(joint):
+            gear = lever * abs(float(mj.actuator_gear[motor, 0]))
+            if mj.actuator_forcelimited[motor]:
+                limits.append(gear * float(np.abs(mj.actuator_forcerange[motor]).max()))
+            elif mj.actuator_ctrllimited[motor] and mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE:
+                gain = abs(float(mj.actuator_gainprm[motor, 0]))
+                limits.append(gear * gain * float(np.abs(mj.actuator_ctrlrange[motor]).max()))
+        if (least := min(limits, default=0.0)) > 0.0:
+            return least
+        return None if self._is_driven(joint) else 0.0
+
+    def _pulls(self, joint: int) -> tuple[Pull, ...]:
+        """Return what moves a joint."""
+        return self._moves.pulls.get(self._mj.joint(joint).name, ())
+
+    def _is_driven(self, joint: int) -> bool:
+        """Return whether a joint without a torque nevertheless has a motor."""
+        name = self._mj.joint(joint).name
+        if self._mj.nu:
+            return bool(self._pulls(joint))
+        if self._model.actuated:
+            return name in self._model.actuated
+        return not _FREE_RUNNING.search(name)
+
+    def _add_views(self) -> None:
+        """Add the cameras that are fixed to links: those of an MJCF, and those that a URDF names."""
+        mj, frames = self._mj, self._parts.frames
+        for camera in range(mj.ncam):
+            body = int(mj.cam_bodyid[camera])
+            if body in frames and mj.cam_mode[camera] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED:
+                right, up, back = _matrix(mj.cam_quat[camera]).T
+                axes = np.stack((-back, -right, up), axis=1)
+                name, place = mj.cam(camera).name or f"camera {camera + 1}", mj.cam_pos[camera]
+                self._add_view(name, body, place, axes, math.radians(float(mj.cam_fovy[camera])))
+        bodies = {mj.body(body).name: body for body in frames}
+        for sensor in self._model.sensors:
+            if sensor.kind == "camera" and sensor.link in bodies:
+                turn = np.zeros(4)
+                mujoco.mju_euler2Quat(turn, np.array(sensor.pose[3:]), "XYZ")
+                width = sensor.horizontal_fov or FIELD_OF_VIEW
+                height = 2 * math.atan(math.tan(width / 2) / ASPECT)
+                place = np.array(sensor.pose[:3])
+                self._add_view(sensor.name, bodies[sensor.link], place, _matrix(turn), height)
+
+    def _add_view(self, name: str, body: int, place: Array, axes: Array, fovy: float) -> None:
+        """Add a camera whose view, left and up are `axes`; if it looks aside, on a link that is turned so."""
+        link, offset = self._parts.frames[body]
+        position = place - offset
+        ahead = axes[:, 0]
+        tilt = math.atan2(-ahead[2], ahead[0])
+        if axes[1, 1] < _ALIGNED:
+            turn = np.zeros(4)
+            mujoco.mju_mat2Quat(turn, np.ascontiguousarray(axes).flatten())
+            view = self._fit("link", f"{name} view")
+            self._fix(view, link, position, turn.tolist())
+            self._links.append({"name": view, "mass": 0.0})
+            link, position, tilt = view, np.zeros(3), 0.0
+        x, y, z = position.tolist()
+        self._parts.views.append(View(name, link, (x, y, z), tilt, fovy))
+
+    def _shapes(self, geom: int) -> Iterator[dict[str, Any]]:
+        """Yield the contact shape of a geom: of a mesh its hull, or a box if it is flat."""
+        mj = self._mj
+        body = int(mj.geom_bodyid[geom])
+        if body not in self._parts.frames:
+            return
+        link, offset = self._parts.frames[body]
+        place = mj.geom_pos[geom] - offset
+        turn: list[float] = mj.geom_quat[geom].tolist()
+        kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
+        shape: dict[str, Any] = {"link": link}
+        if len(points := self._parts.figure.hulls[geom]):
+            shape |= {"kind": "hull", "points": np.round(points - offset, _DIGITS).tolist()}
+        else:
+            size = mj.geom_aabb[geom, 3:] if kind is None else mj.geom_size[geom][: SHAPE_SIZES[kind]]
+            place = place + _rotated(turn, mj.geom_aabb[geom, :3])
+            shape |= {"kind": kind or "box", "size": np.maximum(size, 1e-4).tolist()}
+            shape |= {"position": place.tolist(), "turn": turn}
+        friction = float(mj.geom_friction[geom, 0])
+        if friction == FRICTION and link in self._own.slippery:
+            friction = _SLIPPERY
+        yield shape if friction == FRICTION else shape | {"friction": max(friction, 1e-3)}
 
 
 def _joints(mj: mujoco.MjModel, body: int) -> range:
@@ -134,9 +440,7 @@ def _joints(mj: mujoco.MjModel, body: int) -> range:
 
 
 def _link(mj: mujoco.MjModel, body: int, name: str, offset: Array) -> dict[str, Any]:
-    turned = np.zeros(9)
-    mujoco.mju_quat2Mat(turned, mj.body_iquat[body])
-    axes = turned.reshape(3, 3)
+    axes = _matrix(mj.body_iquat[body])
     inertia = axes @ np.diag(mj.body_inertia[body]) @ axes.T
     xx, yy, zz = np.diag(inertia).tolist()
     tensor = {"ixx": xx, "iyy": yy, "izz": zz}
@@ -145,117 +449,22 @@ def _link(mj: mujoco.MjModel, body: int, name: str, offset: Array) -> dict[str, 
     return {"name": name, "mass": float(mj.body_mass[body]), "com": com, "inertia": tensor}
 
 
-def _joint(
-    mj: mujoco.MjModel, joint: int, model: ModelFile, own: OwnFile, moves: Couplings, *, where: str
-) -> dict[str, Any]:
-    """Return what a model says of a joint, corrected by the TOML file."""
-    name = mj.joint(joint).name
-    if not name:
-        raise RobotError(f"{where}: a joint of {mj.body(mj.jnt_bodyid[joint]).name!r} has no name")
-    if mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL:
-        raise RobotError(
-            f"{where}: joint {name!r} is a ball joint; joints turn about one axis or slide along it"
-        )
-    torque = 0.0 if name in moves.passive else _torque(mj, joint, moves.pulls.get(name, ()))
-    found: dict[str, Any] = {
-        "name": name,
-        "axis": mj.jnt_axis[joint].tolist(),
-        "sliding": bool(mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE),
-        "max_velocity": model.speeds.get(name, _SPEED),
-    }
-    if mj.jnt_limited[joint]:
-        found["lower"], found["upper"] = mj.jnt_range[joint].tolist()
-    if torque is not None:
-        found["max_torque"] = torque
-    if name in own.joint:
-        corrected = msgspec.to_builtins(own.joint[name])
-        found |= {key: value for key, value in corrected.items() if value is not None}
-    if name in moves.passive or any(pair.follower == name for pair in moves.couplings):
-        found.setdefault("max_torque", 0.0)
-    elif not found.get("max_torque", 0.0) > 0.0:
-        raise RobotError(
-            f"{where}: joint {name!r} has no largest torque: give one, [joint.{name}] max_torque"
-        )
-    return found
-
-
-def _torque(mj: mujoco.MjModel, joint: int, pulls: Iterable[Pull]) -> float | None:
-    """Return the largest torque of a joint in N m, by its motor or by itself; None when nothing limits it."""
-    limits = []
-    if mj.jnt_actfrclimited[joint]:
-        limits.append(float(np.abs(mj.jnt_actfrcrange[joint]).max()))
-    for motor, lever in pulls:
-        gear = lever * abs(float(mj.actuator_gear[motor, 0]))
-        if mj.actuator_forcelimited[motor]:
-            limits.append(gear * float(np.abs(mj.actuator_forcerange[motor]).max()))
-        elif mj.actuator_ctrllimited[motor] and mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE:
-            limits.append(gear * float(np.abs(mj.actuator_ctrlrange[motor]).max()))
-    return min(limits, default=None)
-
-
-def _bearing(mj: mujoco.MjModel, joint: int) -> dict[str, float]:
-    """Return the bearings of a joint, and the spring of one without a motor."""
-    dof = int(mj.jnt_dofadr[joint])
-    return {
-        "stiffness": float(np.ravel(mj.jnt_stiffness[joint])[0]),
-        "rest": float((mj.qpos_spring - mj.qpos0)[mj.jnt_qposadr[joint]]),
-        "friction_damping": float(np.ravel(mj.dof_damping[dof])[0]),
-        "friction": float(mj.dof_frictionloss[dof]),
-        "inertia": float(mj.dof_armature[dof]),
-    }
-
-
-def _gear(
-    mj: mujoco.MjModel, joint: int, torque: float, pulls: Iterable[Pull], inertias: Array
-) -> dict[str, float]:
-    """Return the gains of a joint's servo; without one, gains at which it neither sags nor swings."""
-    dof = int(mj.jnt_dofadr[joint])
-    inertia = float(mj.dof_armature[dof]) or _INERTIA
-    gear = _bearing(mj, joint) | {"rest": 0.0, "inertia": inertia}
-    for motor, lever in pulls:
-        if (
-            mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
-            and mj.actuator_biasprm[motor, 1] < 0.0
-        ):
-            stiffness, damping = (-lever * mj.actuator_biasprm[motor, 1:3]).tolist()
-            return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
-    stiffness = torque / _GIVES
-    return gear | {"stiffness": stiffness, "damping": 2.0 * math.sqrt(stiffness * (inertias[dof] + inertia))}
-
-
-def _inertias(mj: mujoco.MjModel) -> Array:
-    """Return the inertia that each joint moves, at the angle 0 of all."""
-    data = mujoco.MjData(mj)
-    mujoco.mj_forward(mj, data)
-    full = np.zeros((mj.nv, mj.nv))
-    mujoco.mj_fullM(mj, data, full)
-    return np.diag(full).copy()
-
-
-def _shape(mj: mujoco.MjModel, geom: int, frames: dict[int, Frame]) -> Iterator[dict[str, Any]]:
-    """Yield the contact shape of a geom, if it is one: of a mesh its hull, or a box if it is flat."""
-    body = int(mj.geom_bodyid[geom])
-    if body not in frames or not (mj.geom_contype[geom] or mj.geom_conaffinity[geom]):
-        return
-    link, offset = frames[body]
-    place = mj.geom_pos[geom] - offset
-    turn: list[float] = mj.geom_quat[geom].tolist()
-    kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
-    shape: dict[str, Any] = {"link": link}
-    if len(points := hull_of(mj, geom)):
-        shape |= {"kind": "hull", "points": np.round(points - offset, _DIGITS).tolist()}
-    elif kind is not None or mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-        size = mj.geom_aabb[geom, 3:] if kind is None else mj.geom_size[geom][: SHAPE_SIZES[kind]]
-        place = place + _rotated(turn, mj.geom_aabb[geom, :3])
-        shape |= {"kind": kind or "box", "size": np.maximum(size, 1e-4).tolist()}
-        shape |= {"position": place.tolist(), "turn": turn}
-    else:
-        return
-    friction = float(mj.geom_friction[geom, 0])
-    yield shape if friction == _FRICTION else shape | {"friction": max(friction, 1e-3)}
+def _matrix(quaternion: Array) -> Array:
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
 
 
 def _rotated(quaternion: list[float], vector: Array) -> Array:
     turned = np.zeros(3)
     mujoco.mju_rotVecQuat(turned, vector, np.array(quaternion))
+    return turned
+
+
+def _after(quaternion: list[float], axis: Array, angle: float) -> list[float]:
+    """Return a rotation, followed by one about an axis in its frame."""
+    step, both = np.zeros(4), np.zeros(4)
+    mujoco.mju_axisAngle2Quat(step, axis, angle)
+    mujoco.mju_mulQuat(both, np.array(quaternion), step)
+    turned: list[float] = both.tolist()
     return turned

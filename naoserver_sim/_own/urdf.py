@@ -132,6 +132,8 @@ def _set_options(root: Element) -> str:
 def _require_numbers(root: Element) -> None:
     for element in root.all():
         for name in _NUMBERS & element.attributes.keys():
+            if name == "value" and element.tag != "mass":
+                continue  # a word, as in <verbose value="Yes"/>
             if element.get(name).strip():
                 numbers(element, name)
             else:

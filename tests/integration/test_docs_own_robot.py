@@ -8,7 +8,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
@@ -19,10 +19,10 @@ from msgspec.structs import fields
 
 from interfaces.nao import DescriptionPrx, GroundTruthPrx, PoseHeadPrx
 from naoserver import parts
-from naoserver.body import Body
+from naoserver.body import Body, write_body
 from naoserver.errors import RobotError
 from naoserver.parts import Hinge, Inertia, Joint, JointFacts, Link, Motor, Shape
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim.own_body import read_own_body, write_own_body
 from tests.support.limits import MOVE_LIMIT, RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of, sections_of
 from tests.support.places import ROOT
@@ -65,12 +65,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def server(folder: Path, body: str) -> Iterator[dict[str, str]]:
-    """Serve a body of the page; yield the environment of its clients."""
+def server(folder: Path, body: str, said: Sequence[str] = ("^ready",)) -> Iterator[dict[str, str]]:
+    """Serve a body of the page, which says some lines; yield the environment of its clients."""
     endpoint = free_endpoint()
     command = module("naoserver_sim", "--body", body, "--realm", "own", "--listen", endpoint)
     with ComponentProcess(command, {"PYTHONPATH": str(ROOT)}, folder) as process:
-        process.wait_for("^ready")
+        for line in said:
+            process.wait_for(line)
         yield {
             **os.environ,
             "PYTHONPATH": str(ROOT),
@@ -148,10 +149,40 @@ def test_the_lamp_of_a_urdf_does_what_the_page_says(folder: Path) -> None:
     }
 
 
+def test_a_model_alone_is_served_and_taken_for_what_the_page_says(folder: Path) -> None:
+    (said,) = [
+        command.output
+        for block in BLOCKS
+        for command in commands_of(block.text, block.language)
+        if command.text == "naoserver-sim --body rover.xml" and command.output
+    ]
+    lines = [re.escape(line).replace(re.escape("..."), ".*") for line in said.splitlines()]
+    with server(folder, "rover.xml", lines) as environment:
+        assert printed(folder, "drive.py", environment) == OUTPUTS["drive.py"]
+
+
+def test_what_is_guessed_is_written_with_its_reasons(folder: Path) -> None:
+    command = module("naoserver_sim", "--body", "rover.xml", "--write-body", "guessed.toml")
+    subprocess.run(
+        command, cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)}, timeout=RUN_LIMIT, check=True
+    )
+    text = (folder / "guessed.toml").read_text("utf-8")
+    (shown,) = [block.text for block in BLOCKS if block.language == "toml" and "speed for" in block.text]
+    assert shown in text
+    guessed, corrected = (read_own_body(folder / name) for name in ("guessed.toml", "my_robot.toml"))
+    assert (guessed.groups, guessed.hinges) == (corrected.groups, corrected.hinges)
+    assert write_body(guessed) == write_body(read_own_body(folder / "rover.xml"))
+
+
+def test_the_facts_of_a_body_are_written_and_read_without_its_model(folder: Path, tmp_path: Path) -> None:
+    write_own_body(folder / "my_robot.toml", tmp_path / "rover.json")
+    assert read_own_body(tmp_path / "rover.json").name == "Rover"
+
+
 def test_a_model_without_a_torque_is_refused_as_the_page_says(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (said,) = re.findall(r"naoserver-sim: error: (.*)", PAGE)
+    (said,) = re.findall(r"naoserver-sim: error: (.*?)\n```", PAGE, re.DOTALL)
     model = (folder / "rover.xml").read_text("utf-8")
     (tmp_path / "rover.xml").write_text(
         re.sub(r'(<position joint="pan".*) forcerange="[^"]*"', r"\1", model), "utf-8"

@@ -39,6 +39,8 @@ ATTACKS: Final[list[dict[str, Any]]] = [
     {"op": "run", "tab": 1},
     {"op": "stopRun", "tab": 1},
     {"op": "simulate"},
+    {"op": "guessRobot", "path": "robots/arm.urdf"},
+    {"op": "saveRobot", "name": "stolen", "text": ""},
     {"op": "connectRobot", "address": "nao.local"},
     {"op": "endRobot"},
     {"op": "runTrials", "tab": 1},

@@ -31,6 +31,7 @@ from visualhfsm._html_file import STATIC
 from visualhfsm._live.stopping import StopReport
 from visualhfsm._monitoring.robot import RobotFacts
 from visualhfsm._monitoring.run_log import Timeline
+from visualhfsm._own_robots import OwnRobot
 from visualhfsm._robots import World
 from visualhfsm._services import Push
 from visualhfsm._test_results import TestsPush
@@ -50,6 +51,7 @@ _ANSWERS: Final[tuple[type[msgspec.Struct], ...]] = (
     InterfaceDescription,
     KnownBody,
     NameExplanation,
+    OwnRobot,
     ReloadReport,
     RobotFacts,
     Signature,

@@ -33,7 +33,7 @@ RUN_APART: Final = (
     r"python patrol\.py --listen",
 )
 """Commands that run in separate processes, and cost little."""
-WRITTEN: Final = ("--record", "--report", "--out", ">")
+WRITTEN: Final = ("--write-body", "--record", "--report", "--out", ">")
 """What stands before the name of a file that a command writes."""
 SNAPSHOT: Final = "nao watch Hfsm.patrol.getSnapshot --count 1 --json"
 AWAITED: Final = {

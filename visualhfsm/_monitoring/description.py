@@ -36,7 +36,7 @@ DESCRIPTION: Final = "Description"
 LARGEST_TEXT: Final = 8 << 20
 """Most characters of the body, and of the looks."""
 _FILE: Final = "nao_h25.json"
-"""The description of a Nao, written by naoserver_sim.geometry: this package imports no robot server."""
+"""The description of a Nao, written by naoserver_sim._description: this package imports no robot server."""
 _MOST_PARTS: Final = 1000
 _MOST_SHAPES: Final = 5000
 _GREY: Final = (0.62, 0.65, 0.69)

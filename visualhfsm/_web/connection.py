@@ -165,8 +165,9 @@ class _Connection:
 
     async def _answer(self, request: p.Request) -> None:
         try:
-            async with asyncio.timeout(self._limits.operation_seconds):
-                value = await HANDLERS[type(request)].handle(self._workspace, self._window, request)
+            handler = HANDLERS[type(request)]
+            async with asyncio.timeout(handler.limit or self._limits.operation_seconds):
+                value = await handler.handle(self._workspace, self._window, request)
             self._window.answer(p.Answer(re=request.id, ok=value))
         except VisualHfsmError as error:
             self._refuse(request.id, reason(error), error.kind)

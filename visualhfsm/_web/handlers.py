@@ -35,20 +35,25 @@ class Handler:
 
     handle: Handle[Any]
     lane: Lane
+    limit: float | None = None
+    """The longest duration in s; None for that of most operations."""
 
 
 async def _output_shown(_: Workspace, window: Window, _request: p.OutputShown) -> None:
     window.output_shown()
 
 
-def _row(kind: type[R], handle: Handle[R], lane: Lane = Lane.IN_ORDER) -> tuple[type[p.Request], Handler]:
-    return kind, Handler(handle, lane)
+def _row(
+    kind: type[R], handle: Handle[R], lane: Lane = Lane.IN_ORDER, limit: float | None = None
+) -> tuple[type[p.Request], Handler]:
+    return kind, Handler(handle, lane, limit)
 
 
 HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
     [
         _row(p.AddReady, edits.add_ready),
         _row(p.Attach, steering.attach),
+        _row(p.CheckRobot, steering.check_robot, Lane.BESIDE, steering.READING_LIMIT),
         _row(p.Close, documents.close),
         _row(p.CodeHelp, questions.code_help, Lane.CODE_HELP),
         _row(p.ConnectRobot, steering.connect_robot, Lane.BESIDE),
@@ -65,6 +70,7 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
         _row(p.Extract, edits.extract),
         _row(p.Generate, steering.generate, Lane.BESIDE),
         _row(p.GoTo, edits.go_to),
+        _row(p.GuessRobot, steering.guess_robot, Lane.BESIDE, steering.READING_LIMIT),
         _row(p.Hello, documents.hello),
         _row(p.Imported, questions.imported, Lane.BESIDE),
         _row(p.Inline, edits.inline),
@@ -92,6 +98,7 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
         _row(p.RunTrials, trials.run, Lane.BESIDE),
         _row(p.Save, documents.save),
         _row(p.SaveAs, documents.save_as),
+        _row(p.SaveRobot, steering.save_robot, Lane.BESIDE),
         _row(p.SaveTest, trials.save_test, Lane.BESIDE),
         _row(p.Search, questions.search, Lane.BESIDE),
         _row(p.Share, documents.share),

@@ -382,6 +382,34 @@ class Simulate(_Request):
     body: Name = ""
 
 
+class GuessRobot(_Request):
+    """Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be.
+
+    The answer is an `OwnRobot`, whose text is to be corrected. The path may also be that of a body of the
+    project, whose text is answered as it is.
+    """
+
+    path: Path
+
+
+class CheckRobot(_Request):
+    """Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`."""
+
+    name: Name
+    text: Code
+
+
+class SaveRobot(_Request):
+    """Write the file of a robot in the folder `robots`, with `overwrite` also over another one.
+
+    The answer has its `path`, and all `bodies` that can be simulated then.
+    """
+
+    name: Name
+    text: Code
+    overwrite: bool = False
+
+
 class ConnectRobot(_Request):
     """Connect to a real robot at an address such as `nao.local`; `start` is its first action.
 

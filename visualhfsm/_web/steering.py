@@ -1,12 +1,15 @@
-"""Requests that generate, run, follow and steer components, and start and end the robot.
+"""Requests that generate, run, follow and steer components, make robots, and start and end one.
 
 Everything raises VisualHfsmError.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
+from typing import Any, Final
 
+from visualhfsm._bodies import find_bodies
+from visualhfsm._own_robots import OwnRobot
 from visualhfsm._services import Simulation
 from visualhfsm.project._titles import stem
 
@@ -14,6 +17,9 @@ from . import protocol as p
 from .questions import imported_by
 from .window import Window
 from .workspace import Workspace
+
+READING_LIMIT: Final = 150.0
+"""Longest time in s to read a model: by two processes, and perhaps after others."""
 
 
 async def generate(workspace: Workspace, _: Window, request: p.Generate) -> object:
@@ -70,6 +76,24 @@ async def simulate(workspace: Workspace, _: Window, request: p.Simulate) -> None
     """Start a simulated robot."""
     simulation = Simulation(world=request.world, speed=request.speed, balls=request.balls, body=request.body)
     await workspace.services.robots.simulate(simulation)
+
+
+async def guess_robot(workspace: Workspace, _: Window, request: p.GuessRobot) -> OwnRobot:
+    """Take a model for what it seems to be."""
+    return await workspace.own_robots.guess(request.path)
+
+
+async def check_robot(workspace: Workspace, _: Window, request: p.CheckRobot) -> OwnRobot:
+    """Read the text of a robot's file."""
+    return await workspace.own_robots.look(request.name, request.text)
+
+
+async def save_robot(workspace: Workspace, _: Window, request: p.SaveRobot) -> dict[str, Any]:
+    """Write the file of a robot."""
+    save = partial(workspace.own_robots.save, request.name, request.text, overwrite=request.overwrite)
+    path = await workspace.threads.do(save)
+    bodies = await workspace.threads.do(partial(find_bodies, workspace.project.root.directory))
+    return {"path": path, "bodies": bodies}
 
 
 async def connect_robot(workspace: Workspace, _: Window, request: p.ConnectRobot) -> None:

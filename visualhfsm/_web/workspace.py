@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+from visualhfsm._own_robots import OwnRobots
 from visualhfsm._services import Components, Output, Robot
 from visualhfsm._sessions.journal import Abandoned
 from visualhfsm.project._document import OpenDocument
@@ -45,6 +46,7 @@ class Workspace:
     project: Project
     code_questions: CodeQuestions
     runs: Runs
+    own_robots: OwnRobots
 
     def __init__(
         self,
@@ -82,6 +84,7 @@ class Workspace:
         self.project = self._make_project(self.services)
         self.project.subscribe(news.hear)
         self.code_questions = CodeQuestions(self.project.code_help)
+        self.own_robots = OwnRobots(self.project.root)
         self.runs = Runs(
             self.services,
             tabs=self.tabs,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self
 from codegen.hfsm.scxml import is_scxml
 from codegen.messages import Message
 from codegen.reasons import reason
+from visualhfsm._bodies import FOLDER
 from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._editing.serialization import import_scxml, parse
@@ -27,7 +28,15 @@ from visualhfsm._sessions.templates import EMPTY, make_template
 
 from ._document import OpenDocument
 from ._events import Event, Listener, Listeners, Opened
-from ._root import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX, Root
+from ._root import (
+    BODY_SUFFIX,
+    DOCUMENT_SUFFIX,
+    FOREIGN_SUFFIX,
+    MODEL_SUFFIXES,
+    RECORDING_SUFFIX,
+    Root,
+    looks_like_model,
+)
 from ._titles import free_title, stem
 
 if TYPE_CHECKING:
@@ -39,10 +48,10 @@ _MOST_REMARKS: Final = 100  # about one document
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A directory, a document or a recording in a directory; size in bytes, `changed_at` in s since 1970."""
+    """A directory, or a document, recording or robot in it; size in bytes, `changed_at` in s since 1970."""
 
     path: Path
-    kind: Literal["directory", "document", "recording"]
+    kind: Literal["directory", "document", "recording", "model"]
     size: int
     changed_at: float
 
@@ -215,7 +224,7 @@ class Project:
     # -- files ---------------------------------------------------------------------------------------------
 
     def entries(self, directory: str | Path = "") -> list[Entry]:
-        """Return the directories, documents and recordings in a directory, without hidden ones."""
+        """Return the directories, documents, recordings and models in a directory, without hidden ones."""
         place = self.root.directory_of(str(directory))
         try:
             found = [*place.iterdir()]
@@ -239,7 +248,10 @@ class Project:
         suffix = path.suffix.lower()
         if not stat.S_ISREG(status.st_mode) or suffix not in _KINDS:
             return None
-        return Entry(path, _KINDS[suffix], status.st_size, status.st_mtime)
+        if suffix == BODY_SUFFIX and path.parent != self.root.directory / FOLDER:
+            return None
+        kind = "model" if suffix == DOCUMENT_SUFFIX and looks_like_model(path) else _KINDS[suffix]
+        return Entry(path, kind, status.st_size, status.st_mtime)
 
     # -- the shelf -----------------------------------------------------------------------------------------
 
@@ -345,8 +357,10 @@ class Project:
         return self._abandoned[name].file
 
 
-_KINDS: Final[dict[str, Literal["document", "recording"]]] = {
+_KINDS: Final[dict[str, Literal["document", "recording", "model"]]] = {
     DOCUMENT_SUFFIX: "document",
     FOREIGN_SUFFIX: "document",
     RECORDING_SUFFIX: "recording",
+    BODY_SUFFIX: "model",
+    **dict.fromkeys(MODEL_SUFFIXES, "model"),
 }

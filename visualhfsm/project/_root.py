@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from codegen.files import is_regular
+from codegen.files import is_regular, read_regular
 from codegen.hfsm.formats.reader import looks_like_document
 from codegen.messages import Message
 from visualhfsm._errors import ForbiddenPathError, MissingError
@@ -15,6 +16,12 @@ from visualhfsm._errors import ForbiddenPathError, MissingError
 DOCUMENT_SUFFIX: Final = ".xml"
 FOREIGN_SUFFIX: Final = ".scxml"
 RECORDING_SUFFIX: Final = ".mcap"
+BODY_SUFFIX: Final = ".toml"
+MODEL_SUFFIXES: Final = (".urdf", ".xacro")
+"""Those of models of robots, besides MJCF, whose suffix is that of documents."""
+_ROOT_OF_MODEL: Final = re.compile(rb"<(mujoco|robot)\b")
+_HEAD: Final = 4096
+"""Bytes in which the root of a model is looked for."""
 
 _LONGEST_PATH: Final = 4096  # characters, as Linux has it
 _LONGEST_NAME: Final = 255  # bytes of a file or folder
@@ -78,6 +85,10 @@ class Root:
         """Return the path of a recording, which ends in `.mcap`; raises ForbiddenPathError."""
         return self._file(text, RECORDING_SUFFIX)
 
+    def model(self, text: str) -> Path:
+        """Return the path of a model of a robot, or of the file of a body; raises ForbiddenPathError."""
+        return self._file(text, *MODEL_SUFFIXES, DOCUMENT_SUFFIX, BODY_SUFFIX)
+
     def _file(self, text: str, *suffixes: str) -> Path:
         path = self.resolve(text)
         if path.suffix.lower() not in suffixes:
@@ -106,6 +117,14 @@ class Root:
     def name(self, path: Path) -> str:
         """Return the name of a path for users: relative to the root where possible."""
         return str(path.relative_to(self.directory) if path.is_relative_to(self.directory) else path)
+
+
+def looks_like_model(file: Path) -> bool:
+    """Return whether an XML file seems to be the model of a robot."""
+    try:
+        return _ROOT_OF_MODEL.search(read_regular(file, _HEAD)) is not None
+    except OSError:
+        return False
 
 
 def find_documents(directory: Path) -> Iterator[Path]:

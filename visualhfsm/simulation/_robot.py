@@ -13,7 +13,7 @@ from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import UnknownName
 from hfsm_runtime.virtual.network import VirtualNetwork
 from naoserver.assembly import Assembly
-from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.bodies import DEFAULT_BODY, find_body, is_body_file
 from naoserver.body import Body
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
@@ -212,8 +212,8 @@ def served_interfaces(body: str | Path = DEFAULT_BODY) -> dict[str, list[str]]:
 
 
 def read_body(name: str | Path) -> Body:
-    """Return a known body by its name, or one's own by its TOML file. Raises RobotError."""
-    if str(name).endswith(".toml"):
+    """Return a known body by its name, or one's own by its file or its model. Raises RobotError."""
+    if is_body_file(name):
         from naoserver_sim.own_body import read_own_body  # load MuJoCo only when it is used
 
         return read_own_body(Path(name))

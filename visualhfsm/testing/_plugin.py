@@ -130,7 +130,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     ) -> Behavior:
         if not isinstance(document, type):
             document = _find_file("document", Path(document), places)
-        if str(body := options.get("body", "")).endswith(".toml"):
+        if Path(body := str(options.get("body", ""))).suffix:  # a file, and not the name of a body
             options["body"] = _find_file("robot", Path(body), places)
         if lines is not None:
             lines.begin(document if isinstance(document, type) else None)

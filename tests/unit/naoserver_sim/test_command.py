@@ -4,8 +4,11 @@ import pytest
 import typer
 
 from naoserver.bodies.nao import H25
-from naoserver_sim._command import check_cameras, parse_cameras, parse_speed
+from naoserver.errors import RobotError
+from naoserver_sim._command import app, check_cameras, parse_cameras, parse_speed
 from naoserver_sim.model import simulated_cameras
+from tests.support.commands import run_here
+from tests.support.models import HEAD
 
 
 @pytest.mark.parametrize(("text", "factor"), [("1", 1.0), ("0.5", 0.5), ("20", 20.0), ("max", math.inf)])
@@ -43,3 +46,24 @@ def test_camera_setting_that_is_none(text):
 def test_camera_setting_that_no_camera_has(text, message):
     with pytest.raises(typer.BadParameter, match=message):
         check_cameras(parse_cameras([text]), simulated_cameras(H25))
+
+
+@pytest.mark.sim
+def test_a_body_is_written_instead_of_served(tmp_path):
+    (tmp_path / "robot.urdf").write_text(HEAD)
+    words = ("--body", "robot.urdf", "--write-body", "my_robot.toml")
+    done = run_here(app, "naoserver-sim", *words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "robot.urdf: groups.head: pan_joint tilt_joint (pan, tilt in its names)\n" in done.stdout
+    assert 'model = "robot.urdf"' in (tmp_path / "my_robot.toml").read_text()
+    again = run_here(app, "naoserver-sim", *words, cwd=tmp_path, expected=(RobotError,))
+    assert "my_robot.toml exists: --force overwrites it" in again.stderr
+    assert run_here(app, "naoserver-sim", *words, "--force", cwd=tmp_path).returncode == 0
+
+
+def test_a_body_of_ours_is_not_written(tmp_path):
+    done = run_here(
+        app, "naoserver-sim", "--body", "H25", "--write-body", "h25.toml", cwd=tmp_path, columns=200
+    )
+    assert "H25 is no file: this writes a robot of your own" in done.stderr
+    assert not (tmp_path / "h25.toml").exists()

@@ -10,9 +10,10 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.parts import Axis
 from naoserver_sim._own.tree import LARGEST_FILE
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim.own_body import read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML
+from tests.support.places import ROOT
 from tests.support.present import present
 from zenoh_ice import VirtualClock
 
@@ -211,6 +212,15 @@ def test_a_joint_that_mimics_another_follows_it(written):
     assert (angles["elbow"], angles["thumb"]) == pytest.approx((1.0, -0.4), abs=0.02)
 
 
+def test_a_range_that_was_written_for_the_other_direction_does_not_stop_a_follower(written, caplog):
+    model = GRIPPER.replace('lower="-2" upper="2"', 'lower="0" upper="1"').replace(
+        'lower="-1" upper="0.9"', 'lower="0.1" upper="1"'
+    )
+    body = read_own_body(written(model, ARM_TOML))
+    assert (body.joint["thumb"].lower, body.joint["thumb"].upper) == pytest.approx((-0.4, 0.1))
+    assert "joint 'thumb' leaves its range, [0.1, 1], to follow" in caplog.text
+
+
 FOUR_BARS = """<mujoco><worldbody><body name="base" pos="0 0 0.1"><freejoint/>
     <geom type="box" size="0.3 0.2 0.05" mass="5"/>
     <body name="crank" pos="0 0 0.1"><joint name="drive" axis="0 1 0" range="-60 60"/>
@@ -278,7 +288,7 @@ def test_a_robot_that_nothing_holds_is_refused_with_what_to_do(written):
         (
             ' effort="15"',
             "",
-            r"arm\.urdf: joint 'elbow' has no largest torque: give one, \[joint\.elbow\] max_torque",
+            r"my_robot\.toml: joint 'elbow' has no largest torque: add this, .*\n\[joint\]\nelbow = { max_torque = 2 }",
         ),
         ('type="revolute"', 'type="floating"', r"arm\.urdf"),
         ("</robot>", "", r"arm\.urdf:\d+: not XML"),
@@ -314,6 +324,10 @@ def test_a_doubled_body_of_an_mjcf_is_refused_with_its_line(written):
         ('[hinges.Wrist]\npan = "wrist"', r"hinge Wrist: there is no joint 'wrist'"),
         ("[servo.stiff]\njoints = ['elbow']\nstiffness = -1.0\ndamping = 1.0", r"my_robot\.toml:\d+"),
         ("unknown = 3", r"unknown"),
+        ('couplings = "turn"', r"my_robot\.toml:\d+: couplings = 'turn': write a list"),
+        ("cameras = [3]", r"my_robot\.toml"),
+        ("hinges = [3]", r"my_robot\.toml"),
+        ("soles = [{ link = 'hand', outline = 'round', height = 0.0 }]", r"my_robot\.toml:\d+: soles"),
     ],
 )
 def test_a_faulty_toml_file_is_refused_with_the_name(written, line, problem):
@@ -355,9 +369,19 @@ def test_a_huge_file_is_not_read(written):
 
 
 def test_more_than_one_tree_is_refused(written):
-    model = '<mujoco><worldbody><body name="a"><geom size="1"/></body><body name="b"><geom size="1"/></body></worldbody></mujoco>'
+    free = '<body name="{}"><freejoint/><geom size="1"/></body>'
+    model = f"<mujoco><worldbody>{free.format('a')}{free.format('b')}</worldbody></mujoco>"
     with pytest.raises(RobotError, match="a robot is one tree of links; here are 2: a, b"):
         read_own_body(written(model, 'model = "arm.urdf"'))
+
+
+def test_trees_that_the_world_carries_are_one_robot_on_a_mount(written):
+    arm = '<body name="{0}" pos="0 {1} 1"><joint name="turn {0}" actuatorfrcrange="-1 1"/><geom size="0.1"/></body>'
+    model = f"<mujoco><worldbody>{arm.format('a', 1)}{arm.format('b', -1)}</worldbody></mujoco>"
+    body = read_own_body(written(model, 'model = "arm.urdf"'))
+    assert [link.name for link in body.links] == ["mount", "a", "b"]
+    assert [joint.origin for joint in body.joints] == [(0.0, 1.0, 1.0), (0.0, -1.0, 1.0)]
+    assert body.mounted
 
 
 LINK = '<worldbody><body name="a"><geom size="1"/></body></worldbody>'
@@ -376,3 +400,82 @@ def test_a_part_of_a_model_is_checked_like_the_whole(written, tmp_path):
     )
     with pytest.raises(RobotError, match=r"link\.xml:1: rgba of <geom> is 'nan 0 0 1'"):
         read_own_body(written('<mujoco><include file="link.xml"/></mujoco>', 'model = "arm.urdf"'))
+
+
+def test_all_torques_that_are_missing_are_named_at_once_to_be_pasted(written):
+    model = ARM.replace(' effort="15"', "").replace(' effort="20"', "").replace('"turn"', '"turn it"')
+    path = written(model, ARM_TOML)
+    with pytest.raises(RobotError, match="2 joints have no largest torque: add these, which fit") as refused:
+        read_own_body(path)
+    pasted = str(refused.value).partition("\n")[2]
+    assert '"turn it" = { max_torque = ' in pasted
+    path.write_text(f"{ARM_TOML}\n{pasted}\n")
+    assert read_own_body(path).joint["elbow"].max_torque == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_joint_may_be_counted_the_other_way_round(written):
+    plain = read_own_body(written(ARM, ARM_TOML)).joint["elbow"]
+    turned = read_own_body(written(ARM, f"{ARM_TOML}\n[joint.elbow]\nreversed = true\nlower = -1.0\n")).joint[
+        "elbow"
+    ]
+    assert turned.axis == tuple(-part for part in plain.axis)
+    assert (turned.lower, turned.upper) == (-1.0, 2.0)
+
+
+@pytest.mark.parametrize("name", ["/etc/arm.urdf", "../arm.urdf", "away/arm.urdf"])
+def test_a_model_out_of_the_folder_of_its_file_is_not_read(written, tmp_path, name):
+    (tmp_path / "away").symlink_to(tmp_path.parent)
+    with pytest.raises(
+        RobotError, match=r"my_robot\.toml:1: model = '.*': it must be in the folder of this file"
+    ):
+        read_own_body(written(ARM, f'model = "{name}"\n'))
+
+
+def test_facts_are_written_and_served(written, tmp_path):
+    path = written(CART, CART_TOML, "cart.xml")
+    write_own_body(path, tmp_path / "cart.json")
+    assert write_body(read_own_body(tmp_path / "cart.json")) == write_body(read_own_body(path))
+
+
+def test_a_toml_file_of_all_facts_needs_no_model():
+    assert read_own_body(ROOT / "visualhfsm/template_hardware/bust.toml").joint_names[:2] == ("pan", "tilt")
+
+
+def test_a_file_is_overwritten_by_force_alone(written, tmp_path):
+    written(ARM, "")
+    with pytest.raises(RobotError, match=r"my_robot\.toml exists: --force overwrites it"):
+        write_own_body(tmp_path / "arm.urdf", tmp_path / "my_robot.toml")
+    write_own_body(tmp_path / "arm.urdf", tmp_path / "my_robot.toml", force=True)
+    assert read_own_body(tmp_path / "my_robot.toml").joint_names == ("turn", "elbow")
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "problem"),
+    [
+        ("arm.urdf", "robot.txt", r"robot\.txt: a body is written as \.toml or \.json"),
+        ("arm.urdf", "deeper/robot.toml", r"write it to the folder of arm\.urdf, or to one above"),
+        ("arm.urdf", "missing/robot.json", r"robot\.json: cannot be written: No such file"),
+        ("my_robot.toml", "robot.toml", r"my_robot\.toml: a TOML file is written of a model alone"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(written, tmp_path, source, target, problem):
+    written(ARM, ARM_TOML)
+    (tmp_path / "deeper").mkdir()
+    with pytest.raises(RobotError, match=problem):
+        write_own_body(tmp_path / source, tmp_path / target)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.urdf", "deeper", "my_robot.toml"]
+
+
+def test_a_robot_that_flies_apart_is_refused(written):
+    """Its pin is much too light for the gains that the model gives its servo."""
+    model = """<mujoco><worldbody><body name="base"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="1"/>
+      <body name="pin" pos="0 0 0.1"><joint name="spin" axis="0 0 1"/>
+        <geom type="sphere" size="0.001" pos="0.002 0 0" mass="1e-5"/></body></body></worldbody>
+      <actuator><position joint="spin" kp="1e7" kv="1e-9" forcerange="-1e9 1e9"/></actuator></mujoco>"""
+    path = written(
+        model, 'model = "arm.urdf"\npostures.A = { stance = "standing", angles.spin = 1.0 }\nrest = "A"'
+    )
+    with pytest.raises(
+        RobotError, match="cannot be simulated: at the start it flies apart, first at joint 'spin'"
+    ):
+        SimulatedRobot(clock=VirtualClock(), body=read_own_body(path))

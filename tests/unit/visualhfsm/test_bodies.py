@@ -33,6 +33,7 @@ def test_bodies_of_the_project_are_known_by_their_files(tmp_path: Path) -> None:
     (robots / "odd.toml").write_text('title = 7\nname = "  "\n')
     (robots / "binary.toml").write_bytes(b"\xff\xfe")
     (robots / "arm.urdf").write_text("<robot/>")
+    (robots / ".draft.toml").write_text('name = "Draft"\n')
     own = find_bodies(tmp_path)[len(BODY_NAMES) :]
     assert [(each.name, each.title) for each in own] == [
         ("robots/arm.toml", "An arm"),

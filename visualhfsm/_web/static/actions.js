@@ -307,6 +307,14 @@ addActions([
     hint: t("start a simulation, connect to a real one"),
   },
   {
+    id: "ownRobot",
+    label: t("Your own robot"),
+    words: t("URDF, xacro, MJCF, model, body"),
+    icon: "add",
+    run: async () => (await import("./dialogs/own-robot.js")).makeRobot(),
+    hint: t("from its model: see it, correct it, save it"),
+  },
+  {
     id: "tree",
     label: t("Tree of automata"),
     icon: "child",
@@ -381,7 +389,7 @@ export const MENUS = [
   {
     title: t("File"),
     groups: [
-      ["new", "open", "openRecording"],
+      ["new", "open", "openRecording", "ownRobot"],
       ["save", "saveAs"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],

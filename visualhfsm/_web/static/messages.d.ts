@@ -113,10 +113,13 @@ export interface Opened {
 export interface Entry {
   name: string;
   path: string;
-  kind: "document" | "recording" | "directory";
+  kind: "document" | "recording" | "model" | "directory";
   size?: number;
   changedAt?: number;
 }
+
+/** A robot of the user's own, and how it is drawn. */
+export type OwnRobot = Omit<protocol.OwnRobot, "robot"> & {robot?: Described};
 
 /** A difference with the `lines` of longer texts as `diff -u` has them. */
 export type Difference = protocol.Difference & {lines?: string[]};
@@ -188,6 +191,9 @@ export interface Answers {
   saveTest: {name: string; complete: boolean};
   simulate: null;
   record: {recording: string} | null;
+  guessRobot: OwnRobot;
+  checkRobot: OwnRobot;
+  saveRobot: {path: string; bodies: KnownBody[]};
   connectRobot: null;
   moveBalls: null;
   endRobot: null;

@@ -563,6 +563,17 @@ export interface OutsidePush {
   message: string;
 }
 
+/** A body of the user's own: the name and the text of its file, and how the robot is drawn. */
+export interface OwnRobot {
+  name: string;
+  text: string;
+  took?: string[];
+  notes?: string[];
+  problem?: string;
+  line?: number;
+  robot?: unknown | null;
+}
+
 /** A typed value: a parameter of a component (`self.name`, `--name`), an input or output of an automaton. */
 export interface Parameter {
   name: string;
@@ -758,6 +769,8 @@ export interface Requests {
   };
   /** Follow a running component. */
   attach: {component: string};
+  /** Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`. */
+  checkRobot: {name: string; text: string};
   /** Close a tab; one with unsaved changes only with `discard`. */
   close: {tab: number; discard?: boolean};
   /** Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0. */
@@ -799,6 +812,8 @@ export interface Requests {
   generate: {tab: number};
   /** Undo or redo up to a step of the document; `revision` is that of the step. */
   goTo: {tab: number; revision: number};
+  /** Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be. */
+  guessRobot: {path: string};
   /** Ask for the whole state, in a language such as `es`; the first request of a window. */
   hello: {language?: string};
   /** Ask for the content of the automata that a document imports from other files. */
@@ -866,6 +881,8 @@ export interface Requests {
   save: {tab: number; overwrite?: boolean};
   /** Save to another file, which is the document's from then on. */
   saveAs: {tab: number; path: string; overwrite?: boolean};
+  /** Write the file of a robot in the folder `robots`, with `overwrite` also over another one. */
+  saveRobot: {name: string; text: string; overwrite?: boolean};
   /** Write what a followed component, or a recorded one, did as a new test. */
   saveTest: {tab: number; component: string};
   /** Search names and code, in one document or in all open ones, for a text or a whole word. */

@@ -154,6 +154,7 @@ class RobotMenu extends PageElement {
         isForeign
           ? nothing
           : html`<div role="separator"></div>
+              ${this.#button("add", t("Your own robot"), async () => (await import("./dialogs/own-robot.js")).makeRobot())}
               ${this.#button("link", t("Connect to a real robot"), connect)}`
       }
     </div>`;

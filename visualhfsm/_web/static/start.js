@@ -141,11 +141,16 @@ class Start extends PageElement {
   #robots() {
     const chosen = chosenBody();
     return html`<label class="robots"
-      ><span>${t("Robot")}</span
-      ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => chooseBody(target.value)}>
-        ${bodies().map(({name, title}) => html`<option value=${name} ?selected=${name === chosen}>${title}</option>`)}
-      </select></label
-    >`;
+        ><span>${t("Robot")}</span
+        ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => chooseBody(target.value)}>
+          ${bodies().map(({name, title}) => html`<option value=${name} ?selected=${name === chosen}>${title}</option>`)}
+        </select></label
+      ><button type="button" class="button" @click=${() => this.#makeRobot()}>${t("Your own robot")}</button>`;
+  }
+
+  async #makeRobot() {
+    await (await import("./dialogs/own-robot.js")).makeRobot();
+    this.requestUpdate();
   }
 
   async #dance() {

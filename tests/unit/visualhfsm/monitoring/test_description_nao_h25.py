@@ -14,5 +14,5 @@ def test_the_geometry_is_current() -> None:
     packaged = json.loads((resources.files("visualhfsm._monitoring") / "nao_h25.json").read_text())
     body = find_body(DEFAULT_BODY)
     assert packaged == {"body": json.loads(write_body(body)), "looks": json.loads(write_looks(body))}, (
-        "type: python -m naoserver_sim.geometry visualhfsm/_monitoring/nao_h25.json"
+        "type: python -m naoserver_sim._description visualhfsm/_monitoring/nao_h25.json"
     )

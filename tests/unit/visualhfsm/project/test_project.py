@@ -199,6 +199,22 @@ def test_directories_come_first_and_hidden_files_not_at_all(project: Project, ro
         project.entries("..")
 
 
+def test_models_of_robots_are_told_from_documents(project: Project, root: Path) -> None:
+    (root / "robots").mkdir()
+    for name in ("arm.urdf", "arm.urdf.xacro", "robots/arm.toml", "other.toml"):
+        (root / name).write_text("")
+    (root / "scene.xml").write_text('<?xml version="1.0"?>\n<!-- a robot -->\n<mujoco model="arm"/>\n')
+    kinds = {each.path.name: each.kind for folder in ("", "robots") for each in project.entries(folder)}
+    assert kinds == {
+        "robots": "directory",
+        "arm.urdf": "model",
+        "arm.urdf.xacro": "model",
+        "scene.xml": "model",
+        "waver.xml": "document",
+        "arm.toml": "model",
+    }
+
+
 def test_a_document_without_a_file_finds_the_interfaces_of_the_folder(project: Project, root: Path) -> None:
     (root / "interfaces").mkdir()
     (root / "interfaces" / "lamp.idl").write_text("module home { interface Lamp { void on(); }; };")

@@ -30,7 +30,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Root:
 
 @given(path=st.lists(parts, max_size=6).map("/".join))
 def test_no_path_leads_out(root: Root, path: str) -> None:
-    for reach in (root.resolve, root.document, root.directory_of):
+    for reach in (root.resolve, root.document, root.model, root.directory_of):
         with contextlib.suppress(ForbiddenPathError):
             assert reach(path).resolve().is_relative_to(root.directory)
 

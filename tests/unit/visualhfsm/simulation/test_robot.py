@@ -112,10 +112,13 @@ def test_any_known_body_turns_what_carries_its_camera(name: str, behavior: MakeB
 
 
 @pytest.mark.sim
-def test_a_body_of_ones_own_is_given_by_its_file(tmp_path: Path, behavior: MakeBehavior) -> None:
+@pytest.mark.parametrize("name", ["arm.toml", "arm.urdf"])
+def test_a_body_of_ones_own_is_given_by_its_file_or_its_model(
+    name: str, tmp_path: Path, behavior: MakeBehavior
+) -> None:
     (tmp_path / "arm.toml").write_text(ARM_TOML)
     (tmp_path / "arm.urdf").write_text(ARM)
-    b = behavior(Whole, robot="fake", body=tmp_path / "arm.toml")
+    b = behavior(Whole, robot="fake", body=tmp_path / name)
     assert [*b.robot.joints] == ["turn", "elbow"]
     with pytest.raises(UnknownName, match="has no neck"):
         _ = b.robot.head

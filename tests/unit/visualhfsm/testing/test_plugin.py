@@ -301,4 +301,7 @@ def test_the_plugin_comes_with_the_package() -> None:
     import tomllib
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    assert project["entry-points"]["pytest11"] == {"hfsm": "visualhfsm.testing._plugin"}
+    assert project["entry-points"]["pytest11"] == {
+        "hfsm": "visualhfsm.testing._plugin",
+        "naoserver": "naoserver.conformance._entry",
+    }

@@ -17,12 +17,12 @@ import {showDialog} from "./dialog.js";
 import {Finder} from "./finder.js";
 
 /**
- * @param {{title: string, verb: string, suggestion?: string, kind?: "document" | "recording",
+ * @param {{title: string, verb: string, suggestion?: string, kind?: "document" | "recording" | "model", hint?: string,
  *   attempt?: (path: string) => Promise<string>}} options with a `suggestion` a new name may be typed; `attempt` uses
  *   the path, and returns why that failed: the dialog stays open until it succeeds
  * @returns {Promise<string | undefined>} a path
  */
-export async function chooseFile({title, verb, suggestion, kind = "document", attempt}) {
+export async function chooseFile({title, verb, suggestion, kind = "document", hint = "", attempt}) {
   const saving = suggestion !== undefined;
   const [, folder = "", name = ""] = /^(?:(.*)\/)?([^/]*)$/.exec(suggestion ?? "") ?? [];
   /**
@@ -133,14 +133,19 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
     accept(close);
   };
 
-  const nothingHere = kind === "recording" ? t("No recordings in this folder.") : t("No documents in this folder.");
+  const [nothingHere, listName] = {
+    document: [t("No documents in this folder."), t("Documents and folders")],
+    recording: [t("No recordings in this folder."), t("Recordings and folders")],
+    model: [t("No models of robots in this folder."), t("Models of robots and folders")],
+  }[kind];
   const path = showDialog({
     title,
     content: (/** @type {Close} */ close, redraw) => {
       draw = redraw;
       const shown = rows();
       const nothingShown = finder.text ? t("No matches for “{text}”.", {text: finder.text}) : nothingHere;
-      return html`<p class="folder">${state.directory || store.greeting.root || "."}</p>
+      return html`${hint ? html`<p class="explain">${hint}</p>` : nothing}
+        <p class="folder">${state.directory || store.greeting.root || "."}</p>
         ${state.error ? html`<p role="alert">${state.error}</p>` : nothing}
         ${
           saving
@@ -157,7 +162,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
           id=${finder.listId}
           role=${shown.length ? "listbox" : "group"}
           tabindex=${saving ? 0 : nothing}
-          aria-label=${kind === "recording" ? t("Recordings and folders") : t("Documents and folders")}
+          aria-label=${listName}
           aria-activedescendant=${saving && shown.length ? finder.entryId(finder.chosen) : nothing}
           @keydown=${(/** @type {KeyboardEvent} */ event) => move(event, close)}
           @mousedown=${(/** @type {MouseEvent} */ event) => saving || event.preventDefault()}

@@ -1,24 +1,16 @@
-"""Describe the world, for viewers without MuJoCo.
-
-`python -m naoserver_sim.geometry FILE` writes the default body with its looks as JSON, for programs that show
-robots without a description, such as the editor's page.
-"""
+"""Describe the world, for viewers without MuJoCo."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Final, Literal
 
 import mujoco
 import numpy as np
-import typer
 from numpy.typing import NDArray
 
-from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.body import write_body
 from naoserver.capabilities import Pose, WorldShape
-from naoserver.looks.description import rounded, write_looks
+from naoserver.looks.description import rounded
 from naoserver.soccer_field.model import Field
 from naoserver_sim._surroundings import WHITE
 from naoserver_sim.model import Model
@@ -98,13 +90,3 @@ def _lines(field: Field) -> Iterator[WorldShape]:
 def _vector(values: NDArray[np.float64]) -> tuple[float, float, float]:
     x, y, z = rounded(values)
     return x, y, z
-
-
-def main(file: Path) -> None:
-    """Write the default body and its looks, as `Description` serves them."""
-    body = find_body(DEFAULT_BODY)
-    file.write_text(f'{{"body":{write_body(body)},"looks":{write_looks(body)}}}\n', encoding="utf-8")
-
-
-if __name__ == "__main__":
-    typer.run(main)
