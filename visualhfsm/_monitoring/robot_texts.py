@@ -177,6 +177,13 @@ _EVENTS: Final = (
     Message("refused a command: the robot is stopped: {reason}", reason=_A),
     Message("refused a command: the robot is held by {holder}", holder=_A),
     Message("does not follow: {value} {unit} behind for {seconds} s", value=_A, unit=_A, seconds=_A),
+    Message(
+        "does not follow: {value} {unit} behind for {seconds} s, at its limit {upper}",
+        value=_A,
+        unit=_A,
+        seconds=_A,
+        upper=_A,
+    ),
     Message("follows again: {value} {unit} behind", value=_A, unit=_A),
     Message("is no longer stiff"),
     Message("found again"),

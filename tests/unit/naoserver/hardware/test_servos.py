@@ -11,9 +11,11 @@ from itertools import pairwise
 
 import pytest
 
+from naoserver.body import Body
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.lifecycle import End, Start
 from naoserver.hardware.servos import SERVO_LIMITS, Servo, ServoRobot
+from naoserver.parts import Link
 from naoserver.robot import JointFault
 from tests.support.bodies import ARM
 from tests.support.waiting import until
@@ -249,3 +251,9 @@ def test_a_closed_robot_takes_no_pictures_and_has_no_camera_without_one(robot: S
     robot.close()
     with pytest.raises(HardwareFailure, match="is closed"):
         robot.capture("Camera", 320, 240)
+
+
+def test_a_body_without_joints_is_none_of_servos(bus: MemoryBus) -> None:
+    body = Body(name="Post", mounted=True, links=(Link(name="base", mass=1.0),))
+    with pytest.raises(RobotError, match="Post has no joint"):
+        ServoRobot(body, bus.connect)
