@@ -6,7 +6,6 @@ from contextlib import closing
 from functools import partial
 from typing import Any, Final, Protocol
 
-from naoserver.assembly import Assembly
 from naoserver.hardware.lifecycle import Lifecycle
 from naoserver.latch import latch_of
 from naoserver.options import ServerOptions
@@ -25,10 +24,7 @@ class HardwareRobot(Robot, Protocol):
 
     @property
     def lifecycle(self) -> Lifecycle[Any]:
-        """What it does at the start and at the end; after `report_to` it knows of emergency stops."""
-
-    def report_to(self, assembly: Assembly) -> None:
-        """Report its events to clients, and call `Gate.lose` and `Gate.find` when it is lost and found."""
+        """What it does at the start and at the end, and when it is lost and found."""
 
 
 def serve_hardware(
@@ -50,7 +46,7 @@ def serve_hardware(
         robot.start()
         adapter = communicator.createObjectAdapter("RobotServer")
         with serve(robot, adapter, options, latch=latch) as assembly:
-            robot.report_to(assembly)
+            robot.lifecycle.report_to(assembly)
             adapter.activate()
             reached = f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}"
             watchdog = report_ready(f"{reached}, {where}" if where else reached)

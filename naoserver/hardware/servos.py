@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from naoserver.assembly import Assembly
 from naoserver.body import Body
 from naoserver.capabilities import (
     Balancer,
@@ -61,7 +60,7 @@ class Servo:
 
 
 class ServoBus(Link, Protocol):
-    """A line with a servo for each joint. One thread makes all calls.
+    """A line with a servo for each joint. One thread makes all calls; another one closes a line that hangs.
 
     Every method may raise HardwareFailure or OSError: then the line is lost, and is opened again.
     """
@@ -160,7 +159,7 @@ class ServoRobot:
         self.senses: Final = senses
         self.clock: Final[Clock] = clock or WallClock()
         self._capture = capture
-        reporter = self._reporter = Reporter(self.name)
+        reporter = Reporter(self.name)
         self._connection = Connection(connect, self.clock, reporter, limits)
         self.lifecycle: Final[Lifecycle[ServoBus]] = Lifecycle(
             self._connection,
@@ -214,13 +213,6 @@ class ServoRobot:
         with self._lock:
             if self._connection.link is not None:
                 self._changes.update(stiffnesses)
-
-    def report_to(self, assembly: Assembly) -> None:
-        """Notify clients of the loss and the return of the bus, between which commands are refused."""
-        self._reporter.report_to(assembly.events, assembly.health.report_now)
-        self.lifecycle.is_stopped = lambda: assembly.gate.state().stopped
-        self._connection.on_lost.append(assembly.gate.lose)
-        self._connection.on_found.append(assembly.gate.find)
 
     def start(self) -> None:
         self._connection.start()
