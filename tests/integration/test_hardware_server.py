@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import pty
+import runpy
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -118,6 +121,25 @@ def test_two_servers_do_not_share_a_bus_and_a_file_is_none(
             ) as second:
                 second.wait_for(f"{path}: {why}")
                 assert second.wait(END_LIMIT) == 1
+
+
+def test_noise_on_the_line_costs_an_answer_and_not_the_robot() -> None:
+    ours, theirs = pty.openpty()
+    bus = runpy.run_path(SERVER)["Bus"](os.ttyname(theirs))
+    noise = [
+        b"\xff\xfe",
+        b"1",
+        b"",
+        b"1 99 0 0 0 35 1 0",
+        b"1 2 0 0 0 35 1 x",
+        b"0 3 0 0 0 35 1 0",
+        b"x" * 2000,
+    ]
+    os.write(ours, b"\n".join([*noise, b"1 1 0.5 0 0 35 1 0", *noise]))
+    assert {name: servo.position for name, servo in bus.read().items()} == {"pan": 0.5}
+    bus.close()
+    os.close(ours)
+    os.close(theirs)
 
 
 def test_the_bus_as_a_program_takes_its_commands_from_standard_input(tmp_path: Path) -> None:
