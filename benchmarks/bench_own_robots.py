@@ -230,15 +230,26 @@ def has_joints(path: Path) -> bool:
     return root.tag == "mujoco" and root.find("worldbody//joint") is not None
 
 
-def public(folder: Path) -> Iterator[Path]:
-    """Clone the repositories that are not there yet, and yield their models."""
+def public(folder: Path) -> dict[Path, str]:
+    """Clone the repositories that are not there yet; return their models, and what they are called."""
+    found = {}
     with PUBLIC.open(encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines, delimiter="\t"):
             place = folder / row["repository"].rpartition("/")[2]
             if not place.exists():
                 url = f"https://github.com/{row['repository']}"
                 subprocess.run(["git", "clone", "--quiet", "--depth", "1", url, str(place)], check=True)
-            yield place / row["file"]
+            found[place / row["file"]] = row["robot"]
+    return found
+
+
+def row_of(name: str, outcome: Outcome) -> str:
+    """Return the row of a robot in the table of docs/how-to/own-robot.md."""
+    if outcome.error:
+        return f"| {name} | {outcome.error.splitlines()[-1]} |"
+    return (
+        f"| {name} | {outcome.moved} of {outcome.joints}{'' if outcome.stays else ', and it does not stay'} |"
+    )
 
 
 def main() -> None:
@@ -252,7 +263,8 @@ def main() -> None:
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all outcomes there")
     options = parser.parse_args()
-    files = [*models(options.places), *(public(options.public) if options.public else ())]
+    listed = public(options.public) if options.public else {}
+    files = [*models(options.places), *listed]
     outcomes = []
     for file in files:
         outcome = tried(file)
@@ -269,6 +281,11 @@ def main() -> None:
             )
         if options.json:
             options.json.write_text(json.dumps([asdict(each) for each in outcomes], indent=1))
+    if listed:
+        print("| robot | joints that went where they were sent |\n|---|---|")
+        for outcome in outcomes:
+            if name := listed.get(Path(outcome.file)):
+                print(row_of(name, outcome))
     served = [outcome for outcome in outcomes if not outcome.error]
     move = sum(outcome.moved >= 0.9 * outcome.joints for outcome in served)
     CONSOLE.print(

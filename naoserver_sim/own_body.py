@@ -234,7 +234,8 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
 
 def _name(path: Path) -> str:
     """Return the name of a body of a file: its own, as far as a body can have it."""
-    return "".join(letter if letter.isprintable() else "?" for letter in path.stem)[:_LONGEST_NAME]
+    stem = path.stem.removesuffix(".urdf")  # of robot.urdf.xacro
+    return "".join(letter if letter.isprintable() else "?" for letter in stem)[:_LONGEST_NAME]
 
 
 def _unsaid(torques: Mapping[str, float], source: str) -> str:

@@ -47,7 +47,8 @@ _FILES: Final = (".toml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
 def find_body(name: str) -> Body:
     """Return a body by its name, read when it is first used. Raises RobotError when there is no such body."""
     if name not in _KNOWN:
-        raise RobotError(f"there is no body {name[:40]!r}; there are {', '.join(BODY_NAMES)}")
+        known = f"there are {', '.join(BODY_NAMES)}, and files that end in {', '.join(_FILES)}"
+        raise RobotError(f"there is no body {name[:40]!r}; {known}")
     return _read(name)
 
 

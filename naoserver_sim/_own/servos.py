@@ -14,6 +14,8 @@ from naoserver_sim._own.figure import Figure
 
 _GIVES: Final = {False: 0.1, True: 0.005}
 """Angle in rad, or way in m, by which a servo gives way at its largest torque, if nothing says it."""
+_LIMP: Final = {False: 0.3, True: 0.05}
+"""Angle in rad, or way in m, from which a servo that the model describes is too soft to hold its joint."""
 _STRONGEST: Final = 20.0
 """Largest such torque, as a multiple of what gravity asks of it: more would only make light links tremble."""
 _SPARE: Final = 2.0
@@ -39,7 +41,7 @@ def gear_of(
 ) -> dict[str, float]:
     """Return the gains of a joint's servo, or the bearings of a joint without a torque.
 
-    They are those of a position servo among `pulls`; else it neither sags nor swings.
+    They are those of a position servo among `pulls` that can hold the joint; else it neither sags nor swings.
     """
     mj, slides = figure.mj, bool(figure.mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE)
     dof = int(mj.jnt_dofadr[joint])
@@ -56,13 +58,14 @@ def gear_of(
             gear["friction_damping"] = max(gear["friction_damping"], _LIGHTEST * _SLOWEST)
         rest = float(mj.qpos_spring[mj.jnt_qposadr[joint]])
         return gear | {"stiffness": float(np.ravel(mj.jnt_stiffness[joint])[0]), "rest": rest}
+    load, standing = figure.load(joint), figure.standing(joint, mounted=mounted)
     for motor, lever in pulls:
         affine = mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
         if affine and mj.actuator_biasprm[motor, 1] < 0.0:
             square = (lever * float(mj.actuator_gear[motor, 0])) ** 2
             stiffness, damping = (-square * mj.actuator_biasprm[motor, 1:3]).tolist()
-            return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
-    load, standing = figure.load(joint), figure.standing(joint, mounted=mounted)
+            if max(load, standing) < _LIMP[slides] * stiffness:
+                return gear | {"stiffness": stiffness, "damping": max(damping, 0.0)}
     stiffness = max(
         min(torque, _STRONGEST * max(load, standing) + _SPARE) / _GIVES[slides],
         load / _SAGS[slides],

@@ -44,6 +44,11 @@ def test_the_gains_of_a_position_servo_are_those_of_the_model_behind_its_gear():
     assert (found["stiffness"], found["damping"]) == (180.0, 9.0)
 
 
+def test_a_servo_of_the_model_that_cannot_hold_its_joint_does_not_count():
+    more = '<actuator><position joint="lift" kp="20" kv="1"/></actuator>'
+    assert gear(20.0, more=more, pulls=[Pull(0)]) == gear(20.0)
+
+
 def test_without_a_torque_there_are_a_spring_and_bearings():
     found = gear(0.0, joint='stiffness="3" springref="30" damping="0.2" frictionloss="0.1" armature="0.05"')
     assert found == pytest.approx(
