@@ -121,7 +121,7 @@ def _answers_of(bus: ServoBus) -> dict[str, Servo]:
 
 
 class ServoRobot:
-    """A robot with servos on a bus. Implements HardwareRobot; subclasses may add parts, such as a voice.
+    """A robot with servos on a bus. Implements Robot; subclasses may add parts, such as a voice.
 
     `connect` opens the bus within some seconds, or raises HardwareFailure or OSError; it is called again and
     again while the bus is lost. A servo that does not answer at the start is lost until it does. Goals are
