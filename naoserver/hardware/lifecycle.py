@@ -50,7 +50,7 @@ class Lifecycle(Generic[L]):
         """Return whether the emergency stop is latched."""
 
     def report_to(self, assembly: Assembly) -> None:
-        """Tell clients of the loss and the return of the robot, between which commands are refused."""
+        """Notify clients of the loss and the return of the robot, between which commands are refused."""
         self._reporter.report_to(assembly.events, assembly.health.report_now)
         self.is_stopped = lambda: assembly.gate.state().stopped
         self._connection.on_lost.append(assembly.gate.lose)

@@ -1,4 +1,4 @@
-"""Serve a robot until a signal ends the command."""
+"""Serve a robot of real hardware until a signal ends the command."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SERVER_DEFAULTS: Final = {"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock":
 """The defaults of a robot server's settings, for `with_settings`."""
 
 
-def serve_until_signal(
+def serve_hardware(
     robot: Robot,
     settings: Settings,
     options: ServerOptions | None = None,
@@ -29,7 +29,7 @@ def serve_until_signal(
 ) -> None:
     """Serve a robot until SIGINT, SIGTERM or SIGHUP, and close it; on the main thread.
 
-    Its `lifecycle`, for one that may be lost, is told of emergency stops, and tells clients of the loss. It
+    Its `lifecycle`, for one that may be lost, knows of emergency stops, and notifies clients of the loss. It
     stays stopped if the former server was, or ended without warning. A line that begins with `ready` says
     where it can be called, and `where` the hardware is; under systemd, its watchdog is fed. Raises RobotError
     when the hardware is not reached, SystemExit after a signal.

@@ -10,7 +10,7 @@ import typer
 from naoserver.bodies import find_body
 from naoserver.bodies.nao import H25, require_nao
 from naoserver.hardware.dead_man import DeadMansSwitch
-from naoserver.hardware.serving import SERVER_DEFAULTS, serve_until_signal
+from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
 from naoserver.naoqi._dead_man import SWITCH
 from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import AddressError, RobotAddress
@@ -73,7 +73,7 @@ def naoserver_naoqi(
     with closing(DeadMansSwitch(SWITCH, address)) as switch:
         nao = NaoqiRobot(lambda timeout: connect(address, timeout), lifecycle, facts)
         nao.report_to_switch(switch.beat, switch.release)
-        serve_until_signal(nao, settings, options, lifecycle=nao.lifecycle, where=f"robot {address}")
+        serve_hardware(nao, settings, options, lifecycle=nao.lifecycle, where=f"robot {address}")
 
 
 def parse_address(robot: str, user: str, password: str) -> RobotAddress:

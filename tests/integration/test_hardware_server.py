@@ -142,6 +142,17 @@ def test_noise_on_the_line_costs_an_answer_and_not_the_robot() -> None:
     os.close(theirs)
 
 
+def test_any_robot_is_served_also_one_that_is_never_lost(environment: dict[str, str]) -> None:
+    program = (
+        "from naoserver.fake import FakeRobot; from naoserver.hardware.serving import serve_hardware; "
+        f"from zenoh_ice.settings import Settings; serve_hardware(FakeRobot(), Settings(listen=('{free_endpoint()}',)))"
+    )
+    with ComponentProcess([sys.executable, "-c", program], environment) as server:
+        server.wait_for("^ready")
+        server.process.terminate()
+        assert server.wait(END_LIMIT) == 143
+
+
 def test_the_bus_as_a_program_takes_its_commands_from_standard_input(tmp_path: Path) -> None:
     command = module("naoserver.hardware.sim_bus", str(tmp_path / "tty"), "--servos", "2")
     with subprocess.Popen(

@@ -21,7 +21,7 @@ from naoserver.capabilities import InertialReading, SenseReading
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.fake import Ball, view
 from naoserver.hardware.lifecycle import End, Start
-from naoserver.hardware.serving import SERVER_DEFAULTS, serve_until_signal
+from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
 from naoserver.hardware.servos import Servo, ServoRobot
 from naoserver.hardware.sim_bus import SimBus
 from naoserver.options import ServerOptions, capped
@@ -156,7 +156,7 @@ def main(
     """Serve my robot on the line at the path --bus, such as /dev/ttyUSB0, or on a simulated bus."""
     options = ServerOptions(safety=capped(joint_speed))
     robot = Bust(bus, start, end)
-    serve_until_signal(robot, settings, options, lifecycle=robot.lifecycle, where=f"bus {bus}")
+    serve_hardware(robot, settings, options, lifecycle=robot.lifecycle, where=f"bus {bus}")
 
 
 if __name__ == "__main__":
