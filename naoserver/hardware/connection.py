@@ -99,7 +99,7 @@ class Connection(Generic[L]):
         except BaseException as error:
             self._link.close()
             if isinstance(error, OSError):
-                raise LinkLost(f"the link to the robot broke: {_reason(error)}") from error
+                raise LinkLost(f"there is no link to the robot: {_reason(error)}") from error
             raise
         self._thread.start()
         self._watch.start()

@@ -192,7 +192,7 @@ class TornBus(MemoryBus):
 def test_a_line_that_breaks_at_the_first_poll_is_an_error_at_the_start() -> None:
     bus = TornBus()
     with closing(ServoRobot(ARM, bus.connect, limits=HASTY)) as robot:
-        with pytest.raises(RobotError, match="broke: Input/output error"):
+        with pytest.raises(RobotError, match="no link to the robot: Input/output error"):
             robot.start()
         assert bus.lost.is_set()
 
