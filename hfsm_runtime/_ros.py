@@ -1,6 +1,6 @@
 """A component's topics, services and actions of ROS 2, as user code sees them.
 
-They use a `RosNode`: a node of ROS, that of a test, or one that records or replays.
+Each has an end: at a node of ROS, in the ROS of a test, or in a recording or a replay.
 """
 
 from __future__ import annotations
@@ -11,16 +11,14 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any, Final, Protocol
+from typing import Any, Final, Generic, Protocol, TypeVar
 
 import zenoh_ros2
 from zenoh_ice import Sample, ZenohIceError
-from zenoh_ros2 import QoS, RosError, Types
+from zenoh_ros2 import Node, QoS, RosError, Types
 
 from .component import Component, Ros, ros_of
 from .errors import ComponentError
-
-__all__ = ["Action", "Endpoints", "Goal", "Publisher", "RosNode", "Service", "Subscription", "message_of"]
 
 _LIMIT: Final = 0.5
 """The longest wait in wall seconds for all goals of a component to be cancelled."""
@@ -28,6 +26,8 @@ _LEAST: Final = 0.05
 """The wait for each, however many there are."""
 
 _logger = logging.getLogger(__name__)
+
+E = TypeVar("E")
 
 
 class Outgoing(Protocol):
@@ -72,31 +72,46 @@ class ActionClient(Protocol):
     def send(self, goal: Any, /, *, timeout: float) -> Goal: ...  # noqa: ANN401
 
 
-class RosNode(Protocol):
-    """A maker of the ends of topics, services and actions: `zenoh_ros2.Node`, or a stand-in for it."""
-
-    def create_publisher(self, type: str, name: str, qos: QoS, /) -> Outgoing: ...
-    def create_subscription(self, type: str, name: str, *, qos: QoS) -> Incoming: ...
-    def create_client(self, type: str, name: str, /) -> Client: ...
-    def create_action_client(self, type: str, name: str, /) -> ActionClient: ...
+End = Outgoing | Incoming | Client | ActionClient
 
 
-class Node(zenoh_ros2.Node):
-    """A node of ROS for a component."""
-
-    def create_action_client(self, type_name: str, name: str, /) -> zenoh_ros2.ActionClient:
-        """Announce that goals of an action will be sent."""
-        return zenoh_ros2.ActionClient(self, type_name, name)
+MakeEnd = Callable[[Ros, QoS], End]
+"""Make the end that a component declares: at a node of ROS, in the ROS of a test, or for a replay."""
 
 
-class Publisher:
+def make_end(node: Node, declared: Ros, qos: QoS) -> End:
+    """Announce what a component declares. Raises RosError."""
+    match declared.kind:
+        case "publish":
+            return node.create_publisher(declared.type, declared.target, qos)
+        case "subscribe":
+            return node.create_subscription(declared.type, declared.target, qos=qos)
+        case "service":
+            return node.create_client(declared.type, declared.target)
+        case _:
+            return zenoh_ros2.ActionClient(node, declared.type, declared.target)
+
+
+class Used(Generic[E]):
+    """A topic, service or action of a component, which may get another `end` at any time."""
+
+    _part = ""
+    """The end of the name of the type of what is sent."""
+
+    def __init__(self, end: E, types: Types, declared: Ros) -> None:
+        self.end = end
+        self.declared: Final = declared
+        self._make: Final[Callable[..., Any]] = functools.partial(types.coerce, declared.type + self._part)
+
+    def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
+        """Yield functions that stop what was begun, each within some s."""
+        yield from ()
+
+
+class Publisher(Used[Outgoing]):
     """A topic that the component publishes."""
 
-    def __init__(self, end: Outgoing, make: Callable[..., Any], *, stop: bool) -> None:
-        self.end = end
-        self._make: Final = make
-        self._stop: Final = stop
-        self._is_driving = False
+    _is_driving = False
 
     @property
     def subscribers(self) -> int:
@@ -111,17 +126,13 @@ class Publisher:
 
     def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
         """Yield a function that publishes a default message, if that stops an earlier one."""
-        if self._stop and self._is_driving:
+        if self.declared.stop and self._is_driving:
             self._is_driving = False
             yield lambda _limit: self.end.publish(self._make(None))
 
 
-class Subscription:
+class Subscription(Used[Incoming]):
     """A topic that the component listens to."""
-
-    def __init__(self, end: Incoming, make: Callable[..., Any]) -> None:
-        self.end = end
-        self._make: Final = make
 
     @property
     def value(self) -> Any:  # noqa: ANN401
@@ -138,12 +149,10 @@ class Subscription:
         return self.end.next(timeout)
 
 
-class Service:
+class Service(Used[Client]):
     """A service that the component calls."""
 
-    def __init__(self, end: Client, make: Callable[..., Any]) -> None:
-        self.end = end
-        self._make: Final = make
+    _part = "_Request"
 
     def wait(self, timeout: float = 2.0) -> object:
         """Wait until a server offers the service, at most `timeout` s."""
@@ -158,13 +167,11 @@ class Service:
         return self.end.call_async(self._make(request, **fields))
 
 
-class Action:
+class Action(Used[ActionClient]):
     """An action whose goals the component sends."""
 
-    def __init__(self, end: ActionClient, make: Callable[..., Any]) -> None:
-        self.end = end
-        self._make: Final = make
-        self._goals: list[Goal] = []
+    _part = "_Goal"
+    _goals: Sequence[Goal] = ()
 
     def send(self, goal: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Goal:  # noqa: ANN401
         """Send a goal, or one with the given fields. Raises zenoh_ros2.GoalRejectedError.
@@ -179,21 +186,29 @@ class Action:
     def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
         """Yield a function for each unfinished goal that cancels it."""
         while self._goals:
-            goal = self._goals.pop()
+            *self._goals, goal = self._goals
             if not goal.done:
                 yield goal.cancel
 
 
-class Endpoints:
-    """The ends of topics, services and actions that a component and its later versions use."""
+_KINDS: Final[Mapping[str, type[Used[Any]]]] = {
+    "publish": Publisher,
+    "subscribe": Subscription,
+    "service": Service,
+    "action": Action,
+}
 
-    def __init__(self, node: RosNode, types: Types) -> None:
-        self._node: Final = node
+
+class Endpoints:
+    """The topics, services and actions that a component and its later versions use."""
+
+    def __init__(self, make_end: MakeEnd, types: Types) -> None:
+        self._make_end: Final = make_end
         self._types: Final = types
-        self._made: dict[tuple[object, ...], object] = {}
+        self._made: dict[tuple[object, ...], Used[Any]] = {}
 
     def connect(self, component: Component) -> None:
-        """Connect the declared ends of a component that are not connected yet. Raises ComponentError.
+        """Connect what a component declares and has not connected yet. Raises ComponentError.
 
         Another version of a component gets the ends that have the same declaration.
         """
@@ -202,50 +217,33 @@ class Endpoints:
                 self._types.add(name, text)
             for attribute, declared in ros_of(component).items():
                 if attribute not in vars(component):
-                    vars(component)[attribute] = self._end(declared)
+                    vars(component)[attribute] = self._used(declared)
         except RosError as error:
             raise ComponentError(f"the component cannot start: {error}") from error
         if not hasattr(type(component), "ros"):
             vars(component)["ros"] = self._types
 
-    def _end(self, declared: Ros) -> object:
+    def _used(self, declared: Ros) -> Used[Any]:
         key = (declared.kind, declared.target, declared.type, declared.stop, *sorted(declared.qos.items()))
         if key not in self._made:
-            self._made[key] = self._make(declared)
+            if declared.kind not in _KINDS:
+                raise ComponentError(f"self.{declared.name}: {declared.kind!r} is no kind of ROS interface")
+            end = self._make_end(declared, QoS(**declared.qos))  # type: ignore[arg-type]
+            self._made[key] = _KINDS[declared.kind](end, self._types, declared)
         return self._made[key]
 
-    def _make(self, declared: Ros) -> object:
-        node = self._node
-        name = declared.type
-        target = declared.target
-        qos = QoS(**declared.qos)  # type: ignore[arg-type]
-        match declared.kind:
-            case "publish":
-                end = node.create_publisher(name, target, qos)
-                return Publisher(end, self._maker(name), stop=declared.stop)
-            case "subscribe":
-                return Subscription(node.create_subscription(name, target, qos=qos), self._maker(name))
-            case "service":
-                return Service(node.create_client(name, target), self._maker(f"{name}_Request"))
-            case "action":
-                return Action(node.create_action_client(name, target), self._maker(f"{name}_Goal"))
-        raise ComponentError(f"self.{declared.name}: {declared.kind!r} is no kind of ROS interface")
 
-    def _maker(self, name: str) -> Callable[..., Any]:
-        return functools.partial(message_of, self._types, name)
-
-
-def message_of(types: Types, name: str, message: Any = None, /, **fields: object) -> Any:  # noqa: ANN401
-    """Return a message of a type: the given one, or one with the given fields. Raises MessageError."""
-    return types.coerce(name, message, **fields)
+def used_by(component: Component) -> dict[str, Used[Any]]:
+    """Return what a component uses of ROS and is connected, by attribute."""
+    found = {name: vars(component).get(name) for name in ros_of(component)}
+    return {name: used for name, used in found.items() if isinstance(used, Used)}
 
 
 def stop_ends(component: Component) -> None:
     """Stop everything that a component drives over ROS; failures are logged."""
     end = time.monotonic() + _LIMIT
-    for name in ros_of(component):
-        used = vars(component).get(name)
-        for stop in used._hfsm_stops() if isinstance(used, Publisher | Action) else ():
+    for name, used in used_by(component).items():
+        for stop in used._hfsm_stops():
             try:
                 stop(max(_LEAST, end - time.monotonic()))
             except (RosError, ZenohIceError) as error:

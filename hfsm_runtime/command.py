@@ -34,7 +34,7 @@ from .ending import CycleNotes
 from .errors import ComponentError, OnError, OnRefused
 
 if TYPE_CHECKING:
-    from ._ros import Node
+    from zenoh_ros2 import Node
 
 _CHECK_PERIOD: Final = 0.1  # s between two checks of the main thread for signals
 
@@ -349,9 +349,7 @@ def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, s
 @contextmanager
 def _ros_node(component: type[Component], settings: Settings, options: Mapping[str, Any]) -> Iterator[Node]:
     """Open a node of ROS for a component in a `with` block."""
-    from zenoh_ros2 import RosError, settings_of_node  # only components that use ROS need its libraries
-
-    from ._ros import Node
+    from zenoh_ros2 import Node, RosError, settings_of_node  # only components that use ROS need its libraries
 
     names: dict[str, str] = {}
     for each in options["remap"] or []:
@@ -373,9 +371,9 @@ def _ros_node(component: type[Component], settings: Settings, options: Mapping[s
 
 def _with_endpoints(connect: Callable[[Component], None], node: Node) -> Callable[[Component], None]:
     """Return a function that connects a component's proxies, and its ends of ROS."""
-    from ._ros import Endpoints
+    from ._ros import Endpoints, make_end
 
-    endpoints = Endpoints(node, node.types)
+    endpoints = Endpoints(partial(make_end, node), node.types)
 
     def connect_both(component: Component) -> None:
         connect(component)

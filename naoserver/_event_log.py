@@ -78,12 +78,6 @@ _CEILING: Final = 10.0
 """Height in m to which no robot here gets by itself."""
 _FASTEST: Final = 20.0
 """Speed in m/s that no robot here gets by itself."""
-_PATIENCE: Final = 5.0
-"""Robot seconds for which a joint may be held at its limit on its way to a setpoint."""
-_AT_LIMIT: Final = 0.02
-"""Part of its range within which a joint is at its limit."""
-_ELSEWHERE: Final = 0.1
-"""Part of its range from its setpoint at which a joint does not reach it."""
 
 
 class ConditionWatch:
@@ -94,7 +88,6 @@ class ConditionWatch:
         self._events = events
         self._present: set[str] = set()  # present problems
         self._charge_mark = math.inf
-        self._stuck_since: dict[str, float] = {}
 
     def look(self, state: BodyState) -> None:
         """Report the changes since the last check; `state` is the robot's newest."""
@@ -106,7 +99,6 @@ class ConditionWatch:
         limp = (Severity.Warning, "limp: no motor holds until it is made stiff again")
         self._compare("limp", is_limp, name, limp, "no longer limp: motors hold again")
         self._look_at_place()
-        self._look_at_limits(reading)
         if (heat := self._robot.body.motor_heat) is not None:
             self._look_at_motors(heat, reading)
         if self._robot.body.battery is not None:
@@ -133,32 +125,6 @@ class ConditionWatch:
         is_away = not is_under and (height > _CEILING or speed > _FASTEST)
         away = f"flung away: its root is at {height:.1f} m, at {speed:.0f} m/s, as if its shapes burst apart"
         self._compare("flung", is_away, name, (Severity.Error, away), "no longer flung away")
-
-    def _look_at_limits(self, reading: JointReading) -> None:
-        """Report joints that something holds at a limit of their range although they are sent elsewhere."""
-        for place, joint in enumerate(self._robot.joints):
-            span, at = joint.upper - joint.lower, reading.positions[place]
-            is_held = (
-                not joint.passive
-                and math.isfinite(span)
-                and not joint.lower + _AT_LIMIT * span < at < joint.upper - _AT_LIMIT * span
-                and abs(reading.commands[place] - at) > _ELSEWHERE * span
-                and reading.stiffnesses[place] > LIMP
-            )
-            since = self._stuck_since.setdefault(joint.name, reading.time)
-            if not is_held:
-                self._stuck_since[joint.name] = reading.time
-            limit = joint.lower if at < reading.commands[place] else joint.upper
-            stuck = (
-                f"held at its limit {limit:.3g}: its motor does not bring it to {reading.commands[place]:.3g}"
-            )
-            self._compare(
-                f"limit of {joint.name}",
-                is_held and reading.time - since >= _PATIENCE,
-                joint.name,
-                (Severity.Warning, stuck),
-                "no longer held at its limit",
-            )
 
     def _look_at_motors(self, heat: MotorHeat, reading: JointReading) -> None:
         for joint, temperature in zip(self._robot.joints, reading.temperatures, strict=True):

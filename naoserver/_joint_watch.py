@@ -17,6 +17,10 @@ _LOOKS: Final = 3
 """Checks that must find so, however fast robot time passes."""
 _BEHIND: Final = 0.2
 """Distance in rad from its setpoint beyond which a joint is to move: a load holds it nearer than that."""
+_SHARE: Final = 0.25
+"""The same as a share of the range, for a joint with a short one."""
+_AT_LIMIT: Final = 0.02
+"""Share of its range within which a joint is at its limit."""
 _WAY: Final = 0.05
 """Distance in rad by which a joint that moves gets on."""
 _SLIDES: Final = 0.2
@@ -72,8 +76,9 @@ class JointWatch:
 
     def _look_at(self, joint: JointFacts, position: float, command: float, stiffness: float) -> None:
         scale, unit = (_SLIDES, "m") if joint.name in self._sliding else (1.0, "rad")
-        behind, wait = abs(command - position), self._waits.get(joint.name)
-        if stiffness < _HOLDS or behind < _BEHIND * scale * (0.5 if wait and wait.reported else 1.0):
+        span, wait = joint.upper - joint.lower, self._waits.get(joint.name)
+        behind, most = abs(command - position), min(_BEHIND * scale, _SHARE * span)
+        if stiffness < _HOLDS or behind < most * (0.5 if wait and wait.reported else 1.0):
             if wait and wait.reported:
                 again = (
                     "is no longer stiff"
@@ -89,5 +94,7 @@ class JointWatch:
             waited = self._time - wait.time
             if not wait.reported and waited >= _PATIENCE and wait.looks >= _LOOKS - 1:
                 wait.reported = True
-                message = f"does not follow: {behind:.2f} {unit} behind for {waited:.1f} s"
+                limit = joint.lower if position < command else joint.upper
+                at_limit = f", at its limit {limit:.3g}" if abs(position - limit) < _AT_LIMIT * span else ""
+                message = f"does not follow: {behind:.2f} {unit} behind for {waited:.1f} s{at_limit}"
                 self._events.add(Severity.Warning, joint.name, message, "behind")

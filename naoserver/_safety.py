@@ -29,7 +29,7 @@ from msgspec.structs import replace
 from naoserver.errors import InvalidCommand
 from naoserver.options import SafetyOptions
 from naoserver.parts import Coupling, JointFacts, RangeTable, SpeedRule
-from naoserver.robot import JointReading
+from naoserver.robot import LIMP, JointReading
 
 _REACHED: Final = 1e-3
 """Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
@@ -305,9 +305,17 @@ class JointSafety:
         return outcome
 
     def moves_for(self, client: str, reading: JointReading) -> bool:
-        """Return whether a client drives a joint by velocity, or one is on the way to a goal that it set."""
-        driven = any(drive.client == client for drive in self._drives.values())
-        return driven or bool(self._sent_by(client, reading))
+        """Return whether a client drives a joint by velocity, or one is on the way to a goal that it set.
+
+        A joint that is limp, or whose servo is lost, comes to no goal: it moves for nobody.
+        """
+        joints = [joint for joint, drive in self._drives.items() if drive.client == client]
+        joints += self._sent_by(client, reading)
+        faults = reading.faults
+        return any(
+            reading.stiffnesses[self._index[joint]] >= LIMP and not (joint in faults and faults[joint].lost)
+            for joint in joints
+        )
 
     def drop_client(self, client: str, reading: JointReading) -> Outcome:
         """Hold the joints that a lost client moves."""

@@ -1,10 +1,9 @@
 """Compile interfaces written in Slice, the language of Ice, to typed Python that talks over zenoh_ice.
 
-The stages, each a module: `lexer` (tokens), `preprocessor` with `macros` and `conditions` (includes, guards),
-`parser` (the tree of `ast`), `checker` with `resolver` and `constants` (names, types, values, rules),
-`packages` and `dependencies` (which Python module a definition goes to), `python_writer` with `names` and
-`layout`, and `schema` (fingerprints, `schema.json`). `compiler` runs them; `codes` has the codes of all
-diagnostics. `changes` compares two versions.
+The stages, each a module: `lexer` (tokens), `preprocessor` (includes, guards), `parser` (the tree of `ast`),
+`checker` with `resolver` and `constants` (names, types, values, rules), `packages` and `dependencies` (which
+Python module a definition goes to), `python_writer` with `names` and `layout`, and `schema` (fingerprints,
+`schema.json`). `compiler` runs them; `codes` has the codes of all diagnostics; `changes` compares versions.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Read a file with everything that it includes into one list of tokens, as the C preprocessor does.
+"""Read a file with everything that it includes into one list of tokens.
 
-The reference compiler uses mcpp. Not supported are `#` and `##` in macros; `#line` is ignored.
+Of the C preprocessor it has what Slice files need: includes, guards, and conditions on which names are
+defined. A macro that is used is refused, not replaced; `#line` is ignored.
 """
 
 from __future__ import annotations
@@ -18,9 +19,7 @@ from codegen.diagnostics import Diagnostics, Location, Note
 from ..messages import Message
 from ..reasons import reason
 from .codes import Code
-from .conditions import ConditionError
 from .lexer import Kind, Source, Token
-from .macros import MacroError, MacroGrowthError, Macros
 
 EXTENSIONS = (".idl", ".ice")
 
@@ -30,11 +29,16 @@ _DEEPEST_INCLUDE = 64
 _MOST_INCLUDES = 10_000
 _MOST_TOKENS = 2_000_000
 
+# The reference compiler defines these: files can have parts for one language or version.
+_PREDEFINED = frozenset({"ICE_VERSION", "__ICE_VERSION__", "__SLICE2PY__"})
 _FOLDERS_OF_ICE = frozenset({"Glacier2", "Ice", "IceBox", "IceGrid", "IcePatch2", "IceSSL", "IceStorm"})
 
 _DIRECTIVE = re.compile(r"#\s*(?P<name>\w*)\s*(?P<rest>.*)", re.DOTALL)
 _INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
-_NAME = re.compile(r"[A-Za-z_]\w*")
+_NAME = re.compile(r"(?!defined\b)[A-Za-z_]\w*", re.ASCII)
+_DEFINED = re.compile(rf"\bdefined\b\s*(?:\(\s*({_NAME.pattern})\s*\)|({_NAME.pattern}))", re.ASCII)
+_CONDITION = re.compile(r"(?:\s*!)*\s*[01]\s*(?:(?:&&|\|\|)(?:\s*!)*\s*[01]\s*)*")
+_FALSE = re.compile(r"(?<!!)0|!1")
 _STRING_OR_COMMENT = re.compile(r'("(?:[^"\\]|\\.)*")|//.*|/\*.*?\*/', re.DOTALL)
 
 
@@ -152,7 +156,7 @@ class _Reader:
         self._main = main
         self._preprocessor = preprocessor
         self._diagnostics = diagnostics
-        self._macros = Macros()
+        self._macros = set(_PREDEFINED)
         self._once: set[Source] = set()
         self._depth = 0
         self._includes = 0
@@ -163,12 +167,7 @@ class _Reader:
         conditions: list[_Condition] = []
         active = True
         output = self.result.tokens
-        macros = self._macros
-        tokens = source.tokens
-        end_of_use = 0
-        for index, token in enumerate(tokens):
-            if index < end_of_use:
-                continue
+        for token in source.tokens:
             kind = token.kind
             if kind is Kind.DIRECTIVE:
                 active = self._directive(token, conditions)
@@ -178,13 +177,14 @@ class _Reader:
                 self._report_bad_token(token)  # also in a skipped branch, like slice2py
             elif not active or kind is Kind.END:
                 continue
-            elif token.text in macros and not token.escaped:
-                end_of_use = self._replace(tokens, index)
-                if self._stopped:
-                    return
             elif kind is Kind.INVALID:
                 self._report_bad_token(token)
             else:
+                if token.text in self._macros and not token.escaped:
+                    message = Message(
+                        "macros are not replaced: write the text of `{cut}` here", cut=_cut(token.text)
+                    )
+                    self._incomplete(message, token)
                 output.append(token)
         for condition in conditions:
             end = Token(Kind.END, "", source, max(0, len(source.text.rstrip()) - 1))
@@ -206,21 +206,6 @@ class _Reader:
             self._error(Code.BAD_LITERAL, Message("`{cut}` is not a number", cut=_cut(token.text)), token)
         else:
             self._error(Code.UNEXPECTED_CHARACTER, Message("unexpected {cut!r}", cut=_cut(token.text)), token)
-
-    def _replace(self, tokens: list[Token], index: int) -> int:
-        """Add what replaces the use of a macro at `index` to the result; return the index after the use."""
-        try:
-            replacement, end = self._macros.replace(tokens, index)
-        except MacroError as error:
-            self._incomplete(reason(error), tokens[index])
-            self._stopped = isinstance(error, MacroGrowthError)
-            return index + 1
-        for token in replacement:
-            if token.kind is Kind.INVALID or token.kind is Kind.UNTERMINATED:
-                self._report_bad_token(token)
-            else:
-                self.result.tokens.append(token)
-        return end
 
     # Directives
 
@@ -255,10 +240,12 @@ class _Reader:
                 self._incomplete(Message("unknown directive `{cut}`", cut=_cut(directive)), token)
         return not conditions or conditions[-1].active
 
-    def _incomplete(self, message: Message, token: Token) -> None:
+    def _incomplete(
+        self, message: Message, token: Token, code: Code = Code.BAD_DIRECTIVE, *notes: Note
+    ) -> None:
         """Report a part that cannot be read, so that names of the rest may be undefined."""
         self.result.complete = False
-        self._error(Code.BAD_DIRECTIVE, message, token)
+        self._error(code, message, token, *notes)
 
     def _nothing_behind(self, rest: str, name: str, token: Token) -> None:
         if rest.strip():
@@ -270,20 +257,32 @@ class _Reader:
     def _holds(self, name: str, rest: str, token: Token) -> bool:
         """Return whether the branch after `#if`, `#elif`, `#ifdef` or `#ifndef` is active."""
         if name in {"if", "elif"}:
-            try:
-                return self._macros.holds(rest)
-            except (ConditionError, MacroError) as error:
-                why = reason(error)
-                self._incomplete(
-                    Message("the condition of #{name} cannot be evaluated: {why}", name=name, why=why), token
-                )
-                return False
-        match = _NAME.match(rest)
+            return self._condition_holds(name, rest, token)
+        match = self._name(name, rest, token)
         if match is None:
-            self._error(Code.BAD_DIRECTIVE, Message("#{name} needs a name", name=name), token)
             return False
         self._nothing_behind(rest[match.end() :], name, token)
         return (match[0] in self._macros) == (name == "ifdef")
+
+    def _condition_holds(self, name: str, condition: str, token: Token) -> bool:
+        known = _DEFINED.sub(lambda each: f" {int((each[1] or each[2]) in self._macros)} ", condition)
+        if not _CONDITION.fullmatch(known):
+            message = Message(
+                "the condition of #{name} can have `defined NAME`, 0, 1, `!`, `&&` and `||`, not `{cut}`; "
+                "nest #ifdef and #ifndef for others",
+                name=name,
+                cut=_cut(condition),
+            )
+            self._incomplete(message, token)
+            return False
+        terms = "".join(known.split()).replace("!!", "")
+        return any(not _FALSE.search(alternative) for alternative in terms.split("||"))
+
+    def _name(self, name: str, rest: str, token: Token) -> re.Match[str] | None:
+        match = _NAME.match(rest)
+        if match is None:
+            self._error(Code.BAD_DIRECTIVE, Message("#{name} needs a name", name=name), token)
+        return match
 
     def _next_branch(self, name: str, rest: str, token: Token, conditions: list[_Condition]) -> None:
         if not conditions:
@@ -305,19 +304,22 @@ class _Reader:
         condition.else_seen = condition.else_seen or name == "else"
 
     def _define(self, name: str, rest: str, token: Token) -> None:
-        """Define or undefine a macro."""
-        if name == "define":
-            try:
-                self._macros.define(rest)
-            except MacroError as error:
-                self._incomplete(reason(error), token)
-            return
-        match = _NAME.match(rest)
+        """Define or undefine a macro; its text does not matter, because uses are refused."""
+        match = self._name(name, rest, token)
         if match is None:
-            self._error(Code.BAD_DIRECTIVE, Message("#undef needs a name"), token)
             return
-        self._nothing_behind(rest[match.end() :], name, token)
-        self._macros.undefine(match[0])
+        behind = rest[match.end() :]
+        if name == "undef":
+            self._nothing_behind(behind, name, token)
+            self._macros.discard(match[0])
+            return
+        if behind.startswith("("):
+            message = Message(
+                "macros with parameters are not supported: write the text of `{cut}` where it is used",
+                cut=_cut(match[0]),
+            )
+            self._incomplete(message, token)
+        self._macros.add(match[0])
 
     def _include(self, rest: str, token: Token) -> None:
         match = _INCLUDE.match(rest)
@@ -329,29 +331,25 @@ class _Reader:
         own = token.source.path.parent
         path = self._preprocessor.find(name, own, own_directory_first=match["quoted"] is not None)
         if path is None:
-            notes = [
-                Note(
-                    Message(
-                        "searched in {searched}; -I DIR adds a directory",
-                        searched=self._preprocessor.searched(own),
+            searched = self._preprocessor.searched(own)
+            notes = [Note(Message("searched in {searched}; -I DIR adds a directory", searched=searched))]
+            if name.partition("/")[0] in _FOLDERS_OF_ICE:
+                notes.append(
+                    Note(
+                        Message(
+                            "it belongs to Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
+                        )
                     )
                 )
-            ]
-            if name.partition("/")[0] in _FOLDERS_OF_ICE:
-                text = Message(
-                    "it belongs to Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
-                )
-                notes.append(Note(text))
-            self._error(Code.INCLUDE_NOT_FOUND, Message("`{name}` is not found", name=name), token, *notes)
-            self.result.complete = False
+            self._incomplete(
+                Message("`{name}` is not found", name=name), token, Code.INCLUDE_NOT_FOUND, *notes
+            )
             return
-        if (
-            self._preprocessor.identity(path).suffix not in EXTENSIONS
-        ):  # its lines would be in our messages, whatever it is
+        # Lines of the file would be in our messages, whatever it is.
+        if self._preprocessor.identity(path).suffix not in EXTENSIONS:
             known = " or ".join(EXTENSIONS)
             message = Message("`{name}` is not included: it must end in {known}", name=name, known=known)
-            self._error(Code.UNREADABLE_FILE, message, token)
-            self.result.complete = False
+            self._incomplete(message, token, Code.UNREADABLE_FILE)
             return
         source = self._preprocessor.load(path, token.location)
         if source is None or source in self._once:

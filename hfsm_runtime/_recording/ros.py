@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from typing import Any, Final
@@ -17,8 +17,8 @@ import zenoh_ros2
 from zenoh_ice import Sample
 from zenoh_ros2 import MessageError, QoS, RosError, Types
 
-from .._ros import Endpoints, types_of
-from ..component import Component, ros_of
+from .._ros import End, Endpoints, types_of, used_by
+from ..component import Component, Ros
 from .clocks import Ask
 from .values import readable
 
@@ -63,10 +63,8 @@ class _Asked:
             recorded = _plain(self._read(known, part)) if "data" in known else known
             self._node.differs(f"{self._name}.{what}", recorded, _plain(message))
 
-    def _message(
-        self, what: str, part: str, read: Callable[[], Any], waits: float | None = None
-    ) -> tuple[Any, bool]:
-        """Return the message of a function, or the recorded one, and whether there is a reading."""
+    def message(self, what: str, part: str, read: Callable[[], Any], waits: float | None = None) -> Any:  # noqa: ANN401
+        """Return the message of a function, or the recorded one; a wait without a reading raises."""
         genuine: list[Any] = []  # user code gets this one, however large
 
         def write() -> dict[str, Any]:
@@ -74,7 +72,10 @@ class _Asked:
             return {} if genuine[0] is None else _written(self._node.types, genuine[0])
 
         found = self._ask(what, write, waits)
-        return (genuine[0] if genuine else self._read(found, part)), found is not None
+        if found is None and waits is not None:
+            missing = part.removeprefix("_").lower()
+            raise zenoh_ros2.CallTimeoutError(f"{self._name}: no {missing} was recorded")
+        return genuine[0] if genuine else self._read(found, part)
 
     def _read(self, found: Any, part: str = "") -> Any:  # noqa: ANN401
         """Return the recorded message, or None if there was none."""
@@ -152,19 +153,13 @@ class _Client(_Asked):
 
     def call(self, request: Any, /, *, timeout: float) -> Any:  # noqa: ANN401
         self._report_sent("call", request)
-        return self.response("call", lambda: self._end.call(request, timeout=timeout), timeout)
+        return self.message("call", "_Response", lambda: self._end.call(request, timeout=timeout), timeout)
 
     def call_async(self, request: Any, /) -> Future[Any]:  # noqa: ANN401
         futures: list[Future[Any]] = []
         self._report_sent("call_async", request)
         self._ask("call_async", lambda: futures.append(self._end.call_async(request)))
         return _Response(self, futures[0] if futures else None)
-
-    def response(self, what: str, read: Callable[[], Any], waits: float | None) -> Any:  # noqa: ANN401
-        message, is_known = self._message(what, "_Response", read, waits)
-        if not is_known:
-            raise zenoh_ros2.CallTimeoutError(f"{self._name}: no response was recorded")
-        return message
 
 
 class _Response(Future[Any]):
@@ -176,13 +171,14 @@ class _Response(Future[Any]):
         self._genuine: Final = genuine
 
     def done(self) -> bool:
-        return (
-            self._client._ask("done", lambda: self._genuine is not None and self._genuine.done()) is not False
-        )
+        genuine = self._genuine
+        return self._client._ask("done", lambda: genuine is not None and genuine.done()) is not False
 
     def result(self, timeout: float | None = None) -> Any:  # noqa: ANN401
-        genuine = self._genuine
-        return self._client.response("result", lambda: genuine and genuine.result(timeout), timeout or 0.0)
+        def read() -> Any:  # noqa: ANN401
+            return self._genuine and self._genuine.result(timeout)
+
+        return self._client.message("result", "_Response", read, timeout or 0.0)
 
 
 class _ActionClient(_Asked):
@@ -203,45 +199,38 @@ class _Goal(_Asked):
 
     @property
     def feedback(self) -> Any:  # noqa: ANN401
-        return self._message("feedback", "_Feedback", lambda: self._end.feedback)[0]
+        return self.message("feedback", "_Feedback", lambda: self._end.feedback)
 
     @property
     def done(self) -> bool:
         return self._ask("done", lambda: self._end.done) is not False
 
     def result(self, timeout: float = 2.0) -> Any:  # noqa: ANN401
-        message, is_known = self._message("result", "_Result", lambda: self._end.result(timeout), timeout)
-        if not is_known:
-            raise zenoh_ros2.CallTimeoutError(f"{self._name}: no result was recorded")
-        return message
+        return self.message("result", "_Result", lambda: self._end.result(timeout), timeout)
 
     def cancel(self, timeout: float = 2.0) -> object:
         return self._ask("cancel", lambda: bool(self._end.cancel(timeout)), timeout)
 
 
+_KINDS: Final[Mapping[str, Callable[..., End]]] = {
+    "publish": _Publisher,
+    "subscribe": _Subscription,
+    "service": _Client,
+    "action": _ActionClient,
+}
+
+
 class AskedNode:
-    """A node of ROS whose ends give readings; `end` is a genuine one in a recording, and None in a replay."""
+    """A node of ROS whose ends give readings."""
 
     def __init__(self, types: Types, ask: Ask, differs: Differs = lambda *_: None) -> None:
         self.types: Final = types
         self.ask: Final = ask
         self.differs: Final = differs
 
-    def create_publisher(
-        self, type_name: str, name: str, _qos: QoS | None = None, end: object = None
-    ) -> _Publisher:
-        return _Publisher(self, type_name, name, end)
-
-    def create_subscription(
-        self, type_name: str, name: str, *, qos: QoS | None = None, end: object = None  # noqa: ARG002
-    ) -> _Subscription:  # fmt: skip
-        return _Subscription(self, type_name, name, end)
-
-    def create_client(self, type_name: str, name: str, end: object = None) -> _Client:
-        return _Client(self, type_name, name, end)
-
-    def create_action_client(self, type_name: str, name: str, end: object = None) -> _ActionClient:
-        return _ActionClient(self, type_name, name, end)
+    def make_end(self, declared: Ros, _qos: QoS | None = None, genuine: End | None = None) -> End:
+        """Return an end; a recording has a `genuine` one, a replay has none."""
+        return _KINDS[declared.kind](self, declared.type, declared.target, genuine)
 
 
 def _written(types: Types, message: Any) -> dict[str, Any]:  # noqa: ANN401
@@ -262,17 +251,9 @@ def _plain(value: Any) -> Any:  # noqa: ANN401
 def recorded_ros(component: Component, ask: Ask) -> Iterator[None]:
     """Record what a component gets from ROS, in a `with` block."""
     node = AskedNode(types_of(component), ask)
-    make: dict[str, Callable[..., Any]] = {
-        "publish": node.create_publisher,
-        "subscribe": node.create_subscription,
-        "service": node.create_client,
-        "action": node.create_action_client,
-    }
-    ends = {vars(component).get(name): declared for name, declared in ros_of(component).items()}
-    genuine = {used: used.end for used in ends if used is not None}
+    genuine = {used: used.end for used in used_by(component).values()}
     for used, end in genuine.items():
-        declared = ends[used]
-        used.end = make[declared.kind](declared.type, declared.target, end=end)
+        used.end = node.make_end(used.declared, genuine=end)
     try:
         yield
     finally:
@@ -283,4 +264,4 @@ def recorded_ros(component: Component, ask: Ask) -> Iterator[None]:
 def replayed_ros(component: Component, ask: Ask, differs: Differs) -> None:
     """Give a component what was recorded in place of ROS."""
     types = types_of(component)
-    Endpoints(AskedNode(types, ask, differs), types).connect(component)
+    Endpoints(AskedNode(types, ask, differs).make_end, types).connect(component)

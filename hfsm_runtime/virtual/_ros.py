@@ -6,14 +6,15 @@ Messages are encoded and decoded as on the wire, immediately and on the calling 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any, Final, TypeVar
 
 from zenoh_ice import Sample
 from zenoh_ros2 import CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
 
-from .._ros import message_of
+from .._ros import End
+from ..component import Ros
 from .errors import UnknownName, says_it_all
 
 __tracebackhide__ = says_it_all
@@ -43,77 +44,75 @@ class FakeRos:
         self.wait: Final = wait
         self.called: Final = called
         self.stand_ins: Final = stand_ins
-        self._topics: Final[dict[str, Topic]] = {}
-        self._services: Final[dict[str, Service]] = {}
-        self._actions: Final[dict[str, Action]] = {}
+        self._used: Final[dict[tuple[type[_Used], str], Any]] = {}
 
     def topic(self, name: str) -> Topic:
         """Return a topic; raises UnknownName for one that the behavior does not use."""
-        return _find(self._topics, "topic", name)
+        return self._find(Topic, name)
 
     def service(self, name: str, answer: Answer | None = None) -> Service:
         """Return a service of the behavior; an `answer` is its response from now on.
 
         The answer is a function of the request that returns a response or a mapping of its fields.
         """
-        found = _find(self._services, "service", name)
+        found = self._find(Service, name)
         found.answer = answer or found.answer
         return found
 
     def action(self, name: str, accept: Callable[[Any], bool] = lambda _goal: True) -> Action:
         """Return an action of the behavior, which has a server from now on."""
-        found = _find(self._actions, "action", name)
+        found = self._find(Action, name)
         found.accept = accept
         return found
 
-    def copy(self, message: Any, type_name: str) -> Any:  # noqa: ANN401
-        """Return a message as its receiver gets it; raises MessageError."""
-        return self.types.decode(self.types.encode(message), type_name)
+    def make_end(self, declared: Ros, _qos: QoS, /) -> End:
+        """Return what the behavior uses."""
+        kind, name = _KINDS.get(declared.kind, Topic), _full(declared.target)
+        used = self._used.setdefault((kind, name), kind(self, name, declared.type))
+        return _Publisher(used) if declared.kind == "publish" else used
 
-    def create_publisher(self, type_name: str, name: str, _qos: QoS) -> _Publisher:
-        """Return the behavior's publisher of a topic."""
-        return _Publisher(self._topics.setdefault(_full(name), Topic(self, _full(name), type_name)))
-
-    def create_subscription(self, type_name: str, name: str, *, qos: QoS) -> Topic:  # noqa: ARG002
-        """Return the topic that the behavior listens to."""
-        return self._topics.setdefault(_full(name), Topic(self, _full(name), type_name))
-
-    def create_client(self, type_name: str, name: str) -> Service:
-        """Return the service that the behavior calls."""
-        return self._services.setdefault(_full(name), Service(self, _full(name), type_name))
-
-    def create_action_client(self, type_name: str, name: str) -> Action:
-        """Return the action that the behavior sends goals to."""
-        return self._actions.setdefault(_full(name), Action(self, _full(name), type_name))
+    def _find(self, kind: type[_T], name: str) -> _T:
+        found: _T | None = self._used.get((kind, _full(name)))
+        if found is None:
+            names = ", ".join(known for each, known in self._used if each is kind) or "none"
+            raise UnknownName(f"the behavior uses no {kind.__name__.lower()} {name!r}; there are {names}")
+        return found
 
 
 def _full(name: str) -> str:
     return name if name.startswith("/") else f"/{name.removeprefix('~/')}"
 
 
-def _find(known: dict[str, _T], kind: str, name: str) -> _T:
-    if _full(name) not in known:
-        names = ", ".join(known) or "none"
-        raise UnknownName(f"the behavior uses no {kind} {name!r}; there are {names}")
-    return known[_full(name)]
-
-
-class Topic:
-    """A topic; `messages` are all that were published, by the behavior or the test."""
+class _Used:
+    """What a behavior uses of ROS."""
 
     def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
         self._ros: Final = ros
         self.name: Final = name
         self.type_name: Final = type_name
+
+    def arrived(self, part: str, message: Any, /, **fields: object) -> Any:  # noqa: ANN401
+        """Return a message, or one with the given fields, as its receiver gets it; raises MessageError.
+
+        `part` is the end of the name of its type.
+        """
+        name, types = f"{self.type_name}{part}", self._ros.types
+        return types.decode(types.encode(types.coerce(name, message, **fields)), name)
+
+
+class Topic(_Used):
+    """A topic; `messages` are all that were published, by the behavior or the test."""
+
+    def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
+        super().__init__(ros, name, type_name)
         self.messages: Final[list[Any]] = []
         self._count = 0
         self._newest: Sample[Any] | None = None
 
     def publish(self, message: Any = None, /, **fields: object) -> None:  # noqa: ANN401
         """Publish a message, or one with the given fields."""
-        made = message_of(self._ros.types, self.type_name, message, **fields)
         at = self._ros.now()
-        arrived = self._ros.copy(made, self.type_name)
+        arrived = self.arrived("", message, **fields)
         self.messages.append(arrived)
         if self._ros.stand_ins:  # nobody reads their messages, perhaps for hours
             del self.messages[:-1]
@@ -147,13 +146,11 @@ class _Publisher:
         self._topic._ros.called(f"{self._topic.name}.publish", _fields(self._topic.messages[-1]), None, None)
 
 
-class Service:
+class Service(_Used):
     """A service; `requests` are the requests of the behavior."""
 
     def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
-        self._ros: Final = ros
-        self.name: Final = name
-        self.type_name: Final = type_name
+        super().__init__(ros, name, type_name)
         self.requests: Final[list[Any]] = []
         self.answer: Answer | None = (lambda _request: {}) if ros.stand_ins else None
 
@@ -170,12 +167,10 @@ class Service:
         try:
             self.wait(timeout)
             assert self.answer is not None
-            arrived = self._ros.copy(request, f"{self.type_name}_Request")
+            arrived = self.arrived("_Request", request)
             if not self._ros.stand_ins:
                 self.requests.append(arrived)
-            answered = self.answer(arrived)
-            name = f"{self.type_name}_Response"
-            response = self._ros.copy(message_of(self._ros.types, name, answered), name)
+            response = self.arrived("_Response", self.answer(arrived))
         except RosError as raised:
             error = raised
             raise
@@ -193,19 +188,17 @@ class Service:
         return future
 
 
-class Action:
+class Action(_Used):
     """An action; `goals` are the accepted goals of the behavior."""
 
     def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
-        self._ros: Final = ros
-        self.name: Final = name
-        self.type_name: Final = type_name
+        super().__init__(ros, name, type_name)
         self.goals: Final[list[FakeGoal]] = []
         self.accept: Callable[[Any], bool] | None = (lambda _goal: True) if ros.stand_ins else None
 
     def send(self, goal: Any, /, *, timeout: float) -> FakeGoal:  # noqa: ANN401
         """Accept a goal; the test carries it out."""
-        sent = FakeGoal(self._ros, self, self._ros.copy(goal, f"{self.type_name}_Goal"))
+        sent = FakeGoal(self._ros, self, self.arrived("_Goal", goal))
         error: RosError | None = None
         if not self._ros.wait(lambda: self.accept is not None, timeout):
             error = CallTimeoutError(f"{self.name}: no server within {timeout:g} s: take it by ros.action()")
@@ -234,15 +227,15 @@ class FakeGoal:
 
     def publish_feedback(self, feedback: Any = None, /, **fields: object) -> None:  # noqa: ANN401
         """Send the behavior feedback: a message, or one with the given fields."""
-        self.feedback = self._made("Feedback", feedback, fields)
+        self.feedback = self._action.arrived("_Feedback", feedback, **fields)
 
     def succeed(self, result: Any = None, /, **fields: object) -> None:  # noqa: ANN401
         """End the goal with success."""
-        self._end(Status.SUCCEEDED, result, fields)
+        self._end(Status.SUCCEEDED, result, **fields)
 
     def abort(self, result: Any = None, /, **fields: object) -> None:  # noqa: ANN401
         """End the goal without success."""
-        self._end(Status.ABORTED, result, fields)
+        self._end(Status.ABORTED, result, **fields)
 
     @property
     def done(self) -> bool:
@@ -259,15 +252,15 @@ class FakeGoal:
         """Cancel the goal immediately."""
         self._ros.called(f"{self._action.name}.cancel", {}, None, None)
         if not self.done:
-            self._end(Status.CANCELED, None, {})
+            self._end(Status.CANCELED, None)
         return True
 
-    def _end(self, status: Status, result: Any, fields: dict[str, object]) -> None:  # noqa: ANN401
-        self._result, self.status = self._made("Result", result, fields), status
+    def _end(self, status: Status, result: Any, /, **fields: object) -> None:  # noqa: ANN401
+        self._result, self.status = self._action.arrived("_Result", result, **fields), status
 
-    def _made(self, part: str, message: Any, fields: dict[str, object]) -> Any:  # noqa: ANN401
-        name = f"{self._action.type_name}_{part}"
-        return self._ros.copy(message_of(self._ros.types, name, message, **fields), name)
+
+_KINDS: Final[Mapping[str, type[Topic | Service | Action]]] = {"service": Service, "action": Action}
+"""What is no topic."""
 
 
 def _fields(message: Any) -> dict[str, Any]:  # noqa: ANN401

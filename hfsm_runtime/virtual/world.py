@@ -119,7 +119,7 @@ class VirtualWorld:
             clock = self.clock
             called = self.journal.called
             self._ros = FakeRos(clock.now, clock.wait_for, called, stand_ins=stand_ins)
-            self._endpoints = Endpoints(self._ros, self._ros.types)
+            self._endpoints = Endpoints(self._ros.make_end, self._ros.types)
         self._endpoints.connect(component)
         if stand_ins:
             for name in ros_of(component):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import math
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from pathlib import Path
@@ -46,6 +48,8 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     option = session.config.option
     if getattr(option, "numprocesses", None):  # of pytest-xdist
         raise pytest.UsageError("one robot is tested by one process: leave out -n")
+    if not 0.0 < option.robot_limit < math.inf:
+        raise pytest.UsageError(f"--robot-limit {option.robot_limit:g}: it must be more than 0 s")
     if option.robot:
         session.config.stash[_MAKE] = made_by(option.robot)
     elif not option.collectonly:
@@ -100,6 +104,8 @@ def made_by(named: str) -> MakeRobot:
         module = importlib.import_module(name)
     except ImportError as error:
         raise pytest.UsageError(f"--robot {named}, looked for in {folder}, too: {error}") from error
+    except Exception as error:  # of its own code, or a name that cannot be one of a module
+        raise pytest.UsageError(f"--robot {named}: {name or 'no module'}: {error!r}") from error
     if not callable(made_here := getattr(module, function or "make", None)):
         raise pytest.UsageError(f"--robot {named}: {name} has no function {function or 'make'!r}")
 
@@ -128,8 +134,10 @@ def nao(make: MakeRobot, request: pytest.FixtureRequest) -> Iterator[RobotClient
         try:
             robot = stack.enter_context(make())
             server = stack.enter_context(served(robot, limit=option.robot_limit))
-        except RobotError as error:
-            pytest.exit(f"{option.robot}: the robot cannot be started: {error}", 1)
+        except Exception as error:  # noqa: BLE001 - whatever the robot's own code raises
+            known = isinstance(error, RobotError)
+            why = str(error) if known else "".join(traceback.format_exception(error, limit=-2)).rstrip()
+            pytest.exit(f"{option.robot}: the robot cannot be started: {why}", 1)
         held = zip(robot.joints, robot.read().stiffnesses, strict=True)
         before = {joint.name: stiffness for joint, stiffness in held if joint.max_torque > 0.0}
         server.serving.callback(robot.command_stiffnesses, before, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final, Generic, TypeAlias, TypeVar
@@ -31,6 +32,8 @@ class HardwareLimits:
     """Between two attempts to find what is lost."""
     silence: float = 0.7
     """Without an answer until it counts as lost, so that this is reported within 1 s."""
+    hang: float = 3.0
+    """For a poll, until the robot counts as lost, as when a driver waits without a limit."""
     repetition: float = 0.3
     """Until a stop that failed is sent again."""
     picture: float = 0.9
@@ -49,9 +52,10 @@ class Connection(Generic[L]):
 
     `connect` makes a link within some seconds, or raises HardwareFailure or OSError. Each of `on_open`
     prepares a new link, and may refuse it in the same way; each of `on_tick` polls the robot at its period:
-    after CallFailed it goes on, after any other error the robot is lost. Each of `on_found` and `on_lost` is
-    called when a link is made or lost, each of `on_close` at the end. `start` calls the first two before it
-    returns. All other calls run on one thread, so that they never overlap.
+    after CallFailed it goes on, after any other error, or when it hangs, the robot is lost. Each of
+    `on_found` and `on_lost` is called when a link is made or lost, each of `on_close` at the end. `start`
+    calls the first two before it returns. All other calls run on one thread, so that they never overlap,
+    except `on_lost` while a poll hangs.
     """
 
     def __init__(
@@ -67,8 +71,11 @@ class Connection(Generic[L]):
         self._clock = clock
         self._reporter = reporter
         self._link: L | None = None
+        self._polled: float | None = None  # when the poll that runs began, by the monotonic clock
+        self._losing = threading.Lock()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name=reporter.source, daemon=True)
+        self._watch = threading.Thread(target=self._watch_polls, name=f"{reporter.source} watch", daemon=True)
 
     @property
     def link(self) -> L | None:
@@ -89,15 +96,19 @@ class Connection(Generic[L]):
         try:
             for look in self.on_tick:
                 look(self._link)
-        except RobotError:
+        except BaseException as error:
             self._link.close()
+            if isinstance(error, OSError):
+                raise LinkLost(f"there is no link to the robot: {_reason(error)}") from error
             raise
         self._thread.start()
+        self._watch.start()
 
     def close(self) -> None:
         """Disconnect, and end the thread; does nothing the second time."""
         self._closing.set()
         join(self._thread, _END_LIMIT)
+        join(self._watch, _END_LIMIT)
         link, self._link = self._link, None
         if link is not None:
             link.close()
@@ -130,6 +141,7 @@ class Connection(Generic[L]):
         due = self._clock.now()
         while not self._closing.is_set():
             try:
+                self._polled = time.monotonic()
                 for look in self.on_tick:
                     look(link)
                 self._reporter.report_once("tick", "")
@@ -139,7 +151,9 @@ class Connection(Generic[L]):
                 return _reason(error)
             except Exception as error:
                 _logger.exception("checking the robot failed")
-                return f"checking it failed: {error}"
+                return f"checking it failed: {error!r}"
+            finally:
+                self._polled = None
             if link.lost.is_set():
                 return "the connection broke"
             now = self._clock.now()
@@ -147,8 +161,21 @@ class Connection(Generic[L]):
             self._clock.wait(self._closing, due - now)
         return ""
 
+    def _watch_polls(self) -> None:
+        while not self._closing.wait(self.limits.retry):
+            link, begun = self._link, self._polled
+            if (
+                link is not None
+                and begun is not None
+                and (took := time.monotonic() - begun) > self.limits.hang
+            ):
+                self._lose(link, f"asking it has hung for {took:.1f} s")
+
     def _lose(self, link: L, why: str) -> None:
-        self._link = None
+        with self._losing:
+            if self._link is not link:
+                return
+            self._link = None
         self._notify(self.on_lost, why)
         message = f"lost the robot: {why}; trying to find it again"
         self._reporter.report(Severity.Error, message, "lost", at_once=True)
@@ -160,8 +187,9 @@ class Connection(Generic[L]):
         except RobotError as error:
             self._reporter.report_once("finding", f"the robot is still lost: {error}")
             return
-        except Exception:
+        except Exception as error:
             _logger.exception("finding the robot failed")
+            self._reporter.report_once("finding", f"the robot is still lost: finding it failed: {error!r}")
             return
         self._link = link
         self._reporter.report_once("finding", "")

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Generic
 
 from interfaces.nao import Severity
+from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import Connection, L
 from naoserver.hardware.reporter import Reporter
@@ -47,6 +48,13 @@ class Lifecycle(Generic[L]):
         self._begun = False
         self.is_stopped: Callable[[], bool] = lambda: False
         """Return whether the emergency stop is latched."""
+
+    def report_to(self, assembly: Assembly) -> None:
+        """Notify clients of the loss and the return of the robot, between which commands are refused."""
+        self._reporter.report_to(assembly.events, assembly.health.report_now)
+        self.is_stopped = lambda: assembly.gate.state().stopped
+        self._connection.on_lost.append(assembly.gate.lose)
+        self._connection.on_found.append(assembly.gate.find)
 
     def begin(self) -> None:
         """Bring the robot into the state in which it is to be served. Raises HardwareFailure."""

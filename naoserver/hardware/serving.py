@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from contextlib import closing
 from functools import partial
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
-from naoserver.assembly import Assembly
 from naoserver.hardware.lifecycle import Lifecycle
 from naoserver.latch import latch_of
 from naoserver.options import ServerOptions
@@ -20,23 +19,18 @@ SERVER_DEFAULTS: Final = {"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock":
 """The defaults of a robot server's settings, for `with_settings`."""
 
 
-class HardwareRobot(Robot, Protocol):
-    """A robot of real hardware, which may be lost."""
-
-    @property
-    def lifecycle(self) -> Lifecycle[Any]:
-        """What it does at the start and at the end; after `report_to` it knows of emergency stops."""
-
-    def report_to(self, assembly: Assembly) -> None:
-        """Report its events to clients, and call `Gate.lose` and `Gate.find` when it is lost and found."""
-
-
 def serve_hardware(
-    robot: HardwareRobot, settings: Settings, options: ServerOptions | None = None, *, where: str = ""
+    robot: Robot,
+    settings: Settings,
+    options: ServerOptions | None = None,
+    *,
+    lifecycle: Lifecycle[Any] | None = None,
+    where: str = "",
 ) -> None:
     """Serve a robot until SIGINT, SIGTERM or SIGHUP, and close it; on the main thread.
 
-    It stays stopped if the former server was, or ended without warning. A line that begins with `ready` says
+    Its `lifecycle`, for one that may be lost, knows of emergency stops, and notifies clients of the loss. It
+    stays stopped if the former server was, or ended without warning. A line that begins with `ready` says
     where it can be called, and `where` the hardware is; under systemd, its watchdog is fed. Raises RobotError
     when the hardware is not reached, SystemExit after a signal.
     """
@@ -46,11 +40,13 @@ def serve_hardware(
         latch_of(settings) as latch,
         closing(robot),
     ):
-        robot.lifecycle.is_stopped = lambda: latch is not None and bool(latch.found.stop)
+        if lifecycle is not None:
+            lifecycle.is_stopped = lambda: latch is not None and bool(latch.found.stop)
         robot.start()
         adapter = communicator.createObjectAdapter("RobotServer")
         with serve(robot, adapter, options, latch=latch) as assembly:
-            robot.report_to(assembly)
+            if lifecycle is not None:
+                lifecycle.report_to(assembly)
             adapter.activate()
             reached = f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}"
             watchdog = report_ready(f"{reached}, {where}" if where else reached)

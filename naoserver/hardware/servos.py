@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from naoserver.assembly import Assembly
 from naoserver.body import Body
 from naoserver.capabilities import (
     Balancer,
@@ -21,7 +20,7 @@ from naoserver.capabilities import (
     Voice,
     Walker,
 )
-from naoserver.errors import HardwareFailure
+from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.connection import Connection, HardwareLimits
 from naoserver.hardware.lifecycle import End, Lifecycle, Start
 from naoserver.hardware.link import Link, LinkLost
@@ -54,9 +53,14 @@ class Servo:
     fault: str = ""
     """What keeps it from holding, such as `overload: its torque is off`; empty if nothing does."""
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """All that it measures."""
+        return self.position, self.velocity, self.torque, self.stiffness, self.temperature
+
 
 class ServoBus(Link, Protocol):
-    """A line with a servo for each joint. One thread makes all calls.
+    """A line with a servo for each joint. One thread makes all calls; another one closes a line that hangs.
 
     Every method may raise HardwareFailure or OSError: then the line is lost, and is opened again.
     """
@@ -64,7 +68,8 @@ class ServoBus(Link, Protocol):
     def read(self) -> Mapping[str, Servo]:
         """Return what each servo reports, by joint, without those that did not answer in time.
 
-        It takes less than a period, 20 ms: an answer that comes later must not be taken for the next one.
+        One with a value that is no finite number counts as if it had not answered. It takes less than a
+        period, 20 ms: an answer that comes later must not be taken for the next one.
         """
 
     def move(self, setpoints: Mapping[str, float]) -> None:
@@ -110,8 +115,13 @@ Capture = Callable[[str, int, int], Frame]
 """Takes an image, as `Robot.capture` does."""
 
 
+def _answers_of(bus: ServoBus) -> dict[str, Servo]:
+    """Return what servos report in numbers: a setpoint must never come from one that sends none."""
+    return {name: servo for name, servo in bus.read().items() if all(map(math.isfinite, servo.values))}
+
+
 class ServoRobot:
-    """A robot with servos on a bus. Implements HardwareRobot; subclasses may add parts, such as a voice.
+    """A robot with servos on a bus. Implements Robot; subclasses may add parts, such as a voice.
 
     `connect` opens the bus within some seconds, or raises HardwareFailure or OSError; it is called again and
     again while the bus is lost. A servo that does not answer at the start is lost until it does. Goals are
@@ -141,13 +151,15 @@ class ServoRobot:
         limits: HardwareLimits = SERVO_LIMITS,
     ) -> None:
         self.name: Final = body.title or body.name
+        if not body.joints:
+            raise RobotError(f"{self.name} has no joint: it is no robot of servos")
         self.body: Final = body
         self.joints: Final = body.joints
         self.cameras: Final = body.cameras if capture else ()
         self.senses: Final = senses
         self.clock: Final[Clock] = clock or WallClock()
         self._capture = capture
-        reporter = self._reporter = Reporter(self.name)
+        reporter = Reporter(self.name)
         self._connection = Connection(connect, self.clock, reporter, limits)
         self.lifecycle: Final[Lifecycle[ServoBus]] = Lifecycle(
             self._connection,
@@ -202,13 +214,6 @@ class ServoRobot:
             if self._connection.link is not None:
                 self._changes.update(stiffnesses)
 
-    def report_to(self, assembly: Assembly) -> None:
-        """Notify clients of the loss and the return of the bus, between which commands are refused."""
-        self._reporter.report_to(assembly.events, assembly.health.report_now)
-        self.lifecycle.is_stopped = lambda: assembly.gate.state().stopped
-        self._connection.on_lost.append(assembly.gate.lose)
-        self._connection.on_found.append(assembly.gate.find)
-
     def start(self) -> None:
         self._connection.start()
         self.lifecycle.begin()
@@ -243,7 +248,7 @@ class ServoRobot:
         answers: Mapping[str, Servo] = {}
         deadline = self.clock.now() + self._connection.limits.answer
         while self.clock.now() < deadline:
-            answers = bus.read()
+            answers = _answers_of(bus)
             if answers and len(found) == len(self.joints):
                 break
             found.update(answers)
@@ -258,7 +263,7 @@ class ServoRobot:
 
     def _tick(self, bus: ServoBus) -> None:
         """Read all servos, and send them a step on."""
-        found = bus.read()
+        found = _answers_of(bus)
         now = self.clock.now()
         seconds, self._ticked = min(now - self._ticked, 2 * self._connection.limits.period), now
         with self._lock:

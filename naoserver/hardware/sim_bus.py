@@ -50,7 +50,10 @@ class _Servo:
 
 
 class SimBus:
-    """A bus with servos, numbered from 1, at a pseudo terminal; `path` is a link to it."""
+    """A bus with servos, numbered from 1, at a pseudo terminal; `path` is a link to it.
+
+    Raises OSError when there is something else than a link at `path`, or no folder for it.
+    """
 
     def __init__(self, servos: int, path: Path | None = None) -> None:
         self._folder = None if path else tempfile.TemporaryDirectory(prefix="sim-bus-")
@@ -114,16 +117,20 @@ class SimBus:
             self._line = pty.openpty()
             tty.setraw(self._line[1])
             os.set_blocking(self._line[0], False)
-            self.path.unlink(missing_ok=True)
+            self._remove_link()
             self.path.symlink_to(os.ttyname(self._line[1]))
 
     def _unplug(self) -> None:
         line, self._line = self._line, None
-        self.path.unlink(missing_ok=True)
+        self._remove_link()
         self._received = b""
         self._answers.clear()
         for end in line or ():
             os.close(end)
+
+    def _remove_link(self) -> None:
+        if self.path.is_symlink():  # never somebody's file
+            self.path.unlink()
 
     def _run(self) -> None:
         while not self._closing.is_set():
@@ -176,7 +183,10 @@ def main(
     servos: Annotated[int, typer.Option(min=1, help="How many servos it has.")] = 4,
 ) -> None:
     """Be a bus of servos until Ctrl-C; take commands such as `stuck 2` or `unplug` from standard input."""
-    bus = SimBus(servos, path)
+    try:
+        bus = SimBus(servos, path)
+    except OSError as error:
+        raise typer.BadParameter(f"{path}: {error.strerror}", param_hint="PATH") from error
     typer.echo(f"ready: {bus.path}")
     for line in sys.stdin:
         try:

@@ -73,7 +73,7 @@ def naoserver_naoqi(
     with closing(DeadMansSwitch(SWITCH, address)) as switch:
         nao = NaoqiRobot(lambda timeout: connect(address, timeout), lifecycle, facts)
         nao.report_to_switch(switch.beat, switch.release)
-        serve_hardware(nao, settings, options, where=f"robot {address}")
+        serve_hardware(nao, settings, options, lifecycle=nao.lifecycle, where=f"robot {address}")
 
 
 def parse_address(robot: str, user: str, password: str) -> RobotAddress:

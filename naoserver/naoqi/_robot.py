@@ -11,7 +11,6 @@ from functools import partial
 from typing import Final
 
 from interfaces.nao import Severity
-from naoserver.assembly import Assembly
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
 from naoserver.hardware.background import BackgroundCalls
@@ -132,7 +131,7 @@ class NaoqiRobot:
     """A Nao with NAOqi. Implements Robot.
 
     `connect` makes a link to it within some seconds. While the robot is lost, readings keep their last values
-    and commands do nothing; `report_to` lets a server notify its clients. `clock` is that of its time: a
+    and commands do nothing; its `lifecycle` lets a server notify its clients. `clock` is that of its time: a
     virtual NAOqi may have another one than the wall's.
     """
 
@@ -154,7 +153,7 @@ class NaoqiRobot:
         self.control_loop: Final = None
         self.clock: Final[Clock] = clock or WallClock()
         now = self.clock.now
-        reporter = self._reporter = Reporter("NAOqi")
+        reporter = Reporter("NAOqi")
         connection = self._connection = Connection(connect, self.clock, reporter, limits or HardwareLimits())
         self._state = NaoqiState(self.clock, body, connection.limits)
         self.read: Final = self._state.joints
@@ -187,13 +186,6 @@ class NaoqiRobot:
 
     def looks(self) -> str:
         return write_looks(self.body)
-
-    def report_to(self, assembly: Assembly) -> None:
-        """Notify clients of the robot's events, at once of its loss, during which commands are refused."""
-        self._reporter.report_to(assembly.events, assembly.health.report_now)
-        self.lifecycle.is_stopped = lambda: assembly.gate.state().stopped
-        self._connection.on_lost.append(assembly.gate.lose)
-        self._connection.on_found.append(assembly.gate.find)
 
     def report_to_switch(self, beat: Callable[[CallLink], None], release: Callable[[], None]) -> None:
         """Call `beat` each time the robot has answered, and `release` at the end if it has been stopped."""

@@ -34,6 +34,7 @@ _EVALUATED: Final = re.compile(r"when evaluating expression '(.+?)'")
 _FORBIDDEN: Final = ("os.", "subprocess.", "socket.", "ctypes.", "shutil.")
 """Beginnings of events of Python that an expansion does not need."""
 _READING: Final = ("os.listdir", "os.scandir", "os.walk", "os.putenv", "os.unsetenv")
+_WRITING: Final = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _KEPT_VARIABLES: Final = ("PATH", "PYTHONPATH", "SYSTEMROOT")
 
 
@@ -102,11 +103,12 @@ def _guard(folders: Iterable[Path]) -> None:
 
     def watch(event: str, arguments: tuple[object, ...]) -> None:
         if event == "open":
-            name, mode, _ = arguments
+            name, _, flags = arguments
             if isinstance(name, int):
                 return
             path = Path(os.fsdecode(name)).resolve()  # type: ignore[arg-type]  # a path, then
-            if set(str(mode or "")) & set("wax+") or not any(map(path.is_relative_to, allowed)):
+            writes = isinstance(flags, int) and flags & _WRITING
+            if writes or not any(map(path.is_relative_to, allowed)):
                 why = "outside the folders of the model and of its ROS package"
                 raise PermissionError(errno.EACCES, why, str(path))
         elif event.startswith(_FORBIDDEN) and event not in _READING:

@@ -41,7 +41,7 @@ def nao(address):
 def reported(robot):
     """Serve a robot that notifies the server's clients of what happens to it."""
     with served_to_client(robot) as nao:
-        robot.report_to(nao.assembly)
+        robot.lifecycle.report_to(nao.assembly)
         yield nao
 
 

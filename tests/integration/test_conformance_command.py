@@ -190,6 +190,7 @@ def test_a_reading_that_goes_on_after_close_is_described() -> None:
     [
         ([], "which robot? Say --robot MODULE:FUNCTION"),
         (["--robot", "naoserver.fake:FakeRobot", "-n", "2"], "one robot is tested by one process"),
+        (["--robot", "naoserver.fake:FakeRobot", "--robot-limit", "0"], "it must be more than 0 s"),
     ],
 )
 def test_a_run_without_a_robot_or_with_several_is_refused(
@@ -200,10 +201,21 @@ def test_a_run_without_a_robot_or_with_several_is_refused(
     assert message in output
 
 
+def test_a_robot_that_cannot_be_made_ends_the_run_with_the_place_where_that_was_raised(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "mine.py").write_text("def make():\n    raise ValueError('no bus')\n")
+    code, output = run(tmp_path, "--robot", "mine:make")
+    assert code == 1
+    assert output.count("ValueError: no bus") == 1
+    assert 'mine.py", line 2, in make' in output
+
+
 @pytest.mark.parametrize(
     ("named", "message"),
     [
         ("nowhere:make", "No module named 'nowhere'"),
+        (":make", "no module"),
         ("naoserver.fake:nothing", "naoserver.fake has no function 'nothing'"),
         ("tests.support.broken_robots:half_a_robot", "a JointReading lacks balancer, body, cameras"),
     ],

@@ -104,7 +104,6 @@ def test_the_readme_that_is_made_shows_commands_of_the_page_and_of_every_robot(p
         "nao stack ./stack.toml",
         "nao stack ./stack.toml --set bus=/dev/ttyUSB0",
         "nao stop",
-        "pip install '/path/to/visualhfsm[vision,web,test]'",
         "visualhfsm edit",
     }
 

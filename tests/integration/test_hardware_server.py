@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import pty
+import runpy
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -103,6 +106,51 @@ def test_a_bus_that_is_not_there_is_said_in_one_line(tmp_path: Path, environment
     assert done.returncode == 1
     assert f"there is no link to the robot: {missing}: No such file or directory" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_two_servers_do_not_share_a_bus_and_a_file_is_none(
+    bus: SimBus, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    (file := tmp_path / "file").touch()
+    with serving(bus, free_endpoint(), environment) as server:
+        server.wait_for("^ready")
+        for path, why in ((bus.path, "another server has it"), (file, "it is no serial line")):
+            other = [sys.executable, SERVER, "--bus", str(path), "--listen", free_endpoint()]
+            with ComponentProcess(
+                other, {**environment, "XDG_STATE_HOME": str(tmp_path / "other")}
+            ) as second:
+                second.wait_for(f"{path}: {why}")
+                assert second.wait(END_LIMIT) == 1
+
+
+def test_noise_on_the_line_costs_an_answer_and_not_the_robot() -> None:
+    ours, theirs = pty.openpty()
+    bus = runpy.run_path(SERVER)["Bus"](os.ttyname(theirs))
+    noise = [
+        b"\xff\xfe",
+        b"1",
+        b"",
+        b"1 99 0 0 0 35 1 0",
+        b"1 2 0 0 0 35 1 x",
+        b"0 3 0 0 0 35 1 0",
+        b"x" * 2000,
+    ]
+    os.write(ours, b"\n".join([*noise, b"1 1 0.5 0 0 35 1 0", *noise]))
+    assert {name: servo.position for name, servo in bus.read().items()} == {"pan": 0.5}
+    bus.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_any_robot_is_served_also_one_that_is_never_lost(environment: dict[str, str]) -> None:
+    program = (
+        "from naoserver.fake import FakeRobot; from naoserver.hardware.serving import serve_hardware; "
+        f"from zenoh_ice.settings import Settings; serve_hardware(FakeRobot(), Settings(listen=('{free_endpoint()}',)))"
+    )
+    with ComponentProcess([sys.executable, "-c", program], environment) as server:
+        server.wait_for("^ready")
+        server.process.terminate()
+        assert server.wait(END_LIMIT) == 143
 
 
 def test_the_bus_as_a_program_takes_its_commands_from_standard_input(tmp_path: Path) -> None:

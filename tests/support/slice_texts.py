@@ -17,7 +17,7 @@ _DIRECTIVES = [
     "#ifndef G\n#define G\n",
     "#endif\n",
     "#else\n",
-    "#if defined(A) && !B\n",
+    "#if defined(A) && !defined B\n",
     "#if (1 + 2\n",
     '#include "a.idl"\n',
     "#include <none.idl>\n",

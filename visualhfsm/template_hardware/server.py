@@ -1,12 +1,15 @@
 """Serve my robot: servos on a bus, a camera and an inertial unit. Simulated or real: --bus says which."""
 
+import fcntl
 import math
 import os
 import select
+import termios
 import threading
 import time
 import tty
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -39,25 +42,35 @@ class Bus:
     def __init__(self, path: str) -> None:
         self.lost = threading.Event()
         self._line = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-        tty.setraw(self._line)
+        try:
+            fcntl.flock(self._line, fcntl.LOCK_EX | fcntl.LOCK_NB)  # two servers would fight over the servos
+            tty.setraw(self._line)
+        except (BlockingIOError, termios.error) as error:
+            os.close(self._line)
+            why = "another server has it" if isinstance(error, OSError) else "it is no serial line"
+            raise HardwareFailure(f"{path}: {why}") from error
         self._number = 0
-        self._received = b""
 
     def read(self) -> dict[str, Servo]:
         """Ask all servos at once, and wait 15 ms at most for their answers."""
         self._number += 1
         self._send(self._number, "read")
         found: dict[str, Servo] = {}
+        received = b""
         end = time.monotonic() + 0.015
         while len(found) < len(IDS) and (left := end - time.monotonic()) > 0:
             if not select.select([self._line], [], [], left)[0]:
                 break
-            *lines, self._received = (self._received + os.read(self._line, 4096)).split(b"\n")
-            for number, servo, *values in map(bytes.split, lines):
-                if int(number) == self._number:  # no late answer to an earlier question
+            *lines, received = (received + os.read(self._line, 4096)).split(b"\n")
+            for line in lines:
+                with suppress(ValueError, KeyError):  # a line that noise has damaged is no answer
+                    number, servo, *values = line.split()
                     position, velocity, torque, temperature, holds, overload = map(float, values)
                     fault = "overload: its torque is off" if overload else ""
-                    found[NAMES[int(servo)]] = Servo(position, velocity, torque, holds, temperature, fault)
+                    if int(number) == self._number:  # no late answer to an earlier question
+                        found[NAMES[int(servo)]] = Servo(
+                            position, velocity, torque, holds, temperature, fault
+                        )
         return found
 
     def move(self, setpoints: Mapping[str, float]) -> None:
@@ -142,7 +155,8 @@ def main(
 ) -> None:
     """Serve my robot on the line at the path --bus, such as /dev/ttyUSB0, or on a simulated bus."""
     options = ServerOptions(safety=capped(joint_speed))
-    serve_hardware(Bust(bus, start, end), settings, options, where=f"bus {bus}")
+    robot = Bust(bus, start, end)
+    serve_hardware(robot, settings, options, lifecycle=robot.lifecycle, where=f"bus {bus}")
 
 
 if __name__ == "__main__":

@@ -17,7 +17,6 @@ from pyflakes.checker import Checker
 
 from ...diagnostics import Location, Note, did_you_mean
 from ...messages import Message
-from ...reasons import known_text
 from ..analysis import AutomatonCode, Piece
 from ..code._scopes import INSPECTING
 from ..code.names import RESERVED
@@ -61,7 +60,7 @@ def check_names(
         place = piece.at(message.lineno, message.col)
         if not isinstance(message, messages.UndefinedName):
             text = message.message % message.message_args
-            report.warning(Code.DOUBTFUL_CODE, known_text(text[:1].lower() + text[1:]), place)
+            report.warning(Code.DOUBTFUL_CODE, Message.verbatim(text[:1].lower() + text[1:]), place)
             continue
         name = str(message.message_args[0])
         place = piece.at(message.lineno, message.col, len(name))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 from gettext import NullTranslations
 
 import pytest
 from hypothesis import given
-from pyflakes.checker import Checker
 
 from codegen.hfsm.code.text import parse_python
 from codegen.messages import Message
@@ -28,45 +26,15 @@ class Marked(NullTranslations):
         "if x\n    pass",
         "print(1",
         "x = )",
-        "x = (1]",
         "  x = 1",
         "if x:\npass",
         "if x:\n        a = 1\n    b = 2",
         "x = 'a",
         "f() = 1",
-        "print 1",
+        "1 = x",
         "x = 1 2",
-        "x = 1a",
-        "x = “a”",
-        "f(a=1, 2)",
-        "try:\n    pass\n",
-        "return 1",
-        "break",
+        "x = [1 2]",
         "if x:\n    f() = 1",
-        "x = 1 if 2",
-        "x = '''a",
-        "x = f'{'",
-        "x = f'{}'",
-        "f(a=1, a=2)",
-        "f(a=1, **b, 2)",
-        "f(x + 1=2)",
-        "def f(a=1, b): pass",
-        "def f(a, a): pass",
-        "def f():\n    from a import *",
-        "def f(a):\n    global a",
-        "def f():\n    b = 1\n    global b",
-        "x = 012",
-        "x = 0b2",
-        "x = 0xg",
-        "x = {1: }",
-        "x = {1: 2, 3}",
-        "del f()",
-        "yield 1",
-        "await x",
-        "x\\ y",
-        "f(a for a in b, c)",
-        "try:\n    pass\nexcept a, b:\n    pass",
-        "try:\n    pass\nexcept:\n    pass\nexcept a:\n    pass",
     ],
 )
 def test_what_python_says_of_the_code_of_beginners_is_known(code: str) -> None:
@@ -88,65 +56,19 @@ def test_the_part_of_code_that_python_names_is_known_too(code: str, what: str) -
     assert found.said_in(Marked()) == what
 
 
-@pytest.mark.parametrize(
-    "code",
-    [
-        "assert (x, 'y')",
-        "if (x, 1): pass",
-        "print >> x",
-        "x is 'a'",
-        "{'a': 1, 'a': 2}",
-        "raise NotImplemented",
-        "'{}'.format(1, 2)",
-        "'{a}'.format(a=1, b=2)",
-        "'{}'.format()",
-        "'{} {1}'.format(1, 2)",
-        "'{'.format(1)",
-        "'%(a' % 1",
-        "'%(a)s %s' % (1, 2)",
-        "'%y' % 1",
-        "'%s' % (1, 2)",
-        "'%(a)s' % {'a': 1, 'b': 2}",
-        "'%(a)s' % {'b': 2}",
-        "'%(a)s' % (1,)",
-        "'%s %s' % {'a': 1}",
-        "'%(a)*s' % {'a': 1}",
-    ],
-)
-def test_what_pyflakes_doubts_is_known(code: str) -> None:
-    found = [each.message % each.message_args for each in Checker(ast.parse(f"x = 1\n{code}")).messages]
-    doubts = [text[:1].lower() + text[1:] for text in found if "is not" not in text]
-    assert doubts
-    for text in doubts:
-        assert known_text(text) == text
-        assert known_text(text).said_in(Marked()).startswith("<"), text
-
-
 def test_what_python_says_of_failing_code_is_known() -> None:
     for code in (
         "1 / 0",
         "1.0 / 0",
-        "1 // 0",
         "missing",
         "lenn([])",
         "[].size",
         "[].appendd(1)",
         "[][0]",
-        "''[0]",
         "1 + 'a'",
-        "'a' + 1",
-        "'a' < 1",
         "3()",
-        "3[0]",
-        "list(3)",
-        "int('x')",
-        "float('x')",
         "(lambda a: 1)()",
-        "(lambda: 1)(2)",
-        "(lambda: 1)(a=2)",
         "__import__('missing')",
-        "__import__('math').sqr(2)",
-        "__import__('math').sqrt(-1)",
     ):
         with pytest.raises(Exception) as caught:  # noqa: PT011 - of any kind
             eval(code)

@@ -27,7 +27,7 @@ def fake() -> FakeRos:
 
 def connected(ros: FakeRos) -> Player:
     player = Player()
-    Endpoints(ros, ros.types).connect(player)
+    Endpoints(ros.make_end, ros.types).connect(player)
     return player
 
 
@@ -55,7 +55,7 @@ def test_a_type_that_nobody_knows_keeps_a_component_from_starting() -> None:
 
     ros = fake()
     with pytest.raises(ComponentError, match="the component cannot start: my_msgs/msg/A"):
-        Endpoints(ros, ros.types).connect(Lost())
+        Endpoints(ros.make_end, ros.types).connect(Lost())
 
 
 def test_stopping_again_publishes_nothing_more_and_one_failure_leaves_the_rest() -> None:

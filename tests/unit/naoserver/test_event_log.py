@@ -24,7 +24,6 @@ class ConditionedRobot(FakeRobot):
     def __init__(self, clock, body):
         super().__init__(clock=clock, body=body)
         self.temperatures = {}
-        self.positions = {}
         self.senses = None  # type: ignore[assignment]
 
     def charge(self, charge, current, *, plugged):
@@ -37,7 +36,6 @@ class ConditionedRobot(FakeRobot):
         names = [joint.name for joint in self.joints]
         return replace(
             reading,
-            positions=tuple(map(self.positions.get, names, reading.positions)),
             temperatures=tuple(self.temperatures.get(name, 38.0) for name in names),
             stiffnesses=(self.stiffness,) * len(names),
         )
@@ -85,19 +83,6 @@ def test_a_robot_that_falls_through_the_floor_is_reported_until_it_is_back(rig):
         reported.append(rig.look())
     under = (Severity.Error, "Nao H25", "under the floor")
     assert reported == [[], [under], [], [(Severity.Info, "Nao H25", "above the floor again")]]
-
-
-@pytest.mark.parametrize("stiffness", [1.0, 0.0])
-def test_a_stiff_joint_that_stays_at_its_limit_is_reported_until_it_leaves_it(rig, stiffness):
-    rig.robot.stiffness = stiffness
-    rig.look()
-    reported = []
-    for position in (2.08, 2.08, 2.08, 2.08, 0.1):
-        rig.robot.positions = {"HeadYaw": position}
-        reported += rig.look()
-    held = (Severity.Warning, "HeadYaw", "held at its limit 2.09")
-    left = (Severity.Info, "HeadYaw", "no longer held at its limit")
-    assert reported == ([held, left] if stiffness else [])
 
 
 def test_motors_that_let_go_and_hold_again_are_reported(rig):

@@ -67,6 +67,12 @@ def test_a_joint_that_is_commanded_and_stays_is_reported_once_and_again_when_it_
     assert rig.look(0.42, 0.41) == ["follows again: 0.01 rad behind"]
 
 
+def test_one_that_something_holds_at_a_limit_is_told_so(rig: Rig) -> None:
+    upper = rig.robot.joints[0].upper
+    said = [rig.look(upper - 0.4, upper) for _ in range(4)]
+    assert said[2] == [f"does not follow: 0.40 rad behind for 1.0 s, at its limit {upper:.3g}"]
+
+
 def test_one_that_stays_half_way_is_behind_from_then_on(rig: Rig) -> None:
     assert [rig.look(1.0, place) for place in (0.2, 0.4, 0.6, 0.6)] == [[], [], [], []]
     assert rig.look(1.0, 0.6) == ["does not follow: 0.40 rad behind for 1.0 s"]

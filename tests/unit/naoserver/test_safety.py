@@ -14,7 +14,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice, FakeRobot
 from naoserver.options import SafetyOptions, capped
 from naoserver.parts import JointFacts, RangeTable, SpeedRule
-from naoserver.robot import JointReading
+from naoserver.robot import JointFault, JointReading
 from tests.support.examples import examples
 from tests.support.linkage import LINKAGE
 from zenoh_ice.clock import VirtualClock
@@ -426,6 +426,19 @@ def test_a_lost_client_leaves_the_joints_that_it_sent_somewhere_where_they_are()
     rig.run(1.0)
     assert rig.setpoints()["LShoulderPitch"] == pytest.approx(there["LShoulderPitch"])
     assert rig.setpoints()["RShoulderPitch"] < there["RShoulderPitch"] - 0.3
+
+
+@pytest.mark.parametrize("without", ["a motor that holds", "a servo that answers"])
+def test_nobody_waits_for_a_joint_that_cannot_come_to_its_goal(without):
+    rig = Rig()
+    rig.move({"HeadYaw": 1.0}, client="lost")
+    reading = rig.device.read()
+    if without == "a motor that holds":
+        reading = replace(reading, stiffnesses=(0.0, *reading.stiffnesses[1:]))
+    else:
+        reading = replace(reading, faults={"HeadYaw": JointFault("lost", lost=True)})
+    assert not rig.safety.moves_for("lost", reading)
+    assert rig.safety.drop_client("lost", reading).stopped == ["HeadYaw"], "it may become stiff again"
 
 
 def test_a_lost_client_does_not_stop_what_another_has_taken_over_or_what_has_arrived():

@@ -33,10 +33,13 @@ def preprocess(
         ("#ifdef A\n#if 1\nno\n#elif 2\nno\n#else\nno\n#endif\n#undef B\n#endif\nyes", "yes"),
         ("#ifdef __SLICE2PY__\nyes\n#endif", "yes"),
         ("#ifdef A\n12x 'no end $ \n#endif\nyes", "yes"),
-        ("#define A // a name\nA B", "B"),
-        ("#if 0 && 1 / 0 || defined(ICE_VERSION)\nyes\n#endif", "yes"),
+        ("#define A // a name\nB", "B"),
+        ("#if 0 && 1 || defined(ICE_VERSION)\nyes\n#endif", "yes"),
         ("#if 1\nyes\n#elif 1 / 0\nno\n#endif", "yes"),
-        ("#define F(x) (x)\n#if F(2) * 0x10 == 040\nyes\n#endif", "yes"),
+        ("#if defined A\nno\n#elif !defined( A ) && ! ! 1\nyes\n#endif", "yes"),
+        ("#if !1 || !!0 || 1 && !defined __SLICE2PY__\nno\n#else\nyes\n#endif", "yes"),
+        ("#define A\n#undef A\n#if defined(A)\nno\n#endif\nA", "A"),
+        ("#define A 1\n\\A", "A"),
         ("#line 7\nyes", "yes"),
         ("/* #ifdef A */ yes // #ifdef A", "yes"),
         ("#\nyes", "yes"),
@@ -112,6 +115,7 @@ def test_no_line_of_another_file_is_shown(tmp_path: Path, name: str) -> None:
         ("#ifndef A\nx\n", [("E007", 2, 1)]),
         ("#ifdef\n#endif", [("E007", 1, 1)]),
         ("#define", [("E007", 1, 1)]),
+        ("#define defined", [("E007", 1, 1)]),
         ("#import x", [("E007", 1, 1)]),
         ("#error stop", [("E007", 1, 1)]),
         ("#pragma pack", [("E007", 1, 1)]),
@@ -133,11 +137,13 @@ def test_what_is_wrong_is_reported_with_its_place(
     [
         "#if\n#endif",
         "#if SIZE $\n#endif",
+        "#if 1 1\n#endif",
+        "#if 1 & & 1\n#endif",
+        "#if definedA\n#endif",
         "#if 1 / 0\n#endif",
         "#if defined\n#endif",
         "#define F(x",
-        "#define F(x) x\nmodule n { F(",
-        "#define F(x) x\nmodule n { F(1, 2) };",
+        "#define SIZE 5",
         "#error stop",
         "#warning careful",
     ],
@@ -147,6 +153,51 @@ def test_what_cannot_be_preprocessed_is_one_error(tmp_path: Path, text: str) -> 
     assert not compiled.files
     assert {found.code for found in diagnostics} <= {"E007", "E010"}
     assert diagnostics.errors[0].code == "E007"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "said"),
+    [
+        (
+            "#define MEMBER(type, name) type name;\nmodule m {};",
+            (1, 1),
+            "macros with parameters are not supported: write the text of `MEMBER` where it is used",
+        ),
+        (
+            "#define SIZE 5\nmodule m { const int a = SIZE; };",
+            (2, 26),
+            "macros are not replaced: write the text of `SIZE` here",
+        ),
+        (
+            "#define PASTED(a) a ## b",
+            (1, 1),
+            "macros with parameters are not supported: write the text of `PASTED` where it is used",
+        ),
+        (
+            "\n#if ICE_VERSION > 3\n#endif\nmodule m {};",
+            (2, 1),
+            "the condition of #if can have {}, not `ICE_VERSION > 3`; nest #ifdef and #ifndef for others",
+        ),
+        (
+            "#if 0\n#elif (defined(A) || defined(B)) && !defined(C)\n#endif\nmodule m {};",
+            (2, 1),
+            "the condition of #elif can have {}, not `(defined(A) || defin...`; nest #ifdef and #ifndef for others",
+        ),
+    ],
+)
+def test_macros_and_arithmetic_are_refused_with_a_remedy(
+    tmp_path: Path, text: str, place: tuple[int, int], said: str
+) -> None:
+    _, diagnostics = compile_text(tmp_path, text)
+    (found,) = diagnostics
+    assert (found.code, found.location.line, found.location.column) == ("E007", *place)
+    assert found.message == said.format("`defined NAME`, 0, 1, `!`, `&&` and `||`")
+
+
+def test_conditions_without_end_are_read_in_linear_time(tmp_path: Path) -> None:
+    for text in ("!" * 200_000, "! " * 200_000, "defined " * 50_000, "1 && " * 100_000, "(" * 200_000):
+        _, diagnostics = preprocess(tmp_path, f"#if {text}\n#endif")
+        assert findings(diagnostics) == [("E007", 1, 1)]
 
 
 def test_a_file_that_is_not_utf8_is_read_with_a_warning(tmp_path: Path) -> None:

@@ -9,11 +9,15 @@ from typing import Any
 import pytest
 
 from hfsm_runtime._recording.ros import AskedNode
-from hfsm_runtime._ros import message_of
+from hfsm_runtime.component import Ros
 from hfsm_runtime.virtual._ros import FakeRos
 from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
 
 STRING = "std_msgs/msg/String"
+HEARD = Ros("subscribe", "/text", STRING)
+SAID = Ros("publish", "/text", STRING)
+SET = Ros("service", "/set", "std_srvs/srv/SetBool")
+COUNT = Ros("action", "/count", "example_interfaces/action/Fibonacci")
 
 
 class Tape:
@@ -37,10 +41,15 @@ def ros() -> FakeRos:
     return FakeRos(lambda: 0.0, lambda holds, _limit: holds())
 
 
+def recording(ros: FakeRos, tape: Tape, declared: Ros) -> Any:
+    """Return an end whose readings are recorded."""
+    genuine = ros.make_end(declared, QoS())
+    return AskedNode(ros.types, tape.record).make_end(declared, genuine=genuine)
+
+
 def test_samples_are_replayed_as_they_were_read(ros: FakeRos) -> None:
     tape = Tape()
-    end = ros.create_subscription(STRING, "/text", qos=QoS())
-    recorded = AskedNode(ros.types, tape.record).create_subscription(STRING, "/text", end=end)
+    recorded = recording(ros, tape, HEARD)
 
     def read(subscription: Any) -> list[object]:
         sample = subscription.latest()
@@ -52,21 +61,20 @@ def test_samples_are_replayed_as_they_were_read(ros: FakeRos) -> None:
         seen += [read(recorded), read(recorded)]
     assert [kind for kind, _ in tape.readings].count("ros /text latest") == 5
     assert {"same": True} in [value for _, value in tape.readings]
-    replayed = AskedNode(ros.types, tape.replay).create_subscription(STRING, "/text")
+    replayed = AskedNode(ros.types, tape.replay).make_end(HEARD)
     assert [read(replayed) for _ in seen] == seen
     assert read(replayed)[0] == "two"  # nothing more was recorded: the newest
 
 
 def test_errors_are_replayed(ros: FakeRos) -> None:
     tape = Tape()
-    kind = "std_srvs/srv/SetBool"
-    client = AskedNode(ros.types, tape.record).create_client(kind, "/set", ros.create_client(kind, "/set"))
-    request = message_of(ros.types, f"{kind}_Request", data=True)
+    client = recording(ros, tape, SET)
+    request = ros.types.make(f"{SET.type}_Request", data=True)
     with pytest.raises(CallTimeoutError, match="no server"):
         client.call(request, timeout=0.0)
     ros.service("/set", lambda _request: {"message": "done"})
     client.call(request, timeout=0.0)
-    again = AskedNode(ros.types, tape.replay).create_client(kind, "/set")
+    again: Any = AskedNode(ros.types, tape.replay).make_end(SET)
     with pytest.raises(CallTimeoutError, match="no server"):
         again.call(request, timeout=0.0)
     assert again.call(request, timeout=0.0).message == "done"
@@ -76,27 +84,25 @@ def test_errors_are_replayed(ros: FakeRos) -> None:
 
 def test_what_is_sent_otherwise_is_reported(ros: FakeRos) -> None:
     tape, found = Tape(), list[tuple[str, object, object]]()
-    end = ros.create_publisher(STRING, "/text", QoS())
     make = ros.types.make
-    AskedNode(ros.types, tape.record).create_publisher(STRING, "/text", end=end).publish(
-        make(STRING, data="one")
-    )
+    recording(ros, tape, SAID).publish(make(STRING, data="one"))
     node = AskedNode(ros.types, tape.replay, lambda *difference: found.append(difference))
-    node.create_publisher(STRING, "/text").publish(make(STRING, data="two"))
+    replayed: Any = node.make_end(SAID)
+    replayed.publish(make(STRING, data="two"))
     assert found == [("/text.publish", {"data": "one"}, {"data": "two"})]
 
 
 def test_large_messages_are_left_out_and_reach_the_code_that_is_recorded(ros: FakeRos) -> None:
     tape = Tape()
-    end = ros.create_subscription(STRING, "/text", qos=QoS())
-    recorded = AskedNode(ros.types, tape.record).create_subscription(STRING, "/text", end=end)
+    recorded = recording(ros, tape, HEARD)
     ros.topic("/text").publish(data="x" * (1 << 20))
     sample = recorded.latest()
     assert sample is not None
     assert len(sample.value.data) == 1 << 20
     assert len(str(tape.readings)) < 200
+    replayed: Any = AskedNode(ros.types, tape.replay).make_end(HEARD)
     with pytest.raises(MessageError, match="1048585 bytes were too large to be recorded"):
-        AskedNode(ros.types, tape.replay).create_subscription(STRING, "/text").latest()
+        replayed.latest()
 
 
 @pytest.mark.parametrize(
@@ -111,13 +117,12 @@ def test_large_messages_are_left_out_and_reach_the_code_that_is_recorded(ros: Fa
     ],
 )
 def test_malformed_recordings_are_refused(ros: FakeRos, reading: dict[str, object]) -> None:
-    node = AskedNode(ros.types, lambda *_: reading)
+    replayed: Any = AskedNode(ros.types, lambda *_: reading).make_end(HEARD)
     with pytest.raises(RosError):
-        node.create_subscription(STRING, "/text").latest()
+        replayed.latest()
 
 
 def test_readings_of_a_goal_have_their_types(ros: FakeRos) -> None:
-    node = AskedNode(ros.types, lambda *_: "malformed")
-    kind = "example_interfaces/action/Fibonacci"
-    goal = node.create_action_client(kind, "/count").send(message_of(ros.types, f"{kind}_Goal"), timeout=0.0)
+    client: Any = AskedNode(ros.types, lambda *_: "malformed").make_end(COUNT)
+    goal = client.send(ros.types.make(f"{COUNT.type}_Goal"), timeout=0.0)
     assert (goal.status, goal.done, goal.feedback) == (Status(0), True, None)

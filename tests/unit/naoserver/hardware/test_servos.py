@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import closing
@@ -10,14 +11,16 @@ from itertools import pairwise
 
 import pytest
 
+from naoserver.body import Body
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.lifecycle import End, Start
 from naoserver.hardware.servos import SERVO_LIMITS, Servo, ServoRobot
+from naoserver.parts import Link
 from naoserver.robot import JointFault
 from tests.support.bodies import ARM
 from tests.support.waiting import until
 
-HASTY = replace(SERVO_LIMITS, retry=0.01, answer=0.1, silence=0.2)
+HASTY = replace(SERVO_LIMITS, retry=0.01, answer=0.1, silence=0.2, hang=0.3)
 FIRST = ARM.joint_names[0]
 LOST = JointFault("lost: its servo does not answer", lost=True)
 
@@ -32,6 +35,8 @@ class MemoryBus:
         self.sent: list[Mapping[str, float]] = []
         self.given: list[Mapping[str, float]] = []
         self.trouble: Exception | None = None
+        self.answers = threading.Event()
+        self.answers.set()
 
     def connect(self, _seconds: float) -> MemoryBus:
         self.lost.clear()
@@ -40,6 +45,7 @@ class MemoryBus:
     def read(self) -> Mapping[str, Servo]:
         if self.trouble is not None:
             raise self.trouble
+        self.answers.wait()
         return {name: servo for name, servo in self.servos.items() if name not in self.silent}
 
     def move(self, setpoints: Mapping[str, float]) -> None:
@@ -157,6 +163,49 @@ def test_a_broken_line_is_opened_again_and_commands_meanwhile_do_nothing(
     assert set(bus.positions(FIRST)) == {robot.read().positions[0]}
 
 
+def test_a_bus_that_hangs_is_lost_until_it_answers(robot: ServoRobot, bus: MemoryBus) -> None:
+    bus.answers.clear()
+    until(lambda: robot.state().real_time_factor == 0.0)
+    bus.answers.set()
+    until(lambda: robot.state().real_time_factor == 1.0)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_servo_that_answers_no_number_counts_as_silent_and_is_sent_none(
+    robot: ServoRobot, bus: MemoryBus, value: float
+) -> None:
+    was, bus.servos[FIRST] = bus.servos[FIRST], Servo(value, value, stiffness=0.0)
+    until(lambda: robot.read().faults == {FIRST: LOST})
+    assert math.isfinite(robot.read().positions[0])
+    bus.servos[FIRST] = was
+    until(lambda: robot.read().faults == {})
+    assert all(map(math.isfinite, bus.positions(FIRST)))
+
+
+class TornBus(MemoryBus):
+    """A line that breaks when something is sent."""
+
+    def move(self, setpoints: Mapping[str, float]) -> None:
+        raise OSError(5, "Input/output error")
+
+
+def test_a_line_that_breaks_at_the_first_poll_is_an_error_at_the_start() -> None:
+    bus = TornBus()
+    with closing(ServoRobot(ARM, bus.connect, limits=HASTY)) as robot:
+        with pytest.raises(RobotError, match="no link to the robot: Input/output error"):
+            robot.start()
+        assert bus.lost.is_set()
+
+
+def test_what_is_wrong_with_the_code_of_a_bus_is_said_while_it_is_lost(
+    robot: ServoRobot, bus: MemoryBus, caplog: pytest.LogCaptureFixture
+) -> None:
+    bus.trouble = KeyError("steps")
+    until(lambda: "still lost: finding it failed: KeyError('steps')" in caplog.text)
+    bus.trouble = None
+    until(lambda: robot.state().real_time_factor == 1.0)
+
+
 @pytest.mark.parametrize("trouble", [FileNotFoundError(2, "No such file", "/dev/no"), None])
 def test_a_bus_that_is_not_there_is_an_error_at_the_start(bus: MemoryBus, trouble: Exception | None) -> None:
     def connect(_seconds: float) -> MemoryBus:
@@ -204,3 +253,9 @@ def test_a_closed_robot_takes_no_pictures_and_has_no_camera_without_one(robot: S
     robot.close()
     with pytest.raises(HardwareFailure, match="is closed"):
         robot.capture("Camera", 320, 240)
+
+
+def test_a_body_without_joints_is_none_of_servos(bus: MemoryBus) -> None:
+    body = Body(name="Post", mounted=True, links=(Link(name="base", mass=1.0),))
+    with pytest.raises(RobotError, match="Post has no joint"):
+        ServoRobot(body, bus.connect)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import select
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -76,3 +77,10 @@ def test_the_cable_is_pulled_and_plugged_in(bus: SimBus) -> None:
 def test_a_command_that_is_not_known_is_refused(bus: SimBus, line: str) -> None:
     with pytest.raises(ValueError, match="is not a command"):
         bus.command(line)
+
+
+def test_a_file_at_its_path_is_left_alone(tmp_path: Path) -> None:
+    (mine := tmp_path / "mine").write_text("precious")
+    with pytest.raises(FileExistsError):
+        SimBus(1, mine)
+    assert mine.read_text() == "precious"

@@ -55,7 +55,7 @@ def test_a_robot_that_is_still_stopped_does_not_move_for_the_start(naoqi, caplog
 def test_a_robot_that_was_stopped_stays_as_it_is_at_the_end(naoqi):
     with naoqi.robot(LifecycleOptions(end=End.REST, life=Life.SUSPEND)) as robot:
         assembly = Assembly(robot, ServerOptions(), robot.clock)
-        robot.report_to(assembly)
+        robot.lifecycle.report_to(assembly)
         assembly.gate.stop("a hand in the way")
     assert naoqi.called(REST) == []
     assert naoqi.called(LIFE) == [("disabled",)], "a robot with its own life would move"
