@@ -409,7 +409,7 @@ class _Guesser:
         }
         links = [frames[body].link for body in sorted(rough - rolling) if body in frames]
         if links:
-            self._found.add(links, "they are on the floor, and no wheels", "slippery")
+            self._found.add(links, "they touch the floor and are no wheels", "slippery")
 
     def _drive_forwards(self, wheel: Wheel) -> None:
         """Let a wheel drive forwards at positive angles, and at some speed."""

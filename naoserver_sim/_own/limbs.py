@@ -180,7 +180,7 @@ class Limbs:
         kind, why = self._kind(joints)
         side = self._side(joints)
         if kind in ("arm", "leg") and not side:
-            side, why = "right", f"{why}, on no side"
+            side, why = "right", f"{why}; it is on neither side"
         names = tuple(self._names[joint] for joint in joints)
         return Limb(names, kind, side, why, int(self._mj.jnt_bodyid[joints[-1]]))
 

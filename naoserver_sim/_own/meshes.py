@@ -163,7 +163,7 @@ class Files:
         if len(self._read) == _MOST_FILES:
             raise MeshError(f"it is one of more than {_MOST_FILES} files")
         if size > LARGEST_MESH:
-            raise MeshError(f"larger than {LARGEST_MESH >> 20} MB")
+            raise MeshError(f"it is larger than {LARGEST_MESH >> 20} MB")
         mesh = read_mesh(path)
         asset = f"{len(self._read)}{mesh.ending}"
         self._read[path] = asset, mesh
@@ -176,7 +176,7 @@ def read_mesh(path: Path) -> MeshFile:
     try:
         content = path.read_bytes()
     except OSError as problem:
-        raise MeshError(f"cannot be read: {problem.strerror}") from None
+        raise MeshError(f"it cannot be read: {problem.strerror}") from None
     if not content:
         raise MeshError("it is empty")
     if ending == ".stl":

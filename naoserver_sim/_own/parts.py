@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sized
+from collections.abc import Sized
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Any, Final
@@ -136,7 +136,7 @@ class _Reader:
     def __init__(self, model: ModelFile, own: OwnFile, *, mounted: bool) -> None:
         self._mj, self._figure, self._where = model.compiled, model.figure, model.where
         self._model, self._own, self._mounted = model, own, mounted
-        gears: dict[str, Any] = {
+        self._gears: dict[str, Any] = {
             name: {key: value for key, value in msgspec.to_builtins(servo).items() if key != "joints"}
             for name, servo in own.servo.items()
         }
@@ -147,14 +147,8 @@ class _Reader:
         self._names: dict[str, set[str]] = {"link": set(), "joint": set()}
         self._moves = couplings_of(model)
         self._followers = {pair.follower for pair in self._moves.couplings}
-        self._gears = gears
-        tables = {
-            "links": self._links,
-            "joints": self._joints,
-            "fixed_joints": self._fixed,
-            "gears": gears,
-        }
-        self._parts = Parts(tables, model.figure)
+        tables = {"links": self._links, "joints": self._joints, "fixed_joints": self._fixed}
+        self._parts = Parts(tables | {"gears": self._gears}, model.figure)
 
     def read(self) -> Parts:
         mj, frames = self._mj, self._parts.frames
@@ -175,7 +169,8 @@ class _Reader:
             self._parts.notes.append(
                 f"{self._where}: no link has a shape that touches, so what is seen of it touches"
             )
-        self._parts.tables["shapes"] = [shape for geom in self._figure.solid for shape in self._shapes(geom)]
+        solid = self._figure.solid
+        self._parts.tables["shapes"] = [self._shape(geom) for geom in solid if mj.geom_bodyid[geom] in frames]
         return self._parts
 
     def _require_few(self, what: str, parts: Sized) -> None:
@@ -417,12 +412,10 @@ class _Reader:
         x, y, z = position.tolist()
         self._parts.views.append(View(name, link, (x, y, z), tilt, fovy))
 
-    def _shapes(self, geom: int) -> Iterator[dict[str, Any]]:
-        """Yield the contact shape of a geom: of a mesh its hull, or a box if it is flat."""
+    def _shape(self, geom: int) -> dict[str, Any]:
+        """Return the contact shape of a geom: of a mesh its hull, or a box if it is flat."""
         mj = self._mj
         body = int(mj.geom_bodyid[geom])
-        if body not in self._parts.frames:
-            return
         link, offset = self._parts.frames[body]
         place = mj.geom_pos[geom] - offset
         turn: list[float] = mj.geom_quat[geom].tolist()
@@ -438,7 +431,7 @@ class _Reader:
         friction = float(mj.geom_friction[geom, 0])
         if friction == FRICTION and link in self._own.slippery:
             friction = _SLIPPERY
-        yield shape if friction == FRICTION else shape | {"friction": max(friction, 1e-3)}
+        return shape if friction == FRICTION else shape | {"friction": max(friction, 1e-3)}
 
 
 def _joints(mj: mujoco.MjModel, body: int) -> range:

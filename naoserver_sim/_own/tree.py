@@ -100,7 +100,7 @@ def parse_tree(content: bytes, path: Path, *, comments: bool = True) -> Element:
     or a number that is not finite.
     """
     if len(content) > LARGEST_FILE:
-        raise RobotError(f"{path}: larger than {LARGEST_FILE >> 20} MB")
+        raise RobotError(f"{path}: it is larger than {LARGEST_FILE >> 20} MB, which no model is")
     parser = expat.ParserCreate()
     top = Element("", {}, path, 0)
     around = [top]
@@ -111,7 +111,7 @@ def parse_tree(content: bytes, path: Path, *, comments: bool = True) -> Element:
         element = Element(tag, attributes, path, parser.CurrentLineNumber)
         count += 1
         if count > MOST_ELEMENTS:
-            raise RobotError(f"{path}: more than {MOST_ELEMENTS} elements")
+            raise RobotError(f"{path}: it has more than {MOST_ELEMENTS} elements")
         if len(around) > DEEPEST:
             raise RobotError(f"{element.at}: more than {DEEPEST} elements within each other")
         if len(attributes) > _MOST_ATTRIBUTES:
@@ -124,7 +124,8 @@ def parse_tree(content: bytes, path: Path, *, comments: bool = True) -> Element:
         around[-1].text += text.strip()
 
     def declare(*_: object) -> None:
-        raise RobotError(f"{path}:{parser.CurrentLineNumber}: a document type, which a model does not need")
+        at = f"{path}:{parser.CurrentLineNumber}"
+        raise RobotError(f"{at}: it has a document type, which a model does not need: remove it")
 
     parser.buffer_text = True
     parser.StartElementHandler = begin

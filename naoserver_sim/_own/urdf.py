@@ -245,6 +245,8 @@ def _settle(joint: Element, notes: list[str]) -> None:
             )
             limit.attributes |= {"lower": str(upper), "upper": str(lower)}
         elif lower == upper:  # as exporters write it that know no range
+            if joint.get("type") in ("revolute", "prismatic"):
+                notes.append(f"{limit.at}: joint {joint.name!r} has no range, so it moves without end")
             limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
 
 
@@ -261,7 +263,9 @@ def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> 
                 continue
             given = [solid.get(name) for name in _NUMBERS] if solid else []
             if min((number(word) or 0.0 for text in given for word in text.split()), default=0.0) <= 0.0:
-                what = f"its <{solid.tag}> has a size that is not above 0" if solid else f"none of {_SHAPES}"
+                what = f"it has none of {', '.join(_SHAPES)}"
+                if solid:
+                    what = f"its <{solid.tag}> has a size that is not above 0"
                 notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {what}")
                 link.children.remove(shape)
 

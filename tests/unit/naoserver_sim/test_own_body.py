@@ -308,7 +308,7 @@ def test_a_robot_that_nothing_holds_is_refused_with_what_to_do(written):
         (
             '<robot name="arm">',
             '<!DOCTYPE robot [<!ENTITY a "b">]><robot name="arm">',
-            r"arm\.urdf:1: a document type",
+            r"arm\.urdf:1: it has a document type",
         ),
     ],
 )
