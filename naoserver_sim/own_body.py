@@ -38,12 +38,11 @@ from naoserver.bodies import read_body_file
 from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
-from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.guesses import Guesses, guess
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.overlaps import guess_overlaps
-from naoserver_sim._own.parts import OwnFile, parts_of
+from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from zenoh_ice.text import printable
 from zenoh_ice.toml_file import convert, parse_toml, place, read_text
@@ -61,12 +60,12 @@ _MOST_REPORTED: Final = 5
 """Notes about the model that are logged, at most."""
 _MOST_SAID: Final = 12
 """Lines about the guesses, at most."""
-_LONGEST_NAME: Final = 64
-"""Characters of a name in a `Body`."""
 _HEAD: Final = """\
-What naoserver-sim took {model} for. Each guess has its reason beside it: correct what is wrong,
-and delete what the robot has not. Serve it by: naoserver-sim --body {file}
-All keys are in docs/reference/bodies.md."""
+This is what {model} was taken for, each guess with its reason beside it. Correct what is wrong, and delete \
+what the robot does not have. docs/reference/bodies.md describes all keys. To serve the robot:
+
+    naoserver-sim --body {file}
+"""
 
 _log = logging.getLogger(__name__)
 
@@ -90,7 +89,7 @@ def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], N
     if not (path.parent / own.model).resolve().is_relative_to(path.parent.resolve()):
         at = place(str(path), text, "model")
         raise RobotError(f"{at} = {own.model!r}: it must be in the folder of this file, or in one below it")
-    model = _Model(path.parent / own.model, path.parent / own.meshes, balance=own.balance)
+    model = read_model(path.parent / own.model, path.parent / own.meshes, balance=own.balance)
     return _dressed(_Description({"name": _name(path)} | document, model, str(path), text), [])
 
 
@@ -129,19 +128,10 @@ def write_own_body(
         raise RobotError(f"{target}: cannot be written: {problem.strerror}") from None
 
 
-class _Model:
-    """A model that was read, and how its robot stands."""
-
-    def __init__(self, path: Path, meshes: Path, *, balance: bool | None = None) -> None:
-        self.where: Final = str(path)
-        self.file: Final[ModelFile] = read_model(path, meshes, balance=balance)
-        self.figure: Final = Figure(self.file.compiled)
-
-
 class _Description:
     """A TOML file, written or guessed, with its model."""
 
-    def __init__(self, document: Mapping[str, Any], model: _Model, source: str, text: str = "") -> None:
+    def __init__(self, document: Mapping[str, Any], model: ModelFile, source: str, text: str = "") -> None:
         self.source: Final = source
         self.model: Final = model
         own = convert(document, OwnFile, source, RobotError, text=text)
@@ -153,13 +143,10 @@ class _Description:
             raise RobotError(
                 f"{source}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
             )
-        mounted = bool(described.get("mounted"))
-        self.parts: Final = parts_of(model.figure, model.file, own, model.where, mounted=mounted)
+        self.parts: Final = parts_of(model, own, mounted=bool(described.get("mounted")))
         if self.parts.unsaid:
-            figure = self.parts.figure
-            joints = {name: self.parts.joints[name] for name in self.parts.unsaid}
-            torques = {name: figure.torque(joint, mounted=mounted) for name, joint in joints.items()}
-            raise RobotError(_unsaid(torques, source))
+            torques = {joint["name"]: joint["max_torque"] for joint in self.parts.tables["joints"]}
+            raise RobotError(_unsaid({name: torques[name] for name in self.parts.unsaid}, source))
         described["name"] = own.name
         tables, given = self.parts.tables, described.get("couplings", [])
         followers = [pair.get("follower") for pair in _tables_in(given)]
@@ -178,7 +165,7 @@ class _Description:
                 f"{source}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}"
             )
         if not (self.body.shapes or self.body.mounted):
-            missing = ", for its meshes are left out" if model.file.left_out else ""
+            missing = ", for its meshes are left out" if model.left_out else ""
             raise RobotError(
                 f"{source}: no link of {own.name} has a shape that touches{missing}: it would fall through"
                 ' the floor; name the folder of its meshes, meshes = "...", or fix it to its place,'
@@ -188,11 +175,11 @@ class _Description:
 
 def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
     """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
-    model = _Model(path, path.parent)
+    model = read_model(path, path.parent)
     found = Guesses({"model": name, "name": _name(path)})
-    parts = parts_of(model.figure, model.file, OwnFile(model=name), model.where, mounted=False)
-    guess(model.file, parts, found)
-    guess_overlaps(found, parts, _Description(found.document, model, model.where).body)
+    parts = parts_of(model, OwnFile(model=name), mounted=False)
+    guess(model, parts, found)
+    guess_overlaps(found, parts, _Description(found.document, model, model.where).body, model.where)
     return found, _Description(found.document, model, model.where)
 
 
@@ -212,11 +199,9 @@ def _said(found: Guesses, description: _Description, say: Callable[[str], None])
 
 def _dressed(of: _Description, doubts: list[str]) -> Body:
     """Return the body with its looks, unless they are too large; log what is not kept of its model."""
-    left_out = [
-        f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.file.left_out.items()
-    ]
+    left_out = [f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.left_out.items()]
     notes = [
-        *of.model.file.notes,
+        *of.model.notes,
         *of.parts.notes,
         *(f"{of.model.where}: {note}" for note in left_out + doubts),
     ]
@@ -224,7 +209,7 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
         _log.warning("%s", note)
     if (more := len(notes) - _MOST_REPORTED) > 0:
         _log.warning("%s: and %d more such notes", of.model.where, more)
-    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.figure.mj, of.parts.frames, of.body))
+    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.compiled, of.parts.frames, of.body))
     if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:
         message = "%s is drawn by its contact shapes: its looks have %d bytes, and at most %d are served"
         _log.warning(message, of.source, size, LARGEST_DESCRIPTION)
@@ -234,8 +219,7 @@ def _dressed(of: _Description, doubts: list[str]) -> Body:
 
 def _name(path: Path) -> str:
     """Return the name of a body of a file: its own, as far as a body can have it."""
-    stem = path.stem.removesuffix(".urdf")  # of robot.urdf.xacro
-    return "".join(letter if letter.isprintable() else "?" for letter in stem)[:_LONGEST_NAME]
+    return fit_name(path.stem.removesuffix(".urdf")) or "Robot"  # of robot.urdf.xacro
 
 
 def _unsaid(torques: Mapping[str, float], source: str) -> str:

@@ -17,14 +17,15 @@ import numpy as np
 from naoserver.errors import RobotError
 from naoserver.parts import Coupling
 from naoserver_sim._own.looks import Frame
+from naoserver_sim._own.model_file import ModelFile
 
-Lines = Mapping[tuple[str, str], int]
-"""The line in the file of each "joint", "link" or "body", with its name."""
 Note = Callable[[str, str], None]
 """Adds a note: the joint or body that it is about, or an empty name, and the text."""
 
 _POINT: Final = 1e-3
 """Width in rad or m of a range in which nothing moves."""
+_MOST_TENDONS: Final = 100
+"""Most tendons over joints with actuators: each is compared with each other one."""
 _TINY: Final = 1e-9
 _ONE_AXIS: Final = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _OF_JOINT: Final = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
@@ -76,15 +77,16 @@ class _Chain:
         return by if abs(by) > _TINY else 0.0
 
 
-def couplings_of(mj: mujoco.MjModel, where: str, lines: Lines) -> Couplings:
-    """Return how the joints of a compiled model move.
+def couplings_of(model: ModelFile) -> Couplings:
+    """Return how the joints of a model move.
 
     Joints that an equality binds, as <mimic> of a URDF does, are coupled. So are those that one tendon with
-    an actuator moves: as if they yielded alike, in proportion to its coefficients. Notes begin with `where`
-    and the line of the joint.
+    an actuator moves: as if they yielded alike, in proportion to its coefficients. Raises
+    RobotError when there are too many such tendons.
     """
+    mj = model.compiled
     notes: list[str] = []
-    note = _noting(notes, where, "joint", lines)
+    note = _noting(notes, model, "joint")
     motors, tendons = {}, {}
     for actuator in range(mj.nu):
         target = int(mj.actuator_trnid[actuator, 0])
@@ -92,10 +94,14 @@ def couplings_of(mj: mujoco.MjModel, where: str, lines: Lines) -> Couplings:
             motors[actuator] = mj.joint(target).name
         elif mj.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON:
             tendons[actuator] = _fixed(mj, target)
+    if (many := sum(map(bool, tendons.values()))) > _MOST_TENDONS:
+        raise RobotError(
+            f"{model.where}: {many} actuators pull at tendons over joints: at most {_MOST_TENDONS} may"
+        )
     chains = _chains(mj, set(motors.values()), note)
     for each in chains:
         each.pulls += [Pull(actuator) for actuator, joint in motors.items() if joint == each.leader]
-    _pull(chains, tendons)
+    _pull(chains, {actuator: tendon for actuator, tendon in tendons.items() if tendon})
     used = {pull.actuator for each in chains for pull in each.pulls}
     if muscles := [mj.actuator(each).name for each in used if mj.actuator_gaintype[each] == _MUSCLE]:
         note("", f"the muscles {', '.join(sorted(muscles))} are servos here, which pull and push")
@@ -145,11 +151,12 @@ def keep_in_range(joints: Sequence[dict[str, Any]], couplings: Iterable[Coupling
         follower["max_torque"] = leader["max_torque"] / abs(pair.ratio)
 
 
-def loops_of(mj: mujoco.MjModel, frames: Mapping[int, Frame], where: str, lines: Lines) -> Loops:
+def loops_of(model: ModelFile, frames: Mapping[int, Frame]) -> Loops:
     """Return what holds links together besides joints; `frames` are those of the robot's bodies."""
+    mj = model.compiled
     loops: list[dict[str, Any]] = []
     notes: list[str] = []
-    note = _noting(notes, where, "body", lines)
+    note = _noting(notes, model, "body")
     mounted = False
     for equality in np.flatnonzero(mj.eq_active0):
         kind, data = mj.eq_type[equality], mj.eq_data[equality]
@@ -180,12 +187,8 @@ def loops_of(mj: mujoco.MjModel, frames: Mapping[int, Frame], where: str, lines:
     return Loops(tuple(loops), mounted, tuple(notes))
 
 
-def _noting(notes: list[str], where: str, kind: str, lines: Lines) -> Note:
-    def note(name: str, text: str) -> None:
-        line = lines.get((kind, name))
-        notes.append(f"{where}:{line}: {text}" if line else f"{where}: {text}")
-
-    return note
+def _noting(notes: list[str], model: ModelFile, kind: str) -> Note:
+    return lambda name, text: notes.append(f"{model.at(name, kind)}: {text}")
 
 
 def _chains(mj: mujoco.MjModel, driven: Collection[str], note: Note) -> list[_Chain]:

@@ -11,8 +11,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver_sim._own.hulls import hull_of
-
 Array = NDArray[np.float64]
 
 GRAVITY: Final = 9.81
@@ -33,8 +31,10 @@ _BENT: Final = 0.3
 _TINY: Final = 1e-12
 _ROUND: Final = 12
 """Points on the rim of what is round."""
-_HOME: Final = ("home", "stand", "standing", "rest", "init")
-"""Names of keyframes in which a robot waits."""
+_THIN: Final = 1e-4
+"""Extent in m below which points span no volume that MuJoCo takes."""
+HOME: Final = ("home", "stand", "standing", "rest", "init")
+"""Names of keyframes in which a robot waits; others are not read."""
 _TURNS: Final = np.linspace(0.0, math.tau, _ROUND, endpoint=False)
 _RIM: Final[Array] = np.stack((np.cos(_TURNS), np.sin(_TURNS), np.zeros(_ROUND)), axis=1)
 _BALL: Final[Array] = np.concatenate([np.roll(_RIM, turn, axis=1) for turn in range(3)])
@@ -46,18 +46,33 @@ def touching(mj: mujoco.MjModel) -> tuple[list[int], bool]:
 
     In a model that gives no body such a geom, all touch.
     """
+    kinds = mujoco.mjtGeom
+    ground = (kinds.mjGEOM_PLANE, kinds.mjGEOM_HFIELD, kinds.mjGEOM_SDF)
+    robot = (mj.geom_bodyid > 0) & (mj.body_mocapid[mj.body_rootid[mj.geom_bodyid]] < 0)
+    own = np.flatnonzero(robot & ~np.isin(mj.geom_type, [int(kind) for kind in ground])).tolist()
     paired = {*mj.pair_geom1.tolist(), *mj.pair_geom2.tolist()}
-    own = [geom for geom in range(mj.ngeom) if _is_solid(mj, geom)]
     solid = [geom for geom in own if mj.geom_contype[geom] or mj.geom_conaffinity[geom] or geom in paired]
     return (solid, True) if solid else (own, not own)
 
 
-def _is_solid(mj: mujoco.MjModel, geom: int) -> bool:
-    """Return whether a geom is of a body of the robot, and can touch something."""
-    kinds, body = mujoco.mjtGeom, int(mj.geom_bodyid[geom])
-    if body == 0 or mj.body_mocapid[mj.body_rootid[body]] >= 0:
-        return False
-    return int(mj.geom_type[geom]) not in (kinds.mjGEOM_PLANE, kinds.mjGEOM_HFIELD, kinds.mjGEOM_SDF)
+def hull_of(mj: mujoco.MjModel, geom: int) -> Array:
+    """Return the corners of the convex hull of a geom's mesh in the frame of its body.
+
+    It has none if it is no mesh that touches, or is flat.
+    """
+    mesh = int(mj.geom_dataid[geom])
+    graph = int(mj.mesh_graphadr[mesh]) if mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH else -1
+    if graph < 0:
+        return np.zeros((0, 3))
+    # The numbers of corners and faces, where the edges of each corner begin, and the corners.
+    begin, count = graph + 2 + int(mj.mesh_graph[graph]), int(mj.mesh_graph[graph])
+    corners = mj.mesh_vert[mj.mesh_vertadr[mesh] + mj.mesh_graph[begin : begin + count]].astype(np.float64)
+    if np.linalg.svd(corners - corners.mean(axis=0), compute_uv=False)[-1] < _THIN:
+        return np.zeros((0, 3))
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, mj.geom_quat[geom])
+    placed: Array = corners @ turn.reshape(3, 3).T + mj.geom_pos[geom]
+    return placed
 
 
 class Figure:
@@ -82,7 +97,7 @@ class Figure:
     def _key(self) -> int | None:
         """Return the keyframe in which the robot waits; None without one by such a name."""
         names = [self.mj.key(key).name.lower() for key in range(self.mj.nkey)]
-        return next((names.index(name) for name in _HOME if name in names), None)
+        return next((names.index(name) for name in HOME if name in names), None)
 
     def joints(self) -> Iterator[int]:
         """Yield the hinges and slides."""
@@ -175,7 +190,7 @@ class Figure:
         """Return the largest torque in N m, or force in N, by which gravity pulls what a joint carries."""
         bodies = self.moved(joint)
         masses = self.mj.body_mass[bodies]
-        if self._slides(joint):
+        if self.slides(joint):
             return GRAVITY * float(masses.sum())
         arms = np.linalg.norm(self.data.xipos[bodies] - self.data.xanchor[joint], axis=1)
         return GRAVITY * float(masses @ arms)
@@ -183,7 +198,7 @@ class Figure:
     def standing(self, joint: int, *, mounted: bool) -> float:
         """Return the torque in N m, or force in N, that a joint may need for what stands on it."""
         weight, height = self._above(joint, mounted=mounted)
-        if not weight or self._slides(joint):
+        if not weight or self.slides(joint):
             return weight
         points = self.points(*self.moved(joint))
         length = float(np.linalg.norm(points - self.data.xanchor[joint], axis=1).max())
@@ -198,7 +213,7 @@ class Figure:
     def tips(self, joint: int, *, mounted: bool) -> float:
         """Return the torque in N m for each rad by which the robot falls about a joint that carries it."""
         weight, height = self._above(joint, mounted=mounted)
-        return 0.0 if self._slides(joint) else weight * height
+        return 0.0 if self.slides(joint) else weight * height
 
     def _above(self, joint: int, *, mounted: bool) -> tuple[float, float]:
         """Return the weight in N of what stands on a joint, and how high in m that is above it; or zeros."""
@@ -211,7 +226,8 @@ class Figure:
         center = float(masses @ self.data.xipos[:, 2]) / max(total, 1e-9)
         return GRAVITY * total, max(center - float(self.data.xanchor[joint, 2]), 0.0)
 
-    def _slides(self, joint: int) -> bool:
+    def slides(self, joint: int) -> bool:
+        """Return whether a joint slides; else it turns."""
         return bool(self.mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE)
 
     @cached_property

@@ -163,15 +163,15 @@ class _Guesser:
         moves = 0.0
         for joint in {self._parts.joints[limb.joints[0]] for limb in self._limbs.limbs}:
             way = 1.0
-            if mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
+            if figure.slides(joint):
                 way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.axis(joint)[:2]))
             moves += way * figure.load(joint) / GRAVITY / float(masses.sum())
         if room < _STILL:
-            return True, "its base does not hold it"
-        return (
-            moves > room,
-            f"its base holds it {room:.2g} m to each side, and its joints move it {moves:.2g} m",
+            return True, "its center of mass is not above its base"
+        why = (
+            f"its base extends {room:.2g} m beyond its center of mass, and its joints move that {moves:.2g} m"
         )
+        return moves > room, why
 
     def _guess_rest(self, *, mounted: bool) -> None:
         """Let it begin in a keyframe of its model; or stand it on its feet, or raise its arm."""
@@ -203,9 +203,7 @@ class _Guesser:
             for joint in (self._parts.joints[name] for name in limb.joints if name in self._driven):
                 bodies = figure.moved(joint)
                 points = figure.points(*bodies)
-                flat = (
-                    abs(figure.axis(joint)[2]) < _FLAT and mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
-                )
+                flat = abs(figure.axis(joint)[2]) < _FLAT and not figure.slides(joint)
                 if not flat or not len(points) or points[:, 2].min() > figure.box[0][2] + figure.near:
                     continue
                 masses = mj.body_mass[bodies]
@@ -254,18 +252,24 @@ class _Guesser:
         """Take the cameras of the model, those on the head first; else links that are named so."""
         heads = {link for limb in self._limbs.of("head") for link in self._links_of(limb)}
         cameras = [
-            (view.link, view.position, view.tilt, 2 * math.atan(ASPECT * math.tan(view.fovy / 2)), view.name)
+            (
+                *(view.link, view.position, view.tilt, 2 * math.atan(ASPECT * math.tan(view.fovy / 2))),
+                f"camera {view.name!r} of the model",
+            )
             for view in self._parts.views
             if math.hypot(*view.position) < self._limbs.size  # else it watches the robot
-        ] or [(link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW, link) for link in self._named(_CAMERA)]
+        ] or [
+            (link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW, f"link {link!r} is named so")
+            for link in self._named(_CAMERA)
+        ]
         carriers = {joint["child"]: joint["parent"] for joint in self._parts.tables["fixed_joints"]}
         cameras.sort(key=lambda camera: camera[0] not in heads and carriers.get(camera[0]) not in heads)
-        for number, (link, position, tilt, width, name) in enumerate(cameras[:_MOST_CAMERAS]):
+        for number, (link, position, tilt, width, why) in enumerate(cameras[:_MOST_CAMERAS]):
             camera: dict[str, Any] = {"name": f"Camera{number + 1 if number else ''}", "link": link}
             camera["position"] = _rounded(position)
             camera |= {"tilt": round(tilt, 4)} if abs(tilt) > 1e-4 else {}
             camera["horizontal_fov"] = round(min(width, 3.0), 4)
-            self._found.add(camera, f"camera {name!r} of the model", "cameras", number)
+            self._found.add(camera, why, "cameras", number)
         if (more := len(cameras) - _MOST_CAMERAS) > 0:
             self._found.doubts.append(f"{more} more cameras of the model are not served")
 
@@ -307,7 +311,7 @@ class _Guesser:
             if frame.link == self._parts.tables["links"][0]["name"]:
                 own = data.xmat[root].reshape(3, 3).T @ (place - data.xpos[root]) - frame.offset
                 unit = {"accelerometer": _rounded(own), "gyrometer": _rounded(own)}
-                self._found.add(unit, f"{name!r} of the model", "inertial_unit")
+                self._found.add(unit, f"{name!r} on the root link", "inertial_unit")
                 return
         if units:
             self._found.doubts.append(
@@ -405,7 +409,7 @@ class _Guesser:
         }
         links = [frames[body].link for body in sorted(rough - rolling) if body in frames]
         if links:
-            self._found.add(links, "they are on the floor, and no wheels", "slippery")
+            self._found.add(links, "they touch the floor and are no wheels", "slippery")
 
     def _drive_forwards(self, wheel: Wheel) -> None:
         """Let a wheel drive forwards at positive angles, and at some speed."""

@@ -89,12 +89,13 @@ def bound(body: mujoco.MjsBody, *, moves: bool) -> None:
 
 def _has_mass(body: mujoco.MjsBody) -> bool:
     """Return whether a body has a mass, or one that is fixed to it."""
-    own = body.mass >= _LEAST if body.explicitinertial else any(map(_weighs, body.geoms))
-    return bool(own) or any(not child.joints and _has_mass(child) for child in body.bodies)
-
-
-def _weighs(geom: mujoco.MjsGeom) -> bool:
-    return bool((geom.mass if np.isfinite(geom.mass) else geom.density) > 0.0)
+    fixed = [body]
+    for each in fixed:  # grows meanwhile
+        weights = [geom.mass if np.isfinite(geom.mass) else geom.density for geom in each.geoms]
+        if each.mass >= _LEAST if each.explicitinertial else any(weight > 0.0 for weight in weights):
+            return True
+        fixed += [child for child in each.bodies if not child.joints]
+    return False
 
 
 def _tensor(body: mujoco.MjsBody) -> Array:

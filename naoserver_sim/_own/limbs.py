@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
-import mujoco
 import numpy as np
 
 from naoserver_sim._own.figure import Figure
@@ -130,7 +129,11 @@ class Limbs:
 
     def _all(self, joint: int) -> list[int]:
         """Return a joint and all that follow it."""
-        return [joint, *(each for child in self._below.get(joint, []) for each in self._all(child))]
+        found, waiting = [], [joint]
+        while waiting:
+            found.append(waiting.pop())
+            waiting += reversed(self._below.get(found[-1], []))
+        return found
 
     def _split(self, starts: Sequence[int]) -> Iterator[list[int]]:
         """Yield the chains of joints that begin at the trunk, whose own joints are those before its forks."""
@@ -177,7 +180,7 @@ class Limbs:
         kind, why = self._kind(joints)
         side = self._side(joints)
         if kind in ("arm", "leg") and not side:
-            side, why = "right", f"{why}, on no side"
+            side, why = "right", f"{why}; it is on neither side"
         names = tuple(self._names[joint] for joint in joints)
         return Limb(names, kind, side, why, int(self._mj.jnt_bodyid[joints[-1]]))
 
@@ -215,12 +218,11 @@ class Limbs:
         """Return the wheel that a joint turns; None if it turns something else."""
         mj, data, figure = self._mj, self.figure.data, self.figure
         low, high = mj.jnt_range[joint]
-        turns = mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
         whole = not mj.jnt_limited[joint] or high - low > _WHOLE
         bodies = self.figure.moved(joint)
         axis, anchor = figure.axis(joint), data.xanchor[joint]
         level = math.hypot(axis[0], axis[1]) > _HORIZONTAL
-        if not (turns and whole and level and figure.stands(*bodies)):
+        if figure.slides(joint) or not (whole and level and figure.stands(*bodies)):
             return None
         if any(self._names[each] in self.driven for each in self._all(joint)[1:]):
             return None

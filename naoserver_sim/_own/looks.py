@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Iterable, Mapping
 from typing import Final, NamedTuple
 
@@ -146,7 +147,10 @@ def within_limits(meshes: Mapping[str, Mesh], drawn: Iterable[str]) -> Mapping[s
     ):
         coarser = {name: _clustered(mesh, cell) for name, mesh in meshes.items()}
         meshes = {name: mesh for name, mesh in coarser.items() if len(mesh.vertices) >= _FEWEST_VERTICES}
-        cell *= _COARSER
+        # Of a surface, cells twice as large have a fourth of the vertices.
+        cell *= max(
+            _COARSER, 0.8 * math.sqrt(sum(len(mesh.vertices) for mesh in meshes.values()) / MOST_VERTICES)
+        )
     return meshes
 
 

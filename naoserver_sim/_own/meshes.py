@@ -20,7 +20,9 @@ from numpy.typing import ArrayLike
 from naoserver_sim._own.tree import LARGEST_FILE
 
 LARGEST_MESH: Final = 3 * LARGEST_FILE
-"""Largest size of a mesh in bytes; of all, ten times the largest size of a file."""
+"""Largest size of a mesh in bytes."""
+_MOST_USED: Final = 10 * LARGEST_FILE
+"""Most bytes of all meshes if each counts as often as it is used: MuJoCo reads it again each time."""
 _MOST_TRIANGLES: Final = 200_000
 """Most triangles of a mesh in MuJoCo."""
 _MOST_FILES: Final = 1000
@@ -95,7 +97,7 @@ class Files:
     left_out: dict[str, str] = field(default_factory=dict)
     """The meshes that cannot be used, as the model calls them, with the reason."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
-    _size: int = 0
+    _used: int = 0
 
     def __post_init__(self) -> None:
         folder = self.model.parent.resolve()
@@ -146,6 +148,11 @@ class Files:
             path = self.find(name, source, folder)
             if path not in self._read:
                 self._add(path, name)
+            self._used += len(self._read[path][1].content)
+            if self._used > _MOST_USED:
+                raise MeshError(
+                    f"all meshes together, each as often as it is used, have more than {_MOST_USED >> 20} MB"
+                )
             return self._read[path]
         except MeshError as problem:
             self.left_out[name] = str(problem)
@@ -153,13 +160,10 @@ class Files:
 
     def _add(self, path: Path, name: str) -> None:
         size = path.stat().st_size
-        self._size += size if size <= LARGEST_MESH else 0
         if len(self._read) == _MOST_FILES:
             raise MeshError(f"it is one of more than {_MOST_FILES} files")
         if size > LARGEST_MESH:
-            raise MeshError(f"larger than {LARGEST_MESH >> 20} MB")
-        if self._size > 10 * LARGEST_FILE:
-            raise MeshError(f"all meshes together have more than {10 * LARGEST_FILE >> 20} MB")
+            raise MeshError(f"it is larger than {LARGEST_MESH >> 20} MB")
         mesh = read_mesh(path)
         asset = f"{len(self._read)}{mesh.ending}"
         self._read[path] = asset, mesh
@@ -172,7 +176,7 @@ def read_mesh(path: Path) -> MeshFile:
     try:
         content = path.read_bytes()
     except OSError as problem:
-        raise MeshError(f"cannot be read: {problem.strerror}") from None
+        raise MeshError(f"it cannot be read: {problem.strerror}") from None
     if not content:
         raise MeshError("it is empty")
     if ending == ".stl":

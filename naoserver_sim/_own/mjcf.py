@@ -11,8 +11,9 @@ import numpy as np
 
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
+from naoserver_sim._own.figure import HOME
 from naoserver_sim._own.meshes import Files, MeshError
-from naoserver_sim._own.tree import MOST_ELEMENTS, Element, number, read_tree
+from naoserver_sim._own.tree import DEEPEST, MOST_ELEMENTS, Element, number, numbers, read_tree
 from naoserver_sim._own.urdf import COMPILER, MOUNT, unused
 
 _UNUSED: Final = frozenset(("option", "size", "visual", "statistic", "custom", "texture", "hfield", "skin"))
@@ -21,6 +22,9 @@ _SOFT: Final = ("flexcomp", "flex", "deformable")
 _TREE: Final = ("body", "joint", "freejoint", "geom", "site", "camera")
 """Elements whose names are unique within a model."""
 _MOST_INCLUDED: Final = 100
+_COUNTS: Final = {"params", "dim", "num", "actdim"}
+"""Attributes by which an element takes memory: of meshes that MuJoCo makes, of sensors and actuators."""
+_LARGEST_COUNT: Final = 100
 _FREE: Final = mujoco.mjtJoint.mjJNT_FREE
 _INFO: Final = re.compile(r"line (\d+)")
 
@@ -35,13 +39,18 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
     root.remove_where(lambda each: each.tag in _UNUSED)
     soft = root.remove_where(lambda each: each.tag in _SOFT)
     notes += [f"{each.at}: <{each.tag}> {each.name!r} is left out: a robot has rigid links" for each in soft]
+    root.remove_where(lambda each: each.tag == "key" and each.name.lower() not in HOME)
     root.remove_where(lambda each: each.tag == "layer" or each.get("type") == "hfield")
     for element in root.all():
         for name in ("texture", "nsample", "delay", "interp"):
             element.attributes.pop(name, None)
+        for name in _COUNTS & element.attributes.keys():
+            if max(map(abs, numbers(element, name))) > _LARGEST_COUNT:
+                found = f"{name} of <{element.tag}> is {element.get(name)[:60]!r}"
+                raise RobotError(f"{element.at}: {found}: write at most {_LARGEST_COUNT}")
     for world in root.within("worldbody"):
         _require_distinct(world)
-        _require_few(world)
+    _require_few(root)
     _keep_meshes(root, files, folder)
     for element in root.all():
         if (name := element.get("file")) and name not in files.assets:
@@ -53,7 +62,7 @@ def _include(root: Element, files: Files) -> None:
     for _ in range(_MOST_INCLUDED):
         parent = next((each for each in root.all() if any(each.within("include"))), None)
         if parent is None:
-            return
+            return _require_shallow(root)
         include = next(parent.within("include"))
         try:
             part = read_tree(files.find(include.get("file"), include.source))
@@ -64,6 +73,15 @@ def _include(root: Element, files: Files) -> None:
         if sum(1 for _ in root.all()) > MOST_ELEMENTS:
             raise RobotError(f"{include.at}: more than {MOST_ELEMENTS} elements")
     raise RobotError(f"{include.at}: more than {_MOST_INCLUDED} files are included, or one includes itself")
+
+
+def _require_shallow(root: Element) -> None:
+    """Raise RobotError when elements are too deep within each other, with the files that are included."""
+    level = [root]
+    for _ in range(DEEPEST):
+        level = [child for element in level for child in element.children]
+    if level:
+        raise RobotError(f"{level[0].at}: more than {DEEPEST} elements within each other, with all files")
 
 
 def _set_options(root: Element) -> str:
@@ -89,20 +107,20 @@ def _require_distinct(world: Element) -> None:
             raise RobotError(f"{element.at}: a second {kind} {element.name!r}; the first is in {first.at}")
 
 
-def _require_few(world: Element) -> None:
+def _require_few(root: Element) -> None:
     """Raise RobotError when there are, with all replicas, more parts than MuJoCo should be asked for."""
 
     def count(element: Element) -> tuple[float, float]:
         inner = [count(child) for child in element.children]
-        times = number(element.get("count")) or 1.0 if element.tag == "replicate" else 1.0
+        times = abs(number(element.get("count")) or 1.0) if element.tag == "replicate" else 1.0
         bodies = times * sum(few for few, _ in inner) + (element.tag == "body")
         return bodies, times * (1 + sum(parts for _, parts in inner))
 
-    bodies, parts = count(world)
+    bodies, parts = count(root)
     if bodies > MOST_PARTS:
-        raise RobotError(f"{world.source}: {bodies:.0f} links; a robot has at most {MOST_PARTS}")
+        raise RobotError(f"{root.source}: {bodies:.0f} links; a robot has at most {MOST_PARTS}")
     if parts > MOST_ELEMENTS:
-        raise RobotError(f"{world.source}: more than {MOST_ELEMENTS} elements, with all replicas")
+        raise RobotError(f"{root.source}: more than {MOST_ELEMENTS} elements, with all replicas")
 
 
 def _keep_meshes(root: Element, files: Files, folder: str) -> None:

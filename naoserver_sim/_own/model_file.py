@@ -7,22 +7,26 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Final, Literal
 
 import mujoco
 
 from naoserver.errors import RobotError
+from naoserver.parts import MOST_POINTS
 from naoserver_sim._own import mjcf, urdf
-from naoserver_sim._own.hulls import coarsen_hulls
+from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.inertias import balance_inertias, bound
 from naoserver_sim._own.meshes import Files, packages_near
 from naoserver_sim._own.tree import Element, read_tree, write_tree
 from naoserver_sim._own.urdf import Sensor
 from naoserver_sim._own.xacro import expanded
 
-_MOST_REMEDIES: Final = 2000
-"""Most elements that are left out, as MuJoCo refuses them."""
+_MOST_READ: Final = 500_000
+"""Most elements that MuJoCo reads, in all, to find those that it refuses: it names one at a time."""
+_REFUSALS: Final = (ValueError, RuntimeError, mujoco.FatalError)
+"""What MuJoCo raises; RuntimeError for want of memory."""
 _TAG: Final = re.compile(r"#(\d+)\s*$")
 _LINE: Final = re.compile(r"line (\d+)")
 _PLACE: Final = re.compile(r"\s*Element '[^']*', line (\d+)\s*$")
@@ -60,6 +64,18 @@ class ModelFile:
     """The cameras and inertial units that a URDF names."""
     compiled: mujoco.MjModel = None
     """What `spec` compiles to."""
+    where: str = ""
+    """The path of the file."""
+
+    @cached_property
+    def figure(self) -> Figure:
+        """How the robot stands."""
+        return Figure(self.compiled)
+
+    def at(self, name: str, *kinds: str) -> str:
+        """Return the file, and the line if it is known, of a part, as at the beginning of a message."""
+        line = next((self.lines[kind, name] for kind in kinds if (kind, name) in self.lines), None)
+        return f"{self.where}:{line}" if line else self.where
 
 
 def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> ModelFile:
@@ -87,7 +103,7 @@ def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> Mode
         urdf.prepare(root, files, notes)
         model = _Reading(root, files, notes, balance).read()
         model = replace(model, kind="urdf", fixed=fixed, speeds=speeds, actuated=actuated, sensors=sensors)
-    return replace(model, left_out=files.left_out, notes=tuple(notes))
+    return replace(model, left_out=files.left_out, notes=tuple(notes), where=str(path))
 
 
 class _Reading:
@@ -117,7 +133,8 @@ class _Reading:
                     part.name = part.name or f"{kind} {number}"
             self._notes += mjcf.split_balls(spec, str(self._path))
             self._notes += self._weighed(spec)
-            coarsen_hulls(spec)
+            for mesh in spec.meshes:
+                mesh.maxhullvert = MOST_POINTS
             compiled = self._compiled(spec)
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self._notes += more
@@ -132,11 +149,11 @@ class _Reading:
 
     def _parsed(self) -> mujoco.MjSpec:
         """Return what MuJoCo reads of the tree, without the parts beside a robot that it refuses."""
-        for _ in range(_MOST_REMEDIES):
+        for _ in range(self._tries()):
             text, self._order = write_tree(self._root)
             try:
                 return mujoco.MjSpec.from_string(text, assets=self._files.assets)
-            except (ValueError, mujoco.FatalError) as problem:
+            except _REFUSALS as problem:
                 why = str(problem).strip()
             place = _PLACE.search(why)
             element = self._order[int(place[1]) - 1] if place else self._root
@@ -150,7 +167,10 @@ class _Reading:
                 raise RobotError(f"{element.at}: <{element.tag}>{name} cannot be read: {why}{found}")
             section[0].children.remove(element)
             self._notes.append(f"{element.at}: <{element.tag}>{name} is left out: {why}")
-        raise RobotError(f"{self._path}: MuJoCo refuses more than {_MOST_REMEDIES} of its elements")
+        raise RobotError(f"{self._path}: MuJoCo refuses {self._tries()} and more of its elements")
+
+    def _tries(self) -> int:
+        return _MOST_READ // sum(1 for _ in self._root.all()) + 1
 
     def _compiled(self, spec: mujoco.MjSpec) -> mujoco.MjModel:
         """Return the compiled model, without the parts beside a robot that MuJoCo refuses."""
@@ -158,10 +178,10 @@ class _Reading:
         places = [self._at(part) for _, part in parts]
         for number, (_, part) in enumerate(parts):
             part.info += f" #{number}"
-        for _ in range(_MOST_REMEDIES):
+        for _ in range(self._tries()):
             try:
                 return spec.compile()
-            except (ValueError, mujoco.FatalError) as problem:
+            except _REFUSALS as problem:
                 why = str(problem).strip()
             tag = _TAG.search(why)
             if why.startswith("Error: keyframe"):
@@ -184,7 +204,7 @@ class _Reading:
                 spec.delete(part)
             else:
                 raise RobotError(f"{what} is refused by MuJoCo: {why}: correct it there")
-        raise RobotError(f"{self._path}: MuJoCo refuses more than {_MOST_REMEDIES} of its parts")
+        raise RobotError(f"{self._path}: MuJoCo refuses {self._tries()} and more of its parts")
 
     def _without(self, spec: mujoco.MjSpec, mesh: mujoco.MjsMesh, why: str) -> None:
         """Take a mesh that MuJoCo refuses as a shell; one that already is leaves the model."""

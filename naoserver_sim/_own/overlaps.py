@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Final
 
 import mujoco
 
 from naoserver.body import Body
+from naoserver.errors import RobotError
 from naoserver_sim._body import are_neighbors
 from naoserver_sim._own.guesses import Guesses
 from naoserver_sim._own.parts import Parts
@@ -19,8 +21,11 @@ _OVERLAP: Final = 0.0005
 """Depth in m from which shapes overlap."""
 
 
-def guess_overlaps(found: Guesses, model: Parts, body: Body) -> None:
-    """Let links that the model keeps from touching, or that overlap at rest, pass through each other."""
+def guess_overlaps(found: Guesses, model: Parts, body: Body, where: str) -> None:
+    """Let links that the model keeps from touching, or that overlap at rest, pass through each other.
+
+    Raises RobotError, beginning with `where`, when more links overlap than MuJoCo has memory for.
+    """
     mj = model.figure.mj
     links = [shape.link for shape in body.shapes]
     masks = {link: [0, 0] for link in links}
@@ -44,18 +49,21 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body) -> None:
     mine = build_model(load_world("empty"), skin=False, body=body)
     data = mujoco.MjData(mine.mj)
     data.qpos[mine.robot.qpos] = [body.resting_angles[joint.name] for joint in mine.robot.joints]
-    mujoco.mj_forward(mine.mj, data)
+    try:
+        mujoco.mj_fwdPosition(mine.mj, data)
+    except mujoco.FatalError:  # its memory for contacts is full
+        raise RobotError(f"{where}: too many of its links are in one place: move them apart") from None
     for contact in data.contact:
         first, second = (mine.mj.body(mine.mj.geom_bodyid[geom]).name for geom in contact.geom)
         if contact.dist < -_OVERLAP and {first, second} <= masks.keys():
             apart.add(_sorted(first, second))
     pairs = sorted(pair for pair in apart if pair[0] != pair[1] and set(pair) <= masks.keys())
     parted = near.union(pairs)
-    alone = [link for link in names if sum(link in pair for pair in parted) == len(names) - 1]
-    alone = [link for link in alone if sum(link in pair for pair in pairs) >= _MANY]
+    far, said_far = (Counter(link for pair in each for link in pair) for each in (parted, pairs))
+    alone = {link for link in names if far[link] == len(names) - 1 and said_far[link] >= _MANY}
     if alone:
-        found.add(alone, "they touch no other link in the model", "intangible")
-    if rest := [list(pair) for pair in pairs if not set(pair) & set(alone)]:
+        found.add(sorted(alone), "they touch no other link in the model", "intangible")
+    if rest := [list(pair) for pair in pairs if alone.isdisjoint(pair)]:
         found.add(rest, "kept apart in the model, or overlapping at rest", "overlapping")
 
 

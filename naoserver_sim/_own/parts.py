@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Sized
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Any, Final
@@ -53,8 +53,12 @@ _ALIGNED: Final = 0.9998
 _FREE_RUNNING: Final = re.compile(r"caster|castor|swivel|roller|passive", re.IGNORECASE)
 """Names of joints in a URDF that have no motor if they have no torque either."""
 _LONGEST_NAME: Final = 64
-"""Characters of a name in a `Body`."""
 _FREE: Final = mujoco.mjtJoint.mjJNT_FREE
+
+
+def fit_name(name: str) -> str:
+    """Return a name as a `Body` may have it."""
+    return "".join(letter if letter.isprintable() else "?" for letter in name)[:_LONGEST_NAME]
 
 
 class OwnJoint(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -121,18 +125,18 @@ class Parts:
     """What was changed or cannot be kept, a sentence each."""
 
 
-def parts_of(figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> Parts:
-    """Return the parts of a compiled model. Raises RobotError, naming the part, for what a body cannot be."""
-    return _Reader(figure, model, own, where, mounted=mounted).read()
+def parts_of(model: ModelFile, own: OwnFile, *, mounted: bool) -> Parts:
+    """Return the parts of a model. Raises RobotError, naming the part, for what a body cannot be."""
+    return _Reader(model, own, mounted=mounted).read()
 
 
 class _Reader:
     """Read a compiled model, body by body."""
 
-    def __init__(self, figure: Figure, model: ModelFile, own: OwnFile, where: str, *, mounted: bool) -> None:
-        mj = self._mj = figure.mj
-        self._model, self._own, self._where, self._mounted = model, own, where, mounted
-        gears: dict[str, Any] = {
+    def __init__(self, model: ModelFile, own: OwnFile, *, mounted: bool) -> None:
+        self._mj, self._figure, self._where = model.compiled, model.figure, model.where
+        self._model, self._own, self._mounted = model, own, mounted
+        self._gears: dict[str, Any] = {
             name: {key: value for key, value in msgspec.to_builtins(servo).items() if key != "joints"}
             for name, servo in own.servo.items()
         }
@@ -141,22 +145,15 @@ class _Reader:
         self._fixed: list[dict[str, Any]] = []
         self._joints: list[dict[str, Any]] = []
         self._names: dict[str, set[str]] = {"link": set(), "joint": set()}
-        self._moves = couplings_of(mj, where, model.lines)
+        self._moves = couplings_of(model)
         self._followers = {pair.follower for pair in self._moves.couplings}
-        self._gears = gears
-        tables = {
-            "links": self._links,
-            "joints": self._joints,
-            "fixed_joints": self._fixed,
-            "gears": gears,
-        }
-        self._parts = Parts(tables, figure)
+        tables = {"links": self._links, "joints": self._joints, "fixed_joints": self._fixed}
+        self._parts = Parts(tables | {"gears": self._gears}, model.figure)
 
     def read(self) -> Parts:
         mj, frames = self._mj, self._parts.frames
         bodies = [body for body in range(1, mj.nbody) if mj.body_mocapid[body] < 0]
-        if len(bodies) > MOST_PARTS:
-            raise RobotError(f"{self._where}: {len(bodies)} links; a robot has at most {MOST_PARTS}")
+        self._require_few("shapes that touch", self._figure.solid)
         for body in bodies:
             self._require_size(body)
         # The frame of a link is at its joint, which MJCF allows to be elsewhere.
@@ -166,15 +163,19 @@ class _Reader:
                 self._add_body(body)
         del frames[0]
         self._add_views()
+        self._require_few("links", self._links)  # also those between the joints of a link
         self._couple()
-        if not self._parts.figure.says_what_touches:
+        if not self._figure.says_what_touches:
             self._parts.notes.append(
                 f"{self._where}: no link has a shape that touches, so what is seen of it touches"
             )
-        self._parts.tables["shapes"] = [
-            shape for geom in self._parts.figure.solid for shape in self._shapes(geom)
-        ]
+        solid = self._figure.solid
+        self._parts.tables["shapes"] = [self._shape(geom) for geom in solid if mj.geom_bodyid[geom] in frames]
         return self._parts
+
+    def _require_few(self, what: str, parts: Sized) -> None:
+        if len(parts) > MOST_PARTS:
+            raise RobotError(f"{self._where}: {len(parts)} {what}; a robot has at most {MOST_PARTS}")
 
     def _require_size(self, body: int) -> None:
         """Raise RobotError when a link, or one of its joints, is larger or heavier than any robot's."""
@@ -192,8 +193,9 @@ class _Reader:
             sizes[f"friction, damping or rotor of {name!r}"] = bearings
         for what, values in sizes.items():
             if not (largest := float(np.abs(values).max(initial=0.0))) <= _LARGEST:
-                at, name = self._at("link", mj.body(body).name), mj.body(body).name
-                raise RobotError(f"{at}link {name!r}: its {what} is {largest:.4g}, at most {_LARGEST:g}")
+                name = mj.body(body).name
+                at = self._model.at(name, "link", "body")
+                raise RobotError(f"{at}: link {name!r}: its {what} is {largest:.4g}, at most {_LARGEST:g}")
 
     def _couple(self) -> None:
         """Add the joints that move together, and what closes loops of links."""
@@ -211,9 +213,12 @@ class _Reader:
         keep_in_range(self._joints, couplings, self._where)
         for joint, (low, high) in zip(self._joints, before, strict=True):
             if joint.get("lower", low) < low - _POINT or joint.get("upper", high) > high + _POINT:
-                at, name = self._at("joint", joint["name"]), joint["name"]
-                parts.notes.append(f"{at}joint {name!r} leaves its range, [{low:.4g}, {high:.4g}], to follow")
-        loops = loops_of(mj, parts.frames, self._where, self._model.lines)
+                name = joint["name"]
+                at = self._model.at(name, "joint")
+                parts.notes.append(
+                    f"{at}: joint {name!r} leaves its range, [{low:.4g}, {high:.4g}], to follow"
+                )
+        loops = loops_of(self._model, parts.frames)
         parts.tables["couplings"] = msgspec.to_builtins(couplings)
         parts.tables["loops"] = list(loops.loops)
         if loops.mounted:
@@ -254,7 +259,7 @@ class _Reader:
             at, axis = mj.jnt_pos[joint].copy(), mj.jnt_axis[joint].copy()
             ref = float(mj.qpos0[mj.jnt_qposadr[joint]])
             origin = origin + _rotated(turn, at - offset)
-            if self._slides(joint):
+            if self._figure.slides(joint):
                 origin = origin - _rotated(turn, axis * ref)
             elif ref:
                 turn = _after(turn, axis, -ref)
@@ -280,7 +285,7 @@ class _Reader:
 
     def _fit(self, kind: str, name: str) -> str:
         """Return a name as a body may have it, which no other part of the kind has."""
-        fitting = re.sub(r"[\x00-\x1f\x7f\ud800-\udfff]", "?", name)[:_LONGEST_NAME]
+        fitting = fit_name(name)
         taken = self._names[kind]
         if fitting in taken:
             fitting = next(
@@ -289,14 +294,11 @@ class _Reader:
                 if (other := f"{fitting[: _LONGEST_NAME - 6]} {number}") not in taken
             )
         if fitting != name:
-            self._parts.notes.append(f"{self._at(kind, name)}{kind} {name[:80]!r} is called {fitting!r}")
+            self._parts.notes.append(
+                f"{self._model.at(name, kind, 'body')}: {kind} {name[:80]!r} is called {fitting!r}"
+            )
         taken.add(fitting)
         return fitting
-
-    def _at(self, kind: str, name: str) -> str:
-        kinds = (kind, "body") if kind == "link" else (kind,)
-        line = next((self._model.lines[each, name] for each in kinds if (each, name) in self._model.lines), 0)
-        return f"{self._where}:{line}: " if line else f"{self._where}: "
 
     def _add_joint(self, joint: int, place: dict[str, Any]) -> None:
         """Add what a model says of a joint, corrected by the TOML file, and its servo."""
@@ -305,7 +307,7 @@ class _Reader:
         self._parts.joints[name] = joint
         own, sign = self._own.joint.get(name, OwnJoint()), self._sign(name)
         found: dict[str, Any] = {"name": name, "axis": (sign * mj.jnt_axis[joint]).tolist()}
-        found["sliding"] = self._slides(joint)
+        found["sliding"] = self._figure.slides(joint)
         if mj.jnt_limited[joint] and np.ptp(mj.jnt_range[joint]) < _LARGEST:  # else it turns without end
             found["lower"], found["upper"] = sorted((sign * mj.jnt_range[joint]).tolist())
         if (speed := self._speed(joint)) is not None:
@@ -316,20 +318,20 @@ class _Reader:
         found |= {key: value for key, value in corrected.items() if value is not None and key != "reversed"}
         leads = said not in self._followers
         if "max_velocity" not in found:
-            found["max_velocity"] = SPEED
+            found["max_velocity"] = SPEED if leads else math.inf  # which its leader determines
             self._parts.slow.extend([name] if leads and found.get("max_torque") != 0.0 else [])
         if "max_torque" not in found:
-            found["max_torque"] = self._parts.figure.torque(joint, mounted=self._mounted)
+            found["max_torque"] = self._figure.torque(joint, mounted=self._mounted)
             self._parts.unsaid.extend([name] if leads else [])
         gear = self._given.get(name)
         if gear is None:
             gear = name
             torque, pulls = float(found["max_torque"]), self._pulls(joint)
-            self._gears[gear] = gear_of(self._parts.figure, joint, pulls, torque, mounted=self._mounted)
+            gains = gear_of(self._figure, joint, pulls, torque, mounted=self._mounted)
+            if "rest" in gains:
+                gains["rest"] *= sign
+            self._gears[gear] = gains
         self._joints.append(found | place | {"gear": gear})
-
-    def _slides(self, joint: int) -> bool:
-        return bool(self._mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE)
 
     def _speed(self, joint: int) -> float | None:
         """Return the highest speed of a joint: a URDF's limit, or the range of what sets its velocity."""
@@ -410,18 +412,16 @@ class _Reader:
         x, y, z = position.tolist()
         self._parts.views.append(View(name, link, (x, y, z), tilt, fovy))
 
-    def _shapes(self, geom: int) -> Iterator[dict[str, Any]]:
-        """Yield the contact shape of a geom: of a mesh its hull, or a box if it is flat."""
+    def _shape(self, geom: int) -> dict[str, Any]:
+        """Return the contact shape of a geom: of a mesh its hull, or a box if it is flat."""
         mj = self._mj
         body = int(mj.geom_bodyid[geom])
-        if body not in self._parts.frames:
-            return
         link, offset = self._parts.frames[body]
         place = mj.geom_pos[geom] - offset
         turn: list[float] = mj.geom_quat[geom].tolist()
         kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
         shape: dict[str, Any] = {"link": link}
-        if len(points := self._parts.figure.hulls[geom]):
+        if len(points := self._figure.hulls[geom]):
             shape |= {"kind": "hull", "points": np.round(points - offset, _DIGITS).tolist()}
         else:
             size = mj.geom_aabb[geom, 3:] if kind is None else mj.geom_size[geom][: SHAPE_SIZES[kind]]
@@ -431,7 +431,7 @@ class _Reader:
         friction = float(mj.geom_friction[geom, 0])
         if friction == FRICTION and link in self._own.slippery:
             friction = _SLIPPERY
-        yield shape if friction == FRICTION else shape | {"friction": max(friction, 1e-3)}
+        return shape if friction == FRICTION else shape | {"friction": max(friction, 1e-3)}
 
 
 def _joints(mj: mujoco.MjModel, body: int) -> range:

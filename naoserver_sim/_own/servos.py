@@ -43,7 +43,7 @@ def gear_of(
 
     They are those of a position servo among `pulls` that can hold the joint; else it neither sags nor swings.
     """
-    mj, slides = figure.mj, bool(figure.mj.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE)
+    mj, slides = figure.mj, figure.slides(joint)
     dof = int(mj.jnt_dofadr[joint])
     rotor = float(mj.dof_armature[dof])
     gear = {

@@ -104,5 +104,7 @@ def _why(reasons: Mapping[tuple[str | int, ...], str], path: tuple[str | int, ..
 
 
 def _comment(text: str) -> Iterator[str]:
+    """Yield the lines of a comment: each line of the text as a paragraph, indented as it is."""
     for line in text.splitlines():
-        yield from textwrap.wrap(line, _WIDTH, initial_indent="# ", subsequent_indent="# ")
+        indent = "# " + " " * (len(line) - len(line.lstrip()))
+        yield from textwrap.wrap(line.strip(), _WIDTH, initial_indent=indent, subsequent_indent="# ") or ["#"]

@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape, quoteattr
 from naoserver.errors import RobotError
 
 LARGEST_FILE: Final = 10 << 20
-"""Largest size of a model's file and of a mesh in bytes; of all meshes, ten times that."""
+"""Largest size of a model's file in bytes."""
 MOST_ELEMENTS: Final = 50_000
 DEEPEST: Final = 256
 """Most elements within each other; MuJoCo stops at 500."""
@@ -93,14 +93,14 @@ def read_tree(path: Path) -> Element:
     return parse_tree(content, path)
 
 
-def parse_tree(content: bytes, path: Path) -> Element:
-    """Return the tree of an XML text that comes from a file.
+def parse_tree(content: bytes, path: Path, *, comments: bool = True) -> Element:
+    """Return the tree of an XML text that comes from a file, which may have comments that are not XML.
 
     Raises RobotError, with file and line, for a text that is too large, not well-formed, has a document type
     or a number that is not finite.
     """
     if len(content) > LARGEST_FILE:
-        raise RobotError(f"{path}: larger than {LARGEST_FILE >> 20} MB")
+        raise RobotError(f"{path}: it is larger than {LARGEST_FILE >> 20} MB, which no model is")
     parser = expat.ParserCreate()
     top = Element("", {}, path, 0)
     around = [top]
@@ -111,7 +111,7 @@ def parse_tree(content: bytes, path: Path) -> Element:
         element = Element(tag, attributes, path, parser.CurrentLineNumber)
         count += 1
         if count > MOST_ELEMENTS:
-            raise RobotError(f"{path}: more than {MOST_ELEMENTS} elements")
+            raise RobotError(f"{path}: it has more than {MOST_ELEMENTS} elements")
         if len(around) > DEEPEST:
             raise RobotError(f"{element.at}: more than {DEEPEST} elements within each other")
         if len(attributes) > _MOST_ATTRIBUTES:
@@ -124,7 +124,8 @@ def parse_tree(content: bytes, path: Path) -> Element:
         around[-1].text += text.strip()
 
     def declare(*_: object) -> None:
-        raise RobotError(f"{path}:{parser.CurrentLineNumber}: a document type, which a model does not need")
+        at = f"{path}:{parser.CurrentLineNumber}"
+        raise RobotError(f"{at}: it has a document type, which a model does not need: remove it")
 
     parser.buffer_text = True
     parser.StartElementHandler = begin
@@ -137,8 +138,8 @@ def parse_tree(content: bytes, path: Path) -> Element:
         # As MuJoCo's own reader, which reads no further than the root, and takes "--" in comments.
         if len(around) == 1 and top.children:
             return top.children[0]
-        if (plain := _without_comments(content)) != content:
-            return parse_tree(plain, path)
+        if comments and (plain := _without_comments(content)) != content:
+            return parse_tree(plain, path, comments=False)
         why = expat.ErrorString(problem.code)
         raise RobotError(f"{path}:{problem.lineno}: not XML: {why}") from None
     except (LookupError, ValueError) as problem:  # the encoding that its first line names

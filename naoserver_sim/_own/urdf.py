@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from typing import Final, Literal, NamedTuple
@@ -41,7 +42,7 @@ class Sensor(NamedTuple):
     pose: tuple[float, ...] = (0.0,) * 6
     """Place in m, and roll, pitch and yaw in rad, in the link's frame."""
     horizontal_fov: float | None = None
-    """Of a camera, in rad; None where the file does not say it."""
+    """Of a camera, in rad; None where the file does not say it, or nothing that a lens has."""
 
 
 def speeds_of(root: Element) -> dict[str, float]:
@@ -80,13 +81,14 @@ def sensors_in(root: Element) -> Iterator[Sensor]:
             if "origin" in parts:
                 place = " ".join(parts["origin"].get(name, "0 0 0") for name in ("xyz", "rpy"))
             pose = tuple(number(word) or 0.0 for word in place.split())
-            pose = pose if len(pose) == 6 else (0.0,) * 6
+            pose = pose if len(pose) == 6 and all(map(math.isfinite, pose)) else (0.0,) * 6
             if "imu" in kind:
                 yield Sensor("imu", sensor.name, link, pose)
                 continue
             angle = parts["image"].get("hfov") if "image" in parts else ""
             angle = parts["horizontal_fov"].text if "horizontal_fov" in parts else angle
-            yield Sensor("camera", sensor.name, link, pose, number(angle))
+            width = number(angle) or 0.0
+            yield Sensor("camera", sensor.name, link, pose, width if 0.0 < width < math.pi else None)
 
 
 def prepare(root: Element, files: Files, notes: list[str]) -> None:
@@ -174,22 +176,22 @@ def _end(joint: Element, tag: str) -> Element:
 
 def _root_it(root: Element, notes: list[str]) -> None:
     """Leave one tree of links, on a root that MuJoCo takes. Raises RobotError for other graphs."""
-    above: dict[str, Element] = {}
+    above: dict[str, tuple[Element, str]] = {}
     for joint in root.within("joint"):
         child = _end(joint, "child")
         if child.get("link") in above:
-            other = above[child.get("link")].name
+            other = above[child.get("link")][0].name
             raise RobotError(f"{child.at}: {child.get('link')!r} is moved by {other!r} and by {joint.name!r}")
-        above[child.get("link")] = joint
+        above[child.get("link")] = joint, _end(joint, "parent").get("link")
     tops: dict[str, list[Element]] = {}
     for link in root.within("link"):
-        way = [link.name]
-        while way[-1] in above:
-            joint = above[way[-1]]
-            way.append(_end(joint, "parent").get("link"))
-            if way[-1] in way[:-1]:
+        name, steps = link.name, 0
+        while name in above:
+            joint, name = above[name]
+            steps += 1
+            if steps > len(above):
                 raise RobotError(f"{joint.at}: joint {joint.name!r} closes a circle of links")
-        tops.setdefault(way[-1], []).append(link)
+        tops.setdefault(name, []).append(link)
     links = {link.name: link for link in root.within("link")}
     top = max(tops, key=lambda name: len(tops[name]))
     for name in [each for each in tops if each != top]:
@@ -243,6 +245,8 @@ def _settle(joint: Element, notes: list[str]) -> None:
             )
             limit.attributes |= {"lower": str(upper), "upper": str(lower)}
         elif lower == upper:  # as exporters write it that know no range
+            if joint.get("type") in ("revolute", "prismatic"):
+                notes.append(f"{limit.at}: joint {joint.name!r} has no range, so it moves without end")
             limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
 
 
@@ -259,7 +263,9 @@ def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> 
                 continue
             given = [solid.get(name) for name in _NUMBERS] if solid else []
             if min((number(word) or 0.0 for text in given for word in text.split()), default=0.0) <= 0.0:
-                what = f"its <{solid.tag}> has a size that is not above 0" if solid else f"none of {_SHAPES}"
+                what = f"it has none of {', '.join(_SHAPES)}"
+                if solid:
+                    what = f"its <{solid.tag}> has a size that is not above 0"
                 notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {what}")
                 link.children.remove(shape)
 

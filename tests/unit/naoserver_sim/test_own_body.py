@@ -212,6 +212,19 @@ def test_a_joint_that_mimics_another_follows_it(written):
     assert (angles["elbow"], angles["thumb"]) == pytest.approx((1.0, -0.4), abs=0.02)
 
 
+def test_a_follower_whose_speed_nobody_says_does_not_slow_its_leader(written):
+    joints = "".join(
+        f'<body><joint name="{name}" axis="0 1 0"/><geom size="0.1" mass="1"/></body>' for name in "ab"
+    )
+    model = (
+        f'<mujoco><worldbody><body name="box"><geom size="1"/>{joints}</body></worldbody>'
+        '<equality><joint joint1="b" joint2="a" polycoef="0 2 0 0 0"/></equality><actuator>'
+        '<velocity joint="a" kv="1" ctrlrange="-8 8" forcerange="-5 5"/></actuator></mujoco>'
+    )
+    body = read_own_body(written(model, 'model = "arm.urdf"'))
+    assert [body.joint[name].max_velocity for name in "ab"] == [8.0, 16.0]
+
+
 def test_a_range_that_was_written_for_the_other_direction_does_not_stop_a_follower(written, caplog):
     model = GRIPPER.replace('lower="-2" upper="2"', 'lower="0" upper="1"').replace(
         'lower="-1" upper="0.9"', 'lower="0.1" upper="1"'
@@ -295,7 +308,7 @@ def test_a_robot_that_nothing_holds_is_refused_with_what_to_do(written):
         (
             '<robot name="arm">',
             '<!DOCTYPE robot [<!ENTITY a "b">]><robot name="arm">',
-            r"arm\.urdf:1: a document type",
+            r"arm\.urdf:1: it has a document type",
         ),
     ],
 )
@@ -361,6 +374,29 @@ def test_a_model_of_too_many_links_ends_in_a_clear_limit(written):
     model = f'<mujoco><worldbody><body name="root"><freejoint/><geom size="1"/>{bodies}</body></worldbody></mujoco>'
     with pytest.raises(RobotError, match="2001 links; a robot has at most 1000"):
         read_own_body(written(model, 'model = "arm.urdf"'))
+
+
+@pytest.mark.parametrize(
+    ("parts", "problem"),
+    [
+        ('<geom size="0.1"/>' * 1000, "1001 shapes that touch; a robot has at most 1000"),
+        ('<body><joint type="ball"/><geom size="0.1"/></body>' * 400, "1201 links; a robot has at most 1000"),
+    ],
+)
+def test_too_many_parts_are_refused_by_their_number(written, parts, problem):
+    model = f'<mujoco><worldbody><body><freejoint/><geom size="1"/>{parts}</body></worldbody></mujoco>'
+    with pytest.raises(RobotError, match=problem):
+        read_own_body(written(model, 'model = "arm.urdf"'))
+
+
+def test_the_rest_of_a_spring_is_counted_as_the_joint_is(written):
+    spring = '<joint name="lid" stiffness="3" springref="30"/>'
+    model = f'<mujoco><worldbody><body name="box"><geom size="1"/><body>{spring}<geom size="0.1"/></body></body></worldbody></mujoco>'
+    toml = 'model = "arm.urdf"\njoint.lid = {{ max_torque = 0, reversed = {} }}'
+    rests = [
+        read_own_body(written(model, toml.format(turned))).gears["lid"].rest for turned in ("false", "true")
+    ]
+    assert rests == pytest.approx([math.radians(30), -math.radians(30)])
 
 
 def test_a_huge_file_is_not_read(written):

@@ -8,6 +8,7 @@ from naoserver.errors import RobotError
 from naoserver.parts import Coupling
 from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loops_of
 from naoserver_sim._own.looks import Frame
+from naoserver_sim._own.model_file import ModelFile
 
 pytestmark = pytest.mark.sim
 
@@ -26,7 +27,9 @@ def model(below, joints="abc"):
 
 
 def found(below, joints="abc", lines=()):
-    return couplings_of(model(below, joints), "r.xml", dict(lines))
+    return couplings_of(
+        ModelFile(mujoco.MjSpec(), lines=dict(lines), compiled=model(below, joints), where="r.xml")
+    )
 
 
 def equal(first, second, coefficients="0 1 0 0 0"):
@@ -114,6 +117,13 @@ def test_two_tendons_of_a_differential_drive_each_of_its_joints():
     assert kept.pulls == {"a": (Pull(0), Pull(1)), "b": (Pull(0), Pull(1))}
 
 
+def test_more_tendons_than_can_be_compared_are_refused():
+    many = [f"t{number}" for number in range(101)]
+    below = "".join(tendon(name, a=1) for name in many) + by_tendon(*many)
+    with pytest.raises(RobotError, match=r"101 actuators pull at tendons over joints: at most 100 may"):
+        found(below)
+
+
 def test_a_tendon_moves_the_one_joint_that_has_no_motor_of_its_own():
     below = tendon("t", a=1, b=-3) + '<actuator><motor joint="a"/><motor tendon="t"/></actuator>'
     assert found(below, "ab").pulls == {"a": (Pull(0),), "b": (Pull(1, 3.0),)}
@@ -178,7 +188,8 @@ def held(equality):
     """Return what holds links together, where the frame of each link is 0.1 m above that of its body."""
     mj = model(f"<equality>{equality}</equality>", "ab")
     frames = {body: Frame(mj.body(body).name, np.array([0, 0, 0.1])) for body in range(1, mj.nbody)}
-    return loops_of(mj, frames, "r.xml", {("body", "link_b"): 9})
+    file = ModelFile(mujoco.MjSpec(), lines={("body", "link_b"): 9}, compiled=mj, where="r.xml")
+    return loops_of(file, frames)
 
 
 def test_a_connect_is_a_loop_at_a_place_of_both_links():

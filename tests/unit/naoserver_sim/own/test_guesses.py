@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from naoserver.capabilities import WalkVelocity
+from naoserver.errors import RobotError
 from naoserver.parts import Axis, Stance
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
@@ -84,7 +85,7 @@ def test_it_stays_and_each_joint_goes_where_it_is_sent(read, name):
 @pytest.mark.parametrize(
     ("name", "mounted", "why"),
     [
-        ("arm", True, "its base holds it 0.058 m to each side, and its joints move it"),
+        ("arm", True, "its base extends 0.058 m beyond its center of mass, and its joints move that"),
         ("rail", True, "the world carries it in its model"),
         ("humanoid", False, ""),
         ("quadruped", False, ""),
@@ -217,6 +218,17 @@ def test_links_that_the_model_keeps_apart_pass_through_each_other(read):
     more = '<contact><exclude body1="base" body2="hand"/></contact>'
     body, _ = read(model.format(root="", more=more), "robot.xml")
     assert body.overlapping == (("base", "hand"),)
+
+
+def test_links_that_are_all_in_one_place_are_refused(read):
+    parts = "".join(
+        f'<body name="b{n}" pos="0 0 9"><joint/><geom type="box" size="1 1 1"/></body>' for n in range(700)
+    )
+    with pytest.raises(RobotError, match=r"robot\.xml: too many of its links are in one place"):
+        read(
+            f'<mujoco><worldbody><body name="base"><geom size="1"/>{parts}</body></worldbody></mujoco>',
+            "robot.xml",
+        )
 
 
 def test_a_ball_joint_is_three_hinges(read, caplog):

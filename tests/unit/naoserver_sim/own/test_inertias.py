@@ -116,6 +116,14 @@ def test_a_root_that_is_not_fixed_needs_mass():
     assert "'base' without mass" in balanced(spec, free=True)[0]
 
 
+def test_as_many_links_may_be_fixed_to_another_as_a_robot_has():
+    spec = arm("")
+    body = spec.body("arm")
+    for number in range(900):
+        body = body.add_body(name=f"frame {number}")
+    assert balanced(spec) == ["'arm' without mass or inertia: taken as a ball, of 0.01 kg where they move"]
+
+
 def test_a_mass_below_0_is_refused():
     with pytest.raises(RobotError, match=r"r\.xml:3: the mass of 'arm' is -1: write 0 or more"):
         balanced(arm(mass="-1"))

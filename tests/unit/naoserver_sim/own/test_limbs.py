@@ -2,7 +2,6 @@
 
 import pytest
 
-from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.limbs import Limbs
 from naoserver_sim._own.model_file import read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
@@ -19,8 +18,7 @@ def read(tmp_path):
 
     def limbs(model):
         (tmp_path / "robot.urdf").write_text(model)
-        file = read_model(tmp_path / "robot.urdf", tmp_path)
-        return Limbs(parts_of(Figure(file.spec.compile()), file, OwnFile(), "robot.urdf", mounted=False))
+        return Limbs(parts_of(read_model(tmp_path / "robot.urdf", tmp_path), OwnFile(), mounted=False))
 
     return limbs
 
@@ -126,3 +124,8 @@ def test_nothing_else_is_a_wheel(read, old, new):
         'type="revolute">', 'type="revolute"><limit lower="-1" upper="1"/>'
     )
     assert read(model).wheels == []
+
+
+def test_a_chain_may_have_as_many_joints_as_a_robot_has_links(read):
+    (limb,) = read(robot(BASE, chain(*(f"joint {number}" for number in range(600))))).limbs
+    assert len(limb.joints) == 600

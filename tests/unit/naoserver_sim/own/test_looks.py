@@ -239,7 +239,7 @@ def test_of_a_mesh_that_is_too_large_or_of_another_format_the_contact_shape_is_s
     )
     assert [link for link, _, _ in shell(body)] == ["upper", "hand"]
     assert "base.step is left out: .step is no format of meshes that is read" in caplog.text
-    assert "big.stl is left out: larger than 30 MB" in caplog.text
+    assert "big.stl is left out: it is larger than 30 MB" in caplog.text
 
 
 def test_only_some_of_many_meshes_that_are_left_out_are_named(write, caplog):

@@ -112,6 +112,15 @@ def test_more_files_and_larger_ones_than_allowed_are_left_out(files, tmp_path, m
     assert files.left_out == {"b.stl": "it is one of more than 1 files"}
 
 
+def test_a_mesh_counts_as_often_as_it_is_used(files, tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "_MOST_USED", 3000)
+    place(tmp_path, "arm_description/meshes/a.stl")
+    used = [files.mesh("a.stl", files.model) for _ in range(30)]
+    assert used[0] is not None
+    assert used[-1] is None
+    assert "each as often as it is used" in files.left_out["a.stl"]
+
+
 def ascii_stl(triangles):
     facets = "".join(
         "facet normal 0 0 1\n outer loop\n"

@@ -123,7 +123,7 @@ def test_what_refers_to_it_goes_with_it(read):
         '<tendon><spatial><site site="sole"/><geom geom="skin"/><site site="sole"/></spatial></tendon>'
         '<actuator><motor joint="hip"/><motor joint="rolls"/></actuator>'
         '<sensor><jointpos joint="hip"/><framepos objtype="body" objname="ball"/></sensor>'
-        '<keyframe><key qpos="0 0 0 1 0 0 0 0.5 1 0 0 1 0 0 0"/></keyframe>',
+        '<keyframe><key name="home" qpos="0 0 0 1 0 0 0 0.5 1 0 0 1 0 0 0"/></keyframe>',
     ).compiled
     assert (mj.nu, mj.nsensor, mj.neq, mj.npair, mj.nexclude) == (1, 1, 0, 0, 0)
 
@@ -137,7 +137,7 @@ def test_what_refers_to_it_goes_with_it(read):
         ('<actuator><motor name="m" joint="floor"/></actuator>', "actuator"),
         ('<equality><joint joint1="floor"/></equality>', "equality"),
         ('<sensor><clock sort="yes"/></sensor>', "<clock>"),
-        ('<keyframe><key qpos="1 2 3 4 5 6 7 8 9"/></keyframe>', "keyframes"),
+        ('<keyframe><key name="home" qpos="1 2 3 4 5 6 7 8 9"/></keyframe>', "keyframes"),
     ],
 )
 def test_what_refers_to_nothing_costs_a_line(read, section, kind):
@@ -194,6 +194,10 @@ def test_parts_without_names_get_some(read):
             '<replicate count="300"><replicate count="300"><geom size="1"/></replicate></replicate>',
             "more than 50000",
         ),
+        (
+            '<replicate count="100000"><body/></replicate><replicate count="-100000"><body/></replicate>',
+            "200000 links",
+        ),
         (ROBOT + "\n" + LEG, r"r\.xml:4: a second body 'leg'; the first is in .*r\.xml:3"),
         (
             '<body name="b" foo="1"/>',
@@ -221,3 +225,36 @@ def test_soft_bodies_are_left_out(read):
         "<flexcomp> 'cloth' is left out: a robot has rigid links"
         in read(ROBOT.replace("<site", f"{soft}<site")).notes[0]
     )
+
+
+def test_files_within_each_other_are_no_deeper_than_one(read):
+    deep = {
+        name: f"<x>{'<body>' * 200}<include file='{inner}.xml'/>{'</body>' * 200}</x>"
+        for name, inner in (("a", "b"), ("b", "c"))
+    }
+    with pytest.raises(RobotError, match="more than 256 elements within each other, with all files"):
+        read('<include file="a.xml"/>', **deep, c="<x/>")
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        '<asset><mesh name="m" builtin="plate" params="9 20000"/></asset>',
+        '<sensor><user dim="1e9"/></sensor>',
+        '<sensor><contact body1="leg" num="1000000000"/></sensor>',
+        '<actuator><general joint="hip" dyntype="user" actdim="1000000000"/></actuator>',
+    ],
+)
+def test_no_part_takes_all_memory(read, part):
+    with pytest.raises(RobotError, match=r"r\.xml:5: .* write at most 100"):
+        read(ROBOT, part)
+
+
+def test_keyframes_in_which_no_robot_waits_are_not_read(read):
+    assert read(ROBOT, f"<keyframe><key name='home'/>{'<key/>' * 9}</keyframe>").compiled.nkey == 1
+
+
+def test_a_file_of_many_faults_is_not_read_for_each(read):
+    faults = "<motor of='none'/>" * 30_000
+    with pytest.raises(RobotError, match=r"r\.xml: MuJoCo refuses 17 and more of its elements"):
+        read(ROBOT, f"<actuator>{faults}</actuator>")

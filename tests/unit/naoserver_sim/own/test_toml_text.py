@@ -46,7 +46,7 @@ def test_a_model_below_the_folder_of_the_file_is_named_from_there(tmp_path):
 
 def test_each_guess_has_its_reason_beside_it(write):
     text = write(MODELS["arm"])[1].read_text()
-    assert "mounted = true  # its base holds it 0.058 m to each side" in text
+    assert "mounted = true  # its base extends 0.058 m beyond its center of mass" in text
     assert (
         "lift_joint = { max_torque = 13.0, max_velocity = 3.0 }  # torque by the mass that it carries" in text
     )

@@ -52,7 +52,7 @@ def test_lines_after_a_comment_that_only_mujoco_takes_are_right():
         ("", r"robot\.urdf:1: not XML: no element found"),
         ("<robot", r"robot\.urdf:1: not XML: unclosed token"),
         ("<?xml version='1.0' encoding='klingon'?><robot/>", r"robot\.urdf:1: not XML: unknown encoding"),
-        ('<!DOCTYPE r [<!ENTITY a "b">]>\n<robot/>', r"robot\.urdf:1: a document type"),
+        ('<!DOCTYPE r [<!ENTITY a "b">]>\n<robot/>', r"robot\.urdf:1: it has a document type"),
         (
             "<robot>\n" + "<a>" * 300 + "</a>" * 300 + "</robot>",
             "2: more than 256 elements within each other",
@@ -66,6 +66,7 @@ def test_lines_after_a_comment_that_only_mujoco_takes_are_right():
         ('<robot>\n<mass value="nan"/></robot>', r"urdf:2: value of <mass> is 'nan': it must be finite"),
         ('<o xyz="0 -INF 0"/>', "xyz of <o> is '0 -INF 0': it must be finite"),
         ('<o xyz="0 1e400 0"/>', "it must be finite"),
+        ("<!" * 2000 + "<!---->" + "-->" * 2000, "not XML"),
     ],
 )
 def test_a_text_beyond_the_limits_is_refused_with_its_line(text, problem):

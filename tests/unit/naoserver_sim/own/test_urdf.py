@@ -140,9 +140,20 @@ def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
     model = read(BASE, ARM, exchanged, link("hand"), joint("free", "arm", "hand").replace('"-1"', '"1"'))
     assert model.compiled.jnt_range[0].tolist() == [-1.0, 0.5]
     assert model.compiled.jnt_limited.tolist() == [1, 0]
-    assert model.notes[0].endswith(
-        "r.urdf:6: the limits of joint 'shoulder' are exchanged: lower is above upper"
+    exchange, none = model.notes
+    assert exchange.endswith("r.urdf:6: the limits of joint 'shoulder' are exchanged: lower is above upper")
+    assert none.endswith("r.urdf:10: joint 'free' has no range, so it moves without end")
+
+
+@pytest.mark.parametrize(
+    ("pose", "angle"), [("nan 0 0 0 0 0", "nan"), ("0 0 1e400 0 0 0", "inf"), ("1", "-1")]
+)
+def test_what_no_camera_has_is_not_read(read, pose, angle):
+    eye = (
+        f'<gazebo reference="arm"><sensor name="eye" type="camera"><pose>{pose}</pose>'
+        f"<camera><horizontal_fov>{angle}</horizontal_fov></camera></sensor></gazebo>"
     )
+    assert read(BASE, ARM, SHOULDER, eye).sensors == (Sensor("camera", "eye", "arm"),)
 
 
 @pytest.mark.parametrize(
