@@ -37,7 +37,7 @@ _DIRECTIVE = re.compile(r"#\s*(?P<name>\w*)\s*(?P<rest>.*)", re.DOTALL)
 _INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
 _NAME = re.compile(r"(?!defined\b)[A-Za-z_]\w*", re.ASCII)
 _DEFINED = re.compile(rf"\bdefined\b\s*(?:\(\s*({_NAME.pattern})\s*\)|({_NAME.pattern}))", re.ASCII)
-_CONDITION = re.compile(r"(?:\s*!)*\s*[01]\s*(?:(?:&&|\|\|)(?:\s*!)*\s*[01]\s*)*")
+_CONDITION = re.compile(r"[\s!]*+[01]\s*+(?:(?:&&|\|\|)[\s!]*+[01]\s*+)*+")
 _FALSE = re.compile(r"(?<!!)0|!1")
 _STRING_OR_COMMENT = re.compile(r'("(?:[^"\\]|\\.)*")|//.*|/\*.*?\*/', re.DOTALL)
 
