@@ -195,7 +195,7 @@ def test_macros_and_arithmetic_are_refused_with_a_remedy(
 
 
 def test_conditions_without_end_are_read_in_linear_time(tmp_path: Path) -> None:
-    for text in ("!" * 200_000, "! " * 200_000, "defined " * 50_000, "1 && " * 100_000, "(" * 200_000):
+    for text in ("!" * 50_000, "! " * 50_000, "defined " * 20_000, "1 && " * 30_000, "(" * 50_000):
         _, diagnostics = preprocess(tmp_path, f"#if {text}\n#endif")
         assert findings(diagnostics) == [("E007", 1, 1)]
 
