@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import combinations
 from typing import Any, Final
@@ -75,9 +75,8 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
     for side, foot in zip(SIDES, body.soles, strict=False):
         if sole(side) not in [shape.name for shape in body.shapes]:
             raise RobotError(f"body {body.name}: below {foot.link} there is no shape called {sole(side)}")
-    for first, second in combinations(links, 2):
-        if _pass_through(body, first, second):
-            spec.add_exclude(bodyname1=first, bodyname2=second)
+    for first, second in passing_pairs(body):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
     for joint in body.joints:
         if joint.name in body.motors:
             _add_servo(spec, joint, _gear(body, joint))
@@ -239,34 +238,42 @@ def sole(side: str) -> str:
     return f"{side}_sole"
 
 
-def _pass_through(body: Body, first: str, second: str) -> bool:
-    """Return whether two links may pass through each other."""
-    return (
-        not set(body.intangible).isdisjoint((first, second))
-        or any({first, second} == {loop.first, loop.second} for loop in body.loops)
-        or are_neighbors(body, first, second)
-        or any({first, second} == {*pair} for pair in body.overlapping)
-    )
+def passing_pairs(body: Body) -> Iterator[tuple[str, str]]:
+    """Yield the pairs of links that may pass through each other."""
+    are_neighbors = neighbors_of(body)
+    apart = {frozenset(pair) for pair in body.overlapping}
+    apart |= {frozenset((loop.first, loop.second)) for loop in body.loops}
+    intangible = set(body.intangible)
+    for first, second in combinations((link.name for link in body.links), 2):
+        if (
+            not intangible.isdisjoint((first, second))
+            or frozenset((first, second)) in apart
+            or are_neighbors(first, second)
+        ):
+            yield first, second
 
 
-def are_neighbors(body: Body, first: str, second: str) -> bool:
-    """Return whether two links meet at joints in one point, or one carries the other there.
+def neighbors_of(body: Body) -> Callable[[str, str], bool]:
+    """Return what says whether two links meet at joints in one point, or one carries the other there.
 
     The shapes of neighbors overlap.
     """
     carriers = body.moved_by
+    # The joints of a hip, an ankle or a shoulder share a point: the links between them are one neighbor.
+    cluster: dict[str, str] = {}
+    for link in body.links:  # each after the one that carries it
+        joint = carriers.get(link.name)
+        if joint is None or any(joint.origin):
+            cluster[link.name] = link.name
+        else:
+            cluster[link.name] = cluster[joint.parent]
+    carrier = {name: cluster[joint.parent] for name, joint in carriers.items()}
 
-    def cluster(link: str) -> str:
-        # The joints of a hip, an ankle or a shoulder share a point: the links between them are one neighbor.
-        while link in carriers and not any(carriers[link].origin):
-            link = carriers[link].parent
-        return link
+    def are_neighbors(first: str, second: str) -> bool:
+        one, other = cluster[first], cluster[second]
+        return one == other or carrier.get(one) == other or carrier.get(other) == one
 
-    def carrier(link: str) -> str | None:
-        return cluster(carriers[link].parent) if link in carriers else None
-
-    one, other = cluster(first), cluster(second)
-    return one == other or carrier(one) == other or carrier(other) == one
+    return are_neighbors
 
 
 def add_sensors(spec: mujoco.MjSpec, body: Body, links: Links) -> None:

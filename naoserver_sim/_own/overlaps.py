@@ -9,7 +9,7 @@ import mujoco
 
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver_sim._body import are_neighbors
+from naoserver_sim._body import neighbors_of
 from naoserver_sim._own.guesses import Guesses
 from naoserver_sim._own.parts import Parts
 from naoserver_sim.model import build_model
@@ -37,12 +37,12 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body, where: str) -> None
     apart = {
         _sorted(of.get(int(pair) >> 16, ""), of.get(int(pair) & 0xFFFF, "")) for pair in mj.exclude_signature
     }
-    names, near = sorted(masks), set()
+    names, near, are_neighbors = sorted(masks), set(), neighbors_of(body)
     said = model.figure.says_what_touches
     for first, one in enumerate(names):
         for other in names[first + 1 :]:
             (types, affinities), (others, their) = masks[one], masks[other]
-            if are_neighbors(body, one, other):
+            if are_neighbors(one, other):
                 near.add((one, other))
             elif said and not (types & their or others & affinities):
                 apart.add((one, other))

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from naoserver.bodies.nao import H25
 from naoserver.errors import RobotError
-from naoserver_sim._body import are_neighbors
+from naoserver_sim._body import neighbors_of
 from naoserver_sim.model import build_model, standing
 
 pytestmark = pytest.mark.sim
@@ -84,8 +84,8 @@ def test_nothing_touches_in_a_posture(model, posture):
     ],
 )
 def test_neighbors_are_what_one_joint_or_one_point_joins(first, second, neighbors):
-    assert are_neighbors(H25, first, second) is neighbors
-    assert are_neighbors(H25, second, first) is neighbors
+    assert neighbors_of(H25)(first, second) is neighbors
+    assert neighbors_of(H25)(second, first) is neighbors
 
 
 def test_a_foot_without_the_shape_of_its_sole_is_refused():
