@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Final
 
 import mujoco
@@ -179,8 +179,12 @@ class SimulatedStage:
                 limits = f"{joint.lower:g} to {joint.upper:g}"
                 message = f"{name} is carried: its {what} would be {value:.3g}, and can be {limits}"
                 raise InvalidCommand("position", message)
-        self._simulator.order(partial(self._simulator.put, index.qpos, index.dofs, places))
-        self._simulator.order(partial(self._simulator.hold, index.motors, places))
+
+        def put() -> None:
+            self._simulator.put(index.qpos, index.dofs, places)
+            self._simulator.hold(index.motors, places)
+
+        self._simulator.order(put)
 
     def _place_loose(self, name: str, position: Vector) -> None:
         index = self._model.loose[name]

@@ -7,7 +7,7 @@ import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from importlib import resources
 from typing import Final
 
@@ -78,12 +78,26 @@ class DeviceIndex:
 
     def commanded(self, setpoints: Array, qpos: Array) -> Array:
         """Return where the joints are to be by the setpoints of the motors; a passive one is where it is."""
-        places = self.offsets + self.ratios * self.of_motors(setpoints, 0.0)
-        return np.where(self.motors < len(setpoints), places, qpos[self.qpos])
+        places = self.of_motors(setpoints, 0.0)
+        if self._scales:
+            places = self.offsets + self.ratios * places
+        if self._has_passive:
+            places = np.where(self.motors < len(setpoints), places, qpos[self.qpos])
+        return places
 
     def of_motors(self, values: Array, passive: float) -> Array:
         """Return the value of each joint's motor, or that of a passive joint."""
-        return np.append(values, passive)[self.motors]
+        found: Array = (np.append(values, passive) if self._has_passive else values)[self.motors]
+        return found
+
+    @cached_property
+    def _has_passive(self) -> bool:
+        return any(joint.passive for joint in self.joints)
+
+    @cached_property
+    def _scales(self) -> bool:
+        """Whether a joint is elsewhere than its motor."""
+        return bool(np.any(self.ratios != 1.0) or np.any(self.offsets))
 
 
 @dataclass(frozen=True)
