@@ -40,9 +40,7 @@ def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> f
 
 def nearest_within(hull: Array, point: Array, margin: float) -> Array:
     """Return the point of a convex hull near `point` that is `margin` m from the edges, if it has room."""
-    edges = np.roll(hull, -1, axis=0) - hull
-    inwards = np.stack([-edges[:, 1], edges[:, 0]], axis=1)
-    inwards /= np.linalg.norm(inwards, axis=1)[:, None]
+    inwards = _inwards(hull)
     found: Array = point.copy()
     for _ in range(_MOST_STEPS):
         distances = ((found - hull) * inwards).sum(axis=1) - margin
@@ -50,4 +48,17 @@ def nearest_within(hull: Array, point: Array, margin: float) -> Array:
         if distances[worst] >= -_CLOSE_ENOUGH:
             break
         found -= distances[worst] * inwards[worst]
+    return found
+
+
+def room_within(hull: Array, point: Array) -> float:
+    """Return the distance in m of a point in a convex hull from its nearest edge; below 0 outside."""
+    return float(((point - hull) * _inwards(hull)).sum(axis=1).min())
+
+
+def _inwards(hull: Array) -> Array:
+    """Return the unit vector from each edge of a convex hull to its inside, shape (n, 2)."""
+    edges = np.roll(hull, -1, axis=0) - hull
+    inwards = np.stack([-edges[:, 1], edges[:, 0]], axis=1)
+    found: Array = inwards / np.linalg.norm(inwards, axis=1)[:, None]
     return found

@@ -15,7 +15,7 @@ from naoserver_sim._own.figure import GRAVITY, Array
 from naoserver_sim._own.limbs import Limb, Limbs, Wheel
 from naoserver_sim._own.model_file import ModelFile
 from naoserver_sim._own.parts import ASPECT, FIELD_OF_VIEW, FRICTION, SPEED, Parts
-from naoserver_sim._support_polygon import convex_hull
+from naoserver_sim._support_polygon import convex_hull, room_within
 
 Path = tuple[str | int, ...]
 
@@ -156,10 +156,7 @@ class _Guesser:
             return True, "it has no base that it could stand on"
         masses = mj.body_mass[1:]
         center = masses @ data.xipos[1:, :2] / masses.sum()
-        hull = convex_hull(low)
-        edges = np.roll(hull, -1, axis=0) - hull
-        inwards = np.stack([-edges[:, 1], edges[:, 0]], axis=1)
-        room = float((((center - hull) * inwards).sum(axis=1) / np.linalg.norm(edges, axis=1)).min())
+        room = room_within(convex_hull(low), center)
         moves = 0.0
         for joint in {self._parts.joints[limb.joints[0]] for limb in self._limbs.limbs}:
             way = 1.0
