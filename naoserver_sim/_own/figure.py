@@ -163,8 +163,8 @@ class Figure:
     @cached_property
     def box(self) -> tuple[Array, Array]:
         """The lowest and the highest corner of the box around the robot in m; its bottom is the floor."""
-        points = np.concatenate([self.points(*range(1, self.mj.nbody)), self.data.xpos[1:]])
         touched = self.points(*range(1, self.mj.nbody))
+        points = np.concatenate([touched, self.data.xpos[1:]])
         low, high = points.min(axis=0), points.max(axis=0)
         if len(touched):
             low[2] = touched[:, 2].min()

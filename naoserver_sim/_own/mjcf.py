@@ -163,9 +163,14 @@ def _floats(tree: mujoco.MjsBody) -> bool:
     return tree.mocap or any(joint.type == _FREE for joint in tree.joints)
 
 
+def element_of(part: mujoco.MjsElement, order: list[Element]) -> Element | None:
+    """Return the element from which MuJoCo read a part, out of those in the `order` of their lines."""
+    line = _INFO.search(part.info or "")
+    return order[int(line[1]) - 1] if line else None
+
+
 def _element(body: mujoco.MjsBody, order: list[Element]) -> Element:
-    line = _INFO.search(body.info)
-    return order[int(line[1]) - 1 if line else 0]
+    return element_of(body, order) or order[0]
 
 
 def _mount(root: Element, bodies: list[Element]) -> None:

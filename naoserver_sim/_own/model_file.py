@@ -28,7 +28,6 @@ _MOST_READ: Final = 500_000
 _REFUSALS: Final = (ValueError, RuntimeError, mujoco.FatalError)
 """What MuJoCo raises; RuntimeError for want of memory."""
 _TAG: Final = re.compile(r"#(\d+)\s*$")
-_LINE: Final = re.compile(r"line (\d+)")
 _PLACE: Final = re.compile(r"\s*Element '[^']*', line (\d+)\s*$")
 _ATTRIBUTE: Final = re.compile(r"attribute:? '(\w+)'")
 _NAMED: Final = re.compile(r"\s*Element name '.*", re.DOTALL)
@@ -74,8 +73,13 @@ class ModelFile:
 
     def at(self, name: str, *kinds: str) -> str:
         """Return the file, and the line if it is known, of a part, as at the beginning of a message."""
-        line = next((self.lines[kind, name] for kind in kinds if (kind, name) in self.lines), None)
-        return f"{self.where}:{line}" if line else self.where
+        return _place(self.where, self.lines, name, *kinds)
+
+
+def _place(where: str | Path, lines: Mapping[tuple[str, str], int], name: str, *kinds: str) -> str:
+    """Return a file with the line of a part, if that is known."""
+    line = next((lines[kind, name] for kind in kinds if (kind, name) in lines), None)
+    return f"{where}:{line}" if line else str(where)
 
 
 def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> ModelFile:
@@ -220,13 +224,8 @@ class _Reading:
 
     def _at(self, part: mujoco.MjsElement) -> str:
         """Return the file and, if it is known, the line of a part."""
-        line = _LINE.search(part.info or "")
-        if line:
-            return self._order[int(line[1]) - 1].at
-        for kind in ("link", "body", "joint"):
-            if (kind, part.name) in self.lines:
-                return f"{self._path}:{self.lines[kind, part.name]}"
-        return str(self._path)
+        element = mjcf.element_of(part, self._order)
+        return element.at if element else _place(self._path, self.lines, part.name, "link", "body", "joint")
 
 
 @contextmanager
