@@ -16,7 +16,7 @@ from typing import Annotated, Final
 import typer
 
 from naoserver.assembly import Assembly
-from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body, is_body_file
+from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, is_body_file
 from naoserver.entrances import Disk, find_entrance
 from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
@@ -24,7 +24,7 @@ from naoserver.parts import CameraFacts
 from naoserver.robot import Robot
 from naoserver.server import JointSpeed, ResumeAfterReset, problem_of, serve
 from naoserver_sim._team import run_team, team_commands
-from naoserver_sim.own_body import read_own_body, write_own_body
+from naoserver_sim.own_body import named_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import ConfigurationException, initialize
@@ -163,7 +163,7 @@ def naoserver_sim(
             raise typer.BadParameter(message, param_hint="--write-body")
         write_own_body(Path(body), write_body, force=force, say=typer.echo)
         return
-    facts = read_own_body(Path(body), say=typer.echo) if is_body_file(body) else find_body(body)
+    facts = named_body(body, say=typer.echo)
     if qi is not None and settings.security != Security():
         raise ConfigurationException(
             f"--qi {qi} beside [security]: NAOqi has no passwords, so that any program at this address"

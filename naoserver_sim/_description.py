@@ -11,11 +11,11 @@ from typing import Annotated, Final
 
 import typer
 
-from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.bodies import DEFAULT_BODY
 from naoserver.body import write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim.own_body import named_body, read_own_body
 from zenoh_ice.application.cli import run
 
 app: Final = typer.Typer(add_completion=False)
@@ -30,10 +30,7 @@ def describe(
     ] = None,
 ) -> None:
     """Write a body and its looks."""
-    if body.endswith(".toml"):
-        facts = read_own_body(Path(body), None if text is None else text.read_text("utf-8"))
-    else:
-        facts = find_body(body)
+    facts = named_body(body) if text is None else read_own_body(Path(body), text.read_text("utf-8"))
     file.write_text(f'{{"body":{write_body(facts)},"looks":{write_looks(facts)}}}\n', encoding="utf-8")
 
 

@@ -34,7 +34,7 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from naoserver.bodies import read_body_file
+from naoserver.bodies import find_body, is_body_file, read_body_file
 from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
@@ -91,6 +91,11 @@ def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], N
         raise RobotError(f"{at} = {own.model!r}: it must be in the folder of this file, or in one below it")
     model = read_model(path.parent / own.model, path.parent / own.meshes, balance=own.balance)
     return _dressed(_Description({"name": _name(path)} | document, model, str(path), text), [])
+
+
+def named_body(name: str, *, say: Callable[[str], None] = _log.info) -> Body:
+    """Return a known body by its name, or one's own by its file. Raises RobotError."""
+    return read_own_body(Path(name), say=say) if is_body_file(name) else find_body(name)
 
 
 def write_own_body(

@@ -17,7 +17,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import combinations, pairwise
-from pathlib import Path
 from typing import Annotated, Final
 
 import msgspec
@@ -25,12 +24,12 @@ import mujoco
 import numpy as np
 import typer
 
-from naoserver.bodies import BODY_NAMES, find_body, is_body_file
+from naoserver.bodies import BODY_NAMES
 from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.parts import Joint, RangeTable
 from naoserver_sim._body import add_body, possible
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim.own_body import named_body
 from zenoh_ice.application.cli import run
 
 MARGIN: Final = 0.005
@@ -317,7 +316,7 @@ def self_collision(
     margin: Annotated[float, typer.Option(help="Distance in m that shapes keep.", min=0.0, max=0.1)] = MARGIN,
 ) -> None:
     """Print the range tables that keep a body from hitting itself, one for each two joints of its limbs."""
-    facts = read_own_body(Path(body)) if is_body_file(body) else find_body(body)
+    facts = named_body(body)
     postures = [_angles(facts, name) for name in posture or ()] or [facts.resting_angles]
     shapes = BodyShapes(facts)
     for independent, dependent in [_two(text) for text in pair or ()] or limb_pairs(facts):
