@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from naoserver_sim._support_polygon import convex_hull, nearest_within
+from naoserver_sim._support_polygon import convex_hull, nearest_within, room_within
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
@@ -38,3 +38,8 @@ def test_a_point_is_moved_into_the_polygon_and_off_its_edges(point, nearest):
 def test_a_polygon_without_room_for_the_margin_still_gives_a_point():
     found = nearest_within(SQUARE * 0.1, np.array([0.3, 0.05]), 0.2)
     assert np.isfinite(found).all()
+
+
+def test_the_room_is_the_distance_from_the_nearest_edge():
+    rooms = [room_within(SQUARE, np.array(point)) for point in ((0.5, 0.4), (0.9, 0.5), (1.2, 0.5))]
+    assert rooms == pytest.approx([0.4, 0.1, -0.2])
