@@ -225,10 +225,10 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
 
 def _shortened(seconds: float, recording: RecordingFile) -> Message:
     """Return the text that a recording was read until a component time in s."""
-    read = _duration(seconds)
-    if recording.end is None:
+    read, end = _duration(seconds), recording.end
+    if end is None:
         return Message("The recording is long: only its first {read} were read.", read=read)
-    whole = _duration((recording.end - recording.start) / 1e9)
+    whole = _duration((end - recording.start) / 1e9)
     return Message(
         "The recording is long: only its first {read} of {whole} were read.", read=read, whole=whole
     )
