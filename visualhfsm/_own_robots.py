@@ -23,9 +23,9 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from visualhfsm._bodies import FOLDER
 from visualhfsm._environment import child_environment
-from visualhfsm._errors import EditError, MissingPackageError, VisualHfsmError, WouldOverwriteError
+from visualhfsm._errors import MissingPackageError, VisualHfsmError, WouldOverwriteError
 from visualhfsm._monitoring.description import describe
-from visualhfsm._sessions.files import read_file, write_file
+from visualhfsm._sessions.files import make_folder, read_file, write_file
 from visualhfsm._watched_process import describe_exit
 from visualhfsm.project._root import BODY_SUFFIX, Root
 from zenoh_ice import typed
@@ -125,11 +125,7 @@ class OwnRobots:
         file = self._file(name)
         if file.exists() and not overwrite:
             raise WouldOverwriteError(Message("{path} already exists", path=self._root.name(file)))
-        try:
-            self._folder.mkdir(exist_ok=True)
-        except OSError as error:
-            what = Message("Cannot create the folder {parent}", parent=FOLDER)
-            raise EditError(what, reason(error), Message("choose another name")) from error
+        make_folder(self._folder)
         write_file(file, text.encode())
         return self._root.name(file)
 

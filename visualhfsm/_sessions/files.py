@@ -55,6 +55,15 @@ def read_file(path: Path) -> tuple[bytes, FileVersion]:
     return content, FileVersion(status.st_mtime_ns, len(content), _digest(content))
 
 
+def make_folder(folder: Path) -> None:
+    """Make the folder of a file that is saved, with those above it, if it is missing. Raises EditError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        what = Message("Cannot create the folder {parent}", parent=folder.name)
+        raise EditError(what, reason(error), Message("choose another name")) from error
+
+
 def write_file(path: Path, content: bytes) -> FileVersion:
     """Write a file whole or not at all, keeping its permissions and group; a symbolic link stays a link.
 

@@ -20,7 +20,7 @@ from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._editing.serialization import import_scxml, parse
 from visualhfsm._errors import EditError, MissingError, TooManyError, WouldOverwriteError
 from visualhfsm._languages import ENGLISH, known_language
-from visualhfsm._sessions.files import read_file
+from visualhfsm._sessions.files import make_folder, read_file
 from visualhfsm._sessions.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm._sessions.session import MERGE_WITHIN, DocumentSession
 from visualhfsm._sessions.shelf import ReadyState, Shelves
@@ -307,11 +307,7 @@ class Project:
                 )
             if file.exists() and file != document.path and not overwrite:
                 raise WouldOverwriteError(Message("{path} already exists", path=str(path)))
-            try:
-                file.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                what = Message("Cannot create the folder {parent}", parent=file.parent.name)
-                raise EditError(what, reason(error), Message("choose another name")) from error
+            make_folder(file.parent)
             yield file
 
     def forget(self, document: OpenDocument) -> None:
