@@ -170,6 +170,7 @@ def edit(
         from visualhfsm._web.launch import has_browser, open_browser
         from visualhfsm._web.server import Options, serve
         from visualhfsm._web.services import make_services
+        from visualhfsm.project._root import RECORDING_SUFFIX
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
         if package not in _PACKAGES:
@@ -178,7 +179,7 @@ def edit(
     if find_spec("jedi") is None:  # it is loaded by the process that helps with code
         raise MissingPackageError("jedi", "web")
 
-    if sum(file.suffix.lower() == ".mcap" for file in files or ()) > 1:
+    if sum(file.suffix.lower() == RECORDING_SUFFIX for file in files or ()) > 1:
         raise typer.BadParameter("one recording can be opened at the start", param_hint="FILES")
     if socket is not None and port:
         raise typer.BadParameter("give either --socket or --port")
