@@ -27,8 +27,8 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Final
 
+from nao_tools._security.folder import SecurityFolder
 from tests.support.processes import ComponentProcess, module
-from visualhfsm._security.folder import SecurityFolder
 
 ROBOT: Final = "10.78.0.1"
 PERSON: Final = "10.78.0.2"
@@ -114,7 +114,7 @@ def lab(folder: Path, within: list[str]) -> Iterator[None]:
     """Run a router with TLS and roles, and a fake robot, in a namespace."""
     keys = SecurityFolder(folder)
     keys.create(realm="nao", hosts=[ROBOT], port=PORT, valid=timedelta(days=1))
-    router = [*within, *module("visualhfsm.nao", "router", "--config", f"{folder}/router.toml")]
+    router = [*within, *module("nao_tools", "router", "--config", f"{folder}/router.toml")]
     robot = [*within, *module("naoserver.fake", "--config", f"{folder}/robot.toml")]
     with ComponentProcess(router) as routing:
         routing.wait_for("listens on")
@@ -126,7 +126,7 @@ def lab(folder: Path, within: list[str]) -> Iterator[None]:
 def stop(within: list[str], settings: Path) -> tuple[float, int, str]:
     """Run `nao stop` once; return how long it took in s, its exit code and its last line."""
     began = time.monotonic()
-    command = [*within, *module("visualhfsm.nao", "stop", "--config", str(settings))]
+    command = [*within, *module("nao_tools", "stop", "--config", str(settings))]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False)
     lines = (done.stderr + done.stdout).splitlines()
     return time.monotonic() - began, done.returncode, lines[-1] if lines else ""

@@ -195,7 +195,7 @@ def works(calculator: CalculatorPrx) -> bool:
 def router_gone(figures: Figures) -> None:
     """Kill a router that connects the processes."""
     endpoint = free_endpoint()
-    command = module("visualhfsm.nao", "router", "--listen", endpoint)
+    command = module("nao_tools", "router", "--listen", endpoint)
     with ComponentProcess(command) as router:
         router.wait_for("the router listens")
         with initialize(connect=[endpoint], clock="wall", mode="client") as server:

@@ -29,9 +29,9 @@ from typing import Final
 import zenoh
 
 from interfaces.nao import SafetyPrx
+from nao_tools._deployment.admission import raise_file_limit
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys
-from visualhfsm._deployment.admission import raise_file_limit
 from zenoh_ice import ConnectFailedException, SystemException, initialize
 from zenoh_ice.session import open_session
 from zenoh_ice.settings import Settings, load_settings
@@ -85,7 +85,7 @@ def new_processes(options: list[str], stops: Stops, end: threading.Event) -> Non
     """Run `nao stop` again and again until `end` is set."""
     while not end.wait(0.5):
         began = time.monotonic()
-        command = module("visualhfsm.nao", "stop", "--seconds", "10", *options)
+        command = module("nao_tools", "stop", "--seconds", "10", *options)
         if subprocess.run(command, capture_output=True, check=False).returncode == 0:
             stops.took.append(time.monotonic() - began)
         else:
@@ -174,7 +174,7 @@ def measure(name: str, keys: Keys) -> None:
             robot = ["--listen", plain]
         else:
             router = parts.enter_context(
-                ComponentProcess(module("visualhfsm.nao", "router", "--config", f"{keys.folder}/router.toml"))
+                ComponentProcess(module("nao_tools", "router", "--config", f"{keys.folder}/router.toml"))
             )
             router.wait_for("listens on")
             robot = ["--config", f"{keys.folder}/robot.toml"]

@@ -24,10 +24,10 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Library, State, Text, Transition
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from visualhfsm._generate import generate_component
-from visualhfsm._live.service import Monitoring
-from visualhfsm._monitoring.run_log import LiveSnapshot
-from visualhfsm._services import Snapshot
+from visualhfsm._document.generate import generate_component
+from visualhfsm._monitor.messages import Snapshot
+from visualhfsm._monitor.realm.run_log import LiveSnapshot
+from visualhfsm._monitor.service import Monitoring
 from zenoh_ice import Settings
 
 AUTOMATA: Final = 20

@@ -28,7 +28,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
 from tests.support.browser import chromium
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from visualhfsm._generate import generate_component
+from visualhfsm._document.generate import generate_component
 
 SEEN: Final = 150.0
 """The largest median delay in ms until a change is visible."""

@@ -64,7 +64,7 @@ def main() -> None:
     with ExitStack() as processes:
         server = ["--listen", endpoint]
         if not asked.without_router:
-            command = module("visualhfsm.nao", "router", "--listen", endpoint)
+            command = module("nao_tools", "router", "--listen", endpoint)
             processes.enter_context(ComponentProcess(command)).wait_for("the router listens")
             server = ["--listen", own, "--connect", endpoint]
         robot = ComponentProcess(module("naoserver.fake", *server))

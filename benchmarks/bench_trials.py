@@ -42,7 +42,7 @@ from playwright.sync_api import Browser
 from tests.support.browser import NO_CHROMIUM, chromium, chromium_path
 from tests.support.dask_cluster import DaskCluster
 from tests.support.processes import module
-from visualhfsm._html_file import write_html
+from visualhfsm._base.html_file import write_html
 from visualhfsm.grading import read_exercise
 from visualhfsm.simulation import simulate
 from visualhfsm.trials import Outcome, Plan, Spread, Success

@@ -2,7 +2,7 @@
 
 A `Message` is its English text, so that commands, logs and programs use it like any other string. It also
 keeps the template and the values from which it was made: the editor, which shows it in the language of a
-page, looks up the template in a catalog of gettext (`visualhfsm._languages`).
+page, looks up the template in a catalog of gettext (`visualhfsm._base.languages`).
 """
 
 from __future__ import annotations

@@ -37,13 +37,13 @@ ROOT_PAGES: Final = {
     "CONTRIBUTING.md": "contributing.md",
 }
 COMMANDS: Final = {
-    "visualhfsm": "visualhfsm._command",
+    "visualhfsm": "visualhfsm._commands.app",
     "codegen": "codegen.command",
     "naoserver-sim": "naoserver_sim._command",
     "naoserver-naoqi": "naoserver.naoqi._command",
     "naoserver-ros2": "naoserver.ros2._command",
     "ballmover": "ballmover._cli",
-    "nao": "visualhfsm.nao._command",
+    "nao": "nao_tools._command",
 }
 PARTS: Final = {"codegen diff": "codegen._diff"}
 """Commands that are part of another one, each with its module."""
@@ -266,7 +266,7 @@ def diagnostics() -> str:
 
 def requests() -> str:
     """Return a table of the requests of the editor's page."""
-    from visualhfsm._web import protocol
+    from visualhfsm._editor import protocol
 
     base = protocol.TabEdit.__bases__[0]
     kinds = [
@@ -277,9 +277,9 @@ def requests() -> str:
 
 def pushes() -> str:
     """Return a table of what the editor's server sends by itself."""
-    from visualhfsm import _services as services
-    from visualhfsm import _test_results as tests
-    from visualhfsm._web import protocol
+    from visualhfsm._editor import protocol
+    from visualhfsm._monitor import messages as services
+    from visualhfsm._processes import test_results as tests
     from visualhfsm.trials import _messages as trials
 
     modules = (protocol, services, tests, trials)
@@ -289,7 +289,7 @@ def pushes() -> str:
 
 def edits() -> str:
     """Return a table of the commands that change a document."""
-    from visualhfsm._editing.commands import COMMANDS as EDITS
+    from visualhfsm._document.commands import COMMANDS as EDITS
 
     return _messages(EDITS)
 

@@ -10,8 +10,8 @@ from zenoh_ice.application import begin_loading
 def main() -> NoReturn:
     """Run the command."""
     begin_loading()
-    from visualhfsm._command import app
-    from visualhfsm._errors import VisualHfsmError
+    from visualhfsm._base.errors import VisualHfsmError
+    from visualhfsm._commands.app import app
     from zenoh_ice.application.cli import run
 
     run(app, expected=(VisualHfsmError,))

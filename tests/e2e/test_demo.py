@@ -23,7 +23,7 @@ def demo(tmp_path: Path) -> Iterator[ComponentProcess]:
     text = (REPOSITORY / "deploy" / "demo.toml").read_text("utf-8")
     stack.write_text(text.replace('log_dir = "demo/logs"', f'log_dir = "{tmp_path}/logs"'))
     command = module(
-        "visualhfsm.nao", "stack", str(stack), "--seconds", "4",
+        "nao_tools", "stack", str(stack), "--seconds", "4",
         "--set", f"report={tmp_path / 'report.html'}", "--set", f"endpoint={free_endpoint()}",
     )  # fmt: skip
     with ComponentProcess(command) as demo:

@@ -17,7 +17,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from tests.support.browser import EditorPage
 from tests.support.panels import DOCUMENT as PANELS_DOCUMENT
-from visualhfsm._svg import svg
+from visualhfsm._drawing.svg import svg
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <posx>100</posx><posy>100</posy></Estado></SubAutomata></VisualHFSM>"""

@@ -18,9 +18,9 @@ from tests.support.component import dance_and_follow
 from tests.support.editor import Editor, editor
 from tests.support.monitor import robot_and_editor
 from tests.support.watching import recorded
-from visualhfsm import _languages
-from visualhfsm._html_file import STATIC, html_file
-from visualhfsm._run_page import Figure, Run, write_run_page
+from visualhfsm._base import languages as _languages
+from visualhfsm._base.html_file import STATIC, html_file
+from visualhfsm._monitor.run_page import Figure, Run, write_run_page
 
 WORDS: Final = """(known) => {
     // The names of the document, code, keys, and what a user reads of other programs.

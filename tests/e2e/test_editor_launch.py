@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, new_context
 from tests.support.editor import Editor
-from visualhfsm._web.launch import LaunchPage
+from visualhfsm._editor.launch import LaunchPage
 
 
 def test_the_page_of_the_launch_leads_into_the_editor_and_is_removed(

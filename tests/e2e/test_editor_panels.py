@@ -14,7 +14,7 @@ from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, NoService, editor, services
 from tests.support.limits import FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, show_list, undo_names
-from visualhfsm._code_help.service import CodeHelp
+from visualhfsm.project._code_help.service import CodeHelp
 
 CAMERA = """
   <config>

@@ -16,8 +16,8 @@ from tests.support.editor import Editor, NoCodeHelp, editor, services
 from tests.support.limits import CALL_LIMIT, FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
-from visualhfsm._code_help.service import CodeHelp
-from visualhfsm._running import RunningComponents
+from visualhfsm._processes.components import RunningComponents
+from visualhfsm.project._code_help.service import CodeHelp
 from zenoh_ice import Settings
 
 

@@ -19,9 +19,9 @@ from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
 from tests.support.targets import small_targets
 from tests.support.watching import recorded
-from visualhfsm._drawing_page import drawing_page
-from visualhfsm._editing.serialization import parse
-from visualhfsm._run_page import Run, write_run_page
+from visualhfsm._document.serialization import parse
+from visualhfsm._drawing.page import drawing_page
+from visualhfsm._monitor.run_page import Run, write_run_page
 from visualhfsm.grading._exercise import read_exercise
 from visualhfsm.grading._marks import Earned, Marks
 from visualhfsm.grading._page import write_index, write_page

@@ -13,9 +13,9 @@ from tests.support.browser import new_context
 from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
 from tests.support.watching import recorded
-from visualhfsm._editing.serialization import parse
-from visualhfsm._monitoring.pictures import encode_jpeg
-from visualhfsm._run_page import Run, write_run_page
+from visualhfsm._document.serialization import parse
+from visualhfsm._monitor.realm.pictures import encode_jpeg
+from visualhfsm._monitor.run_page import Run, write_run_page
 
 HOSTILE = "</script><img src=x onerror=\"document.title='hostile'\">"
 

@@ -38,7 +38,7 @@ def child(stack: ComponentProcess, *words: str) -> psutil.Process | None:
 
 
 def stack_in(folder: Path, name: str, *options: str, **environment: str) -> ComponentProcess:
-    program = f"import os; os.chdir({str(folder)!r}); from visualhfsm.nao.__main__ import main; main()"
+    program = f"import os; os.chdir({str(folder)!r}); from nao_tools.__main__ import main; main()"
     return ComponentProcess([sys.executable, "-c", program, "stack", name, *options], environment)
 
 
@@ -67,7 +67,7 @@ def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
     environment = os.environ | {"VISUALHFSM_CONFIG": str(keys / "student.toml")}
 
     def call(*words: str) -> subprocess.CompletedProcess[str]:
-        command = module("visualhfsm.nao", "call", *words)
+        command = module("nao_tools", "call", *words)
         return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT)
 
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
@@ -104,7 +104,7 @@ def test_genuine_nodes_find_the_robot_and_each_other_in_the_stack_for_ros(tmp_pa
 
         until(met, START_LIMIT)
         stopped = subprocess.run(
-            module("visualhfsm.nao", "stop", "--connect", endpoint),
+            module("nao_tools", "stop", "--connect", endpoint),
             capture_output=True,
             text=True,
             timeout=RUN_LIMIT,

@@ -11,14 +11,14 @@ import pytest
 import typer
 
 from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx
+from nao_tools._command import app as visualhfsm_nao
 from tests.integration.test_hfsm_monitor import first_snapshot
 from tests.support.commands import run_here
 from tests.support.documents import generate
 from tests.support.limits import START_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
-from visualhfsm._command import app as visualhfsm
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm.nao._command import app as visualhfsm_nao
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app as visualhfsm
 from zenoh_ice import initialize
 
 pytestmark = pytest.mark.slow

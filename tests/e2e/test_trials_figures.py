@@ -17,7 +17,7 @@ from rich.console import Console
 
 from tests.support.browser import new_context
 from tests.support.soak import repeated
-from visualhfsm._languages import in_all_languages
+from visualhfsm._base.languages import in_all_languages
 from visualhfsm.trials import Outcome, Plan
 from visualhfsm.trials._comparison import Comparison
 from visualhfsm.trials._outcomes import Header, Record

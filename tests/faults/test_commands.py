@@ -12,9 +12,9 @@ from typer import Typer
 from typer.testing import CliRunner
 
 import ballmover._cli
+import nao_tools._command
 import naoserver_sim._command
-import visualhfsm._command
-import visualhfsm.nao._command
+import visualhfsm._commands.app
 from behaviors.dance import Dance
 from hfsm_runtime.command import make_app
 from naoserver.errors import RobotError
@@ -58,7 +58,7 @@ LOADS = {
     "ballmover": (module("ballmover", "green"), ("typer",)),
     "visualhfsm": (module("visualhfsm", "watch"), ("typer",)),
     "codegen": (module("codegen", "behaviors/dance.xml"), ("typer",)),
-    "stack": (module("visualhfsm.nao", "stack", "demo"), ("typer",)),
+    "stack": (module("nao_tools", "stack", "demo"), ("typer",)),
 }
 
 
@@ -90,9 +90,9 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
         (ballmover._cli.app, ["green", "--tolerance"]),
         (ballmover._cli.app, ["green", "--limit"]),
         (ballmover._cli.app, ["green", "--server-wait"]),
-        (visualhfsm._command.app, ["watch", "--seconds"]),
-        (visualhfsm._command.app, ["watch", "--wait"]),
-        (visualhfsm.nao._command.app, ["stack", "none", "--seconds"]),
+        (visualhfsm._commands.app.app, ["watch", "--seconds"]),
+        (visualhfsm._commands.app.app, ["watch", "--wait"]),
+        (nao_tools._command.app, ["stack", "none", "--seconds"]),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

@@ -21,7 +21,7 @@ from tests.support.places import ROOT
 pytestmark = pytest.mark.slow
 
 SELF: Final = [sys.executable, "-P", "-m"]
-DOCTOR: Final = [*SELF, "visualhfsm.nao", "doctor", "--json"]
+DOCTOR: Final = [*SELF, "nao_tools", "doctor", "--json"]
 SIMULATOR: Final = [*SELF, "naoserver_sim", "--world", "empty"]
 CALCULATOR: Final = [*SELF, "tests.support.calculator_server"]
 ONLY_IPV6: Final = "ip link set lo up && ip addr del 127.0.0.1/8 dev lo"

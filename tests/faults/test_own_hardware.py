@@ -26,7 +26,7 @@ from tests.support.soak import cases
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ZenohIceError, initialize
 
-SERVER: Final = ROOT / "visualhfsm/template_hardware/server.py"
+SERVER: Final = ROOT / "visualhfsm/_commands/template_hardware/server.py"
 JOINTS: Final = ("pan", "tilt", "shoulder", "elbow")
 REALM: Final = "own"
 FRACTION: Final = 0.1

@@ -26,7 +26,7 @@ from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, assert_gone, children, module
 from tests.support.soak import repeated
 from tests.support.waiting import until
-from visualhfsm._command import app
+from visualhfsm._commands.app import app
 from visualhfsm.trials._outcomes import read_outcomes
 
 pytestmark = pytest.mark.slow

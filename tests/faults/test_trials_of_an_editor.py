@@ -15,8 +15,8 @@ from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, children
 from tests.support.pushes import Pushes
 from tests.support.waiting import until
-from visualhfsm._editing.serialization import parse
-from visualhfsm._services import Source
+from visualhfsm._document.serialization import parse
+from visualhfsm._monitor.messages import Source
 from visualhfsm.trials._messages import Choices, TrialsPush
 from visualhfsm.trials._service import RunningTrials
 
@@ -40,7 +40,7 @@ TESTING_EDITOR = """
 import asyncio, sys
 from pathlib import Path
 from tests.faults.test_trials_of_an_editor import opened
-from visualhfsm._running_tests import RunningTests
+from visualhfsm._processes.tests import RunningTests
 
 async def edit():
     path = Path(sys.argv[1])

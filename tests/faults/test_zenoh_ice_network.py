@@ -166,7 +166,7 @@ def test_garbled_traffic_ends_calls_and_no_process(line: Line, seed: int) -> Non
 class TestRouter:
     @pytest.fixture
     def router(self, endpoint: str) -> Iterator[ComponentProcess]:
-        with ComponentProcess(module("visualhfsm.nao", "router", "--listen", endpoint)) as process:
+        with ComponentProcess(module("nao_tools", "router", "--listen", endpoint)) as process:
             process.wait_for("the router listens")
             yield process
 

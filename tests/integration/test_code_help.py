@@ -19,10 +19,10 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.document import Text
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
-from visualhfsm._code_help.service import CodeHelp
-from visualhfsm._editing.places import Place
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._web.code_questions import CodeQuestions
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._document.places import Place
+from visualhfsm._editor.code_questions import CodeQuestions
+from visualhfsm.project._code_help.service import CodeHelp
 from visualhfsm.project._version import Version
 
 CONFIG = (

@@ -95,7 +95,7 @@ def test_a_robot_of_one_part_passes_and_what_it_lacks_is_named(
 
 
 def test_the_server_that_visualhfsm_new_makes_passes_on_its_simulated_bus() -> None:
-    code, output = run(ROOT / "visualhfsm/template_hardware", "--robot", "server:make")
+    code, output = run(ROOT / "visualhfsm/_commands/template_hardware", "--robot", "server:make")
     assert code == 0, output
     assert "no walk" in output
 

@@ -14,8 +14,8 @@ from typer.testing import CliRunner, Result
 from tests.support.codegen_command import ROOT, files_in
 from tests.support.commands import run_here
 from tests.support.limits import RUN_LIMIT
-from visualhfsm._command import app
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app
 
 OLD = """<VisualStates>
   <config type="1"><plugins><plugin id="0"><name>/scan</name></plugin></plugins></config>

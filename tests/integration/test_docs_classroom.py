@@ -19,7 +19,7 @@ from tests.support.limits import RUN_LIMIT
 from tests.support.marks import marks_in
 from tests.support.pages import DOCS, blocks_of
 from tests.support.places import ROOT
-from visualhfsm._command import app
+from visualhfsm._commands.app import app
 
 pytestmark = pytest.mark.slow
 

@@ -10,10 +10,10 @@ from typing import Any, get_args
 
 from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.pages import blocks_of
-from visualhfsm._errors import ErrorKind
-from visualhfsm._services import Push
-from visualhfsm._web.handlers import HANDLERS, Lane
-from visualhfsm._web.protocol import Request
+from visualhfsm._base.errors import ErrorKind
+from visualhfsm._editor.handlers import HANDLERS, Lane
+from visualhfsm._editor.protocol import Request
+from visualhfsm._monitor.messages import Push
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference/protocol.md"
 

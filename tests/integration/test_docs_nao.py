@@ -6,12 +6,12 @@ import json
 import re
 from pathlib import Path
 
+from nao_tools._command import app
+from nao_tools._deployment.stack import load_stack
 from naoserver.fake import FakeRobot
 from tests.support.nao_command import at, nao
 from tests.support.pages import DOCS, blocks_of
 from tests.support.robot_server import served
-from visualhfsm._deployment.stack import load_stack
-from visualhfsm.nao._command import app
 
 PAGE = (DOCS / "how-to/nao.md").read_text("utf-8")
 

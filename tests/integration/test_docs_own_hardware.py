@@ -20,8 +20,8 @@ from tests.support.places import ROOT
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint
 from tests.support.reader import commands_of
 from tests.support.waiting import until
-from visualhfsm._command import app
-from visualhfsm._new import new
+from visualhfsm._commands.app import app
+from visualhfsm._commands.new import new
 from zenoh_ice import initialize
 
 PAGE: Final = "how-to/own-hardware.md"

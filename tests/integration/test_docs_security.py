@@ -11,6 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 from interfaces.nao import SafetyPrx
+from nao_tools._command import app
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
 from tests.support.commands import run_here
@@ -20,7 +21,6 @@ from tests.support.ports import free_port
 from tests.support.processes import REPOSITORY, ComponentProcess
 from tests.support.ros_lab import secured_lab
 from tests.support.security import Keys
-from visualhfsm.nao._command import app
 from zenoh_ice import initialize
 from zenoh_ice.settings import load_settings
 
@@ -36,7 +36,7 @@ def commands(folder: Path) -> list[list[str]]:
 
 def module(words: list[str]) -> list[str]:
     assert words[0] == "nao"
-    return [sys.executable, "-m", "visualhfsm.nao", *words[1:]]
+    return [sys.executable, "-m", "nao_tools", *words[1:]]
 
 
 def run(command: list[str]) -> subprocess.CompletedProcess[str]:

@@ -18,10 +18,10 @@ from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
 from tests.support.security import Keys, routing
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._robots import Robots, find_worlds
-from visualhfsm._services import USUAL_LIMITS, Robot, ServiceLimits, Simulation
-from visualhfsm._web.services import Services, make_services
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._editor.services import Services, make_services
+from visualhfsm._monitor.messages import USUAL_LIMITS, Robot, ServiceLimits, Simulation
+from visualhfsm._processes.robots import Robots, find_worlds
 from zenoh_ice import Settings
 
 

@@ -19,6 +19,7 @@ import zenoh
 
 from codegen.messages import Message
 from interfaces.nao import SafetyPrx
+from nao_tools._stopping import StopLimits
 from naoserver.fake import FakeRobot
 from naoserver.robot import JointReading
 from tests.support.carriers import NETWORK
@@ -30,10 +31,9 @@ from tests.support.robot_server import RobotClient, served, served_to_client
 from tests.support.security import Keys, routing
 from tests.support.stranger import stranger
 from tests.support.waiting import until
-from visualhfsm._live import stopping as editor_stop
-from visualhfsm._live.stopping import StopReport
-from visualhfsm._services import ServiceLimits
-from visualhfsm.nao._stopping import StopLimits
+from visualhfsm._monitor import stopping as editor_stop
+from visualhfsm._monitor.messages import ServiceLimits
+from visualhfsm._monitor.stopping import StopReport
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice._wire import ERROR_ENCODING, encode_call_attachment
 from zenoh_ice.application.emergency_stop import SAFETY, begin_stop

@@ -21,8 +21,8 @@ from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, module
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
-from visualhfsm._command import app
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app
 
 pytestmark = pytest.mark.slow
 

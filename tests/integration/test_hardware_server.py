@@ -20,7 +20,7 @@ from tests.support.places import ROOT
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
 from tests.support.waiting import until
 
-SERVER: Final = str(ROOT / "visualhfsm/template_hardware/server.py")
+SERVER: Final = str(ROOT / "visualhfsm/_commands/template_hardware/server.py")
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def serving(bus: SimBus, endpoint: str, environment: dict[str, str], *options: s
 def nao(environment: dict[str, str], *words: str) -> tuple[int, str]:
     """Return the exit code of `nao`, and what it prints."""
     done = subprocess.run(
-        [sys.executable, "-m", "visualhfsm.nao", *words],
+        [sys.executable, "-m", "nao_tools", *words],
         env={**environment, "COLUMNS": "200"},
         capture_output=True,
         text=True,

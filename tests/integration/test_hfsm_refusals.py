@@ -11,13 +11,13 @@ from typer import Typer
 from hfsm_runtime._robot import Permission
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx, SafetyPrx
+from nao_tools._command import app as nao
 from naoserver.fake import FakeRobot
 from tests.integration.test_hfsm_component import start, turning
 from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
 from tests.support.robot_server import eventually, served, served_to_client
-from visualhfsm._command import app as visualhfsm
-from visualhfsm.nao._command import app as nao
+from visualhfsm._commands.app import app as visualhfsm
 from zenoh_ice import Communicator, initialize
 
 

@@ -93,7 +93,7 @@ def test_it_is_found_wherever_python_looks(project: Path, tmp_path: Path, module
 
 
 def test_a_robot_is_stopped_beside_it_all_the_same(project: Path) -> None:
-    done = run(project, "-m", "visualhfsm.nao", "stop", "--help")
+    done = run(project, "-m", "nao_tools", "stop", "--help")
     assert done.returncode == 0
 
 

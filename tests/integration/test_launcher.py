@@ -13,11 +13,11 @@ from pathlib import Path
 import psutil
 import pytest
 
+from nao_tools._command import app
 from tests.support.commands import run_here
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.terminal import read_until
-from visualhfsm.nao._command import app
 
 TETHER = str(Path(__file__).resolve().parents[2] / "zenoh_ice" / "application" / "tether.py")
 
@@ -68,7 +68,7 @@ class Bench:
     def start(
         self, *options: str, terminal: int | None = None, preexec_fn: Callable[[], object] | None = None
     ) -> subprocess.Popen[str]:
-        command = [sys.executable, "-m", "visualhfsm.nao", "stack", str(self._written()), *options]
+        command = [sys.executable, "-m", "nao_tools", "stack", str(self._written()), *options]
         if terminal is None:
             self.launcher = subprocess.Popen(
                 command,

@@ -43,15 +43,15 @@ from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.soak import repeated
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._live.recordings import open_recording
-from visualhfsm._live.service import Monitoring
-from visualhfsm._monitoring.description import nao
-from visualhfsm._monitoring.follower import Follower, LiveStructure, Silence
-from visualhfsm._monitoring.pictures import OLDEST
-from visualhfsm._monitoring.robot import RobotMonitor, RobotState
-from visualhfsm._monitoring.run_log import LiveSnapshot
-from visualhfsm._services import Components, ServiceLimits, Snapshot, Stale, Structure
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._monitor.messages import Components, ServiceLimits, Snapshot, Stale, Structure
+from visualhfsm._monitor.realm.description import nao
+from visualhfsm._monitor.realm.follower import Follower, LiveStructure, Silence
+from visualhfsm._monitor.realm.pictures import OLDEST
+from visualhfsm._monitor.realm.robot import RobotMonitor, RobotState
+from visualhfsm._monitor.realm.run_log import LiveSnapshot
+from visualhfsm._monitor.recordings import open_recording
+from visualhfsm._monitor.service import Monitoring
 from zenoh_ice import Current, Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"

@@ -47,15 +47,15 @@ from tests.support.pushes import Pushes
 from tests.support.soak import repeated
 from tests.support.waiting import until
 from tests.support.watching import content
-from visualhfsm._editing.serialization import parse
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._live import open_recordings
-from visualhfsm._live.open_recordings import OpenRecordings
-from visualhfsm._live.recordings import RecordedRun, open_recording
-from visualhfsm._live.service import Monitoring
-from visualhfsm._monitoring.description import nao
-from visualhfsm._monitoring.robot import RobotState
-from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._document.serialization import parse
+from visualhfsm._monitor import open_recordings
+from visualhfsm._monitor.open_recordings import OpenRecordings
+from visualhfsm._monitor.realm.description import nao
+from visualhfsm._monitor.realm.robot import RobotState
+from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog
+from visualhfsm._monitor.recordings import RecordedRun, open_recording
+from visualhfsm._monitor.service import Monitoring
 from zenoh_ice import Settings, VirtualClock
 
 DOCUMENT = document(

@@ -15,10 +15,10 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
-from visualhfsm._editing.commands.states import SetStateCode
-from visualhfsm._monitoring.run_log import LiveSnapshot
-from visualhfsm._services import Components, RunPush, Snapshot, Source, Stale
-from visualhfsm._web.services import Services, make_services
+from visualhfsm._document.commands.states import SetStateCode
+from visualhfsm._editor.services import Services, make_services
+from visualhfsm._monitor.messages import Components, RunPush, Snapshot, Source, Stale
+from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from zenoh_ice import Settings
 
 TEXT = document(

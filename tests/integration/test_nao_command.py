@@ -20,6 +20,11 @@ import typer
 from PIL import Image
 from typer.main import get_command
 
+from nao_tools._command import app
+from nao_tools._completion import complete_call, complete_camera, complete_servant, complete_stream
+from nao_tools._doctor.findings import Level
+from nao_tools._doctor.installation import installed_version
+from nao_tools._doctor.network import check_network
 from naoserver.fake import FakeRobot
 from tests.support.carriers import NETWORK, calls_over_network, over_both
 from tests.support.gripper import GripperI
@@ -29,11 +34,6 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
 from tests.support.stranger import session_of
-from visualhfsm.nao._command import app
-from visualhfsm.nao._completion import complete_call, complete_camera, complete_servant, complete_stream
-from visualhfsm.nao._doctor.findings import Level
-from visualhfsm.nao._doctor.installation import installed_version
-from visualhfsm.nao._doctor.network import check_network
 from zenoh_ice import Current, Object, initialize, load_settings
 
 
@@ -424,7 +424,7 @@ def test_nobody_at_the_endpoint_is_reported_with_what_to_do() -> None:
 
 
 def nao_process(*words: str) -> list[str]:
-    return module("visualhfsm.nao", *words)
+    return module("nao_tools", *words)
 
 
 def test_names_are_completed_from_what_is_alive(robot: ServedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -440,7 +440,7 @@ def test_names_are_completed_from_what_is_alive(robot: ServedRobot, monkeypatch:
 def test_bash_completes_also_after_an_endpoint(robot: ServedRobot) -> None:
     # Of `nao call --connect tcp/127.0.0.1:7447 Head.set`; bash takes the endpoint for three words.
     words = ["nao", "call", "--connect", *re.split("(:)", robot.endpoint), "Head.set"]
-    code = "import sys; sys.argv[0] = 'nao'; from visualhfsm.nao.__main__ import main; main()"
+    code = "import sys; sys.argv[0] = 'nao'; from nao_tools.__main__ import main; main()"
     line = {"COMP_WORDS": "\n".join(words), "COMP_CWORD": str(len(words) - 1)}
     done = subprocess.run(
         [sys.executable, "-c", code],

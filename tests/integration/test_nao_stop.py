@@ -53,7 +53,7 @@ class Terminal:
 def ready(endpoint: str, realm: str, *options: str) -> Iterator[Terminal]:
     """Run the command in a separate terminal; end it if it has not ended."""
     main, terminal = os.openpty()
-    command = module("visualhfsm.nao", "stop", "--ready", "hands off", *options)
+    command = module("nao_tools", "stop", "--ready", "hands off", *options)
     where = ["--connect", endpoint, "--realm", realm, "--listen", "tcp/127.0.0.1:0"]
     process = subprocess.Popen(
         ["setsid", "--ctty", *command, *where], stdin=terminal, stdout=terminal, stderr=terminal
@@ -143,7 +143,7 @@ def test_it_waits_for_a_robot_that_starts_later() -> None:
 def test_who_leaves_stops_nothing_and_the_terminal_is_left_as_it_was(robot: RobotClient) -> None:
     script = 'stty -a; "$@"; code=$?; stty -a; echo "end $code"'
     main, terminal = os.openpty()
-    command = module("visualhfsm.nao", "stop", "--ready", "--connect", robot.endpoint, "--realm", robot.realm)
+    command = module("nao_tools", "stop", "--ready", "--connect", robot.endpoint, "--realm", robot.realm)
     process = subprocess.Popen(
         ["setsid", "--ctty", "sh", "-c", script, "sh", *command],
         stdin=terminal, stdout=terminal, stderr=terminal,

@@ -11,7 +11,7 @@ import pytest
 from tests.support.codegen_command import codegen
 from tests.support.commands import run_here
 from tests.support.documents import document, state, sub
-from visualhfsm._command import app
+from visualhfsm._commands.app import app
 
 TEXT = document(
     sub(1, 0, state(1, "go", "self.motors.stop()", initial=True)),

@@ -27,14 +27,14 @@ from tests.support.pushes import Pushes
 from tests.support.reader import commands_of
 from tests.support.robot_server import served
 from tests.support.soak import cases
-from visualhfsm._code_help.service import CodeHelp
-from visualhfsm._command import app
-from visualhfsm._editing.places import Place
-from visualhfsm._editing.problems import find_problems
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._new import new
-from visualhfsm._running import RunningComponents
-from visualhfsm._services import Output, RunPush, Source
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app
+from visualhfsm._commands.new import new
+from visualhfsm._document.places import Place
+from visualhfsm._document.problems import find_problems
+from visualhfsm._monitor.messages import Output, RunPush, Source
+from visualhfsm._processes.components import RunningComponents
+from visualhfsm.project._code_help.service import CodeHelp
 from zenoh_ice import Settings
 
 pytest_plugins = "pytester"

@@ -11,8 +11,8 @@ import pytest
 from tests.support.arm import ARM, ARM_TOML
 from tests.support.editor import Refused, editor
 from tests.support.processes import children
-from visualhfsm._errors import ForbiddenPathError, VisualHfsmError, WouldOverwriteError
-from visualhfsm._own_robots import OwnRobot, OwnRobots
+from visualhfsm._base.errors import ForbiddenPathError, VisualHfsmError, WouldOverwriteError
+from visualhfsm._editor.own_robots import OwnRobot, OwnRobots
 from visualhfsm.project._root import Root
 
 

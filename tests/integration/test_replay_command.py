@@ -30,8 +30,8 @@ from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.robot_server import served
 from tests.support.waiting import until
-from visualhfsm._command import app
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app
 
 SECONDS = 1.2  # of the recording
 

@@ -12,7 +12,7 @@ PAGE = DOCS / "how-to/recording.md"
 
 def test_every_topic_of_the_page_is_recorded_and_every_option_is_there() -> None:
     text = PAGE.read_text("utf-8")
-    writers = ("hfsm_runtime/_recording", "hfsm_runtime/recording_file", "visualhfsm/_live")
+    writers = ("hfsm_runtime/_recording", "hfsm_runtime/recording_file", "visualhfsm/_monitor")
     sources = "".join(
         path.read_text("utf-8") for folder in writers for path in (REPOSITORY / folder).glob("*.py")
     )

@@ -19,8 +19,8 @@ from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.ros_nodes import DOMAIN, Inbox
 from tests.support.waiting import until
-from visualhfsm._command import app
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app
 from zenoh_ice import Settings
 from zenoh_ros2 import ActionServer, Node
 

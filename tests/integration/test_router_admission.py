@@ -11,11 +11,11 @@ from functools import partial
 
 import pytest
 
+from nao_tools._deployment.admission import Admission, AdmissionLimits
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys, routing
 from tests.support.waiting import links, until
-from visualhfsm._deployment.admission import Admission, AdmissionLimits
 from zenoh_ice import EndpointInUseException, initialize
 from zenoh_ice.settings import host_and_port
 
@@ -86,7 +86,7 @@ class TestUnfinishedHandshakes:
 
 def test_the_log_names_the_address_of_a_client(keys: Keys, endpoint: str) -> None:
     options = ("--config", str(keys.folder / "router.toml"), "--listen", endpoint)
-    with ComponentProcess(module("visualhfsm.nao", "router", *options)) as router:
+    with ComponentProcess(module("nao_tools", "router", *options)) as router:
         router.wait_for(f"the router listens on {endpoint}")
         with initialize(keys.settings("student", connect=[endpoint])):
             router.wait_for("'student' came, at 127.0.0.1, process")

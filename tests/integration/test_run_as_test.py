@@ -19,13 +19,13 @@ from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
 from tests.support.soak import SOAKS
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._live.recordings import open_recording
-from visualhfsm._monitoring.run_log import LiveSnapshot
-from visualhfsm._run_test import run_as_test
-from visualhfsm._services import Components, RunPush, Snapshot, Source
-from visualhfsm._test_results import TestsPush, TestView
-from visualhfsm._web.services import Services, make_services
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._editor.services import Services, make_services
+from visualhfsm._monitor.messages import Components, RunPush, Snapshot, Source
+from visualhfsm._monitor.realm.run_log import LiveSnapshot
+from visualhfsm._monitor.recordings import open_recording
+from visualhfsm._processes.test_from_run import run_as_test
+from visualhfsm._processes.test_results import TestsPush, TestView
 from zenoh_ice import Current, Settings
 
 GIVE_UP = transition(4, 1, 2, "False", name="give up")

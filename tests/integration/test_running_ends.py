@@ -18,9 +18,9 @@ from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.soak import cases
-from visualhfsm._editing.places import Place
-from visualhfsm._running import RunningComponents
-from visualhfsm._services import USUAL_LIMITS, Output, RunPush, ServiceLimits, Source
+from visualhfsm._document.places import Place
+from visualhfsm._monitor.messages import USUAL_LIMITS, Output, RunPush, ServiceLimits, Source
+from visualhfsm._processes.components import RunningComponents
 from zenoh_ice import Settings
 
 CODE = Place(kind="state", automaton=2, id=5, part="code")

@@ -16,7 +16,7 @@ import pytest
 from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.waiting import until
-from visualhfsm._watched_process import LineReports, Lines
+from visualhfsm._base.watched_process import LineReports, Lines
 from zenoh_ice.application.child import ChildProcess
 
 

@@ -22,11 +22,11 @@ from tests.support.limits import CALL_LIMIT
 from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.soak import repeated
-from visualhfsm._editing.commands.states import SetStateCode
-from visualhfsm._editing.places import Place
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._running import RunningComponents
-from visualhfsm._services import Output, OutputLine, RunPush, Source
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._document.commands.states import SetStateCode
+from visualhfsm._document.places import Place
+from visualhfsm._monitor.messages import Output, OutputLine, RunPush, Source
+from visualhfsm._processes.components import RunningComponents
 from zenoh_ice import Settings
 
 

@@ -13,12 +13,12 @@ from queue import SimpleQueue
 import pytest
 
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
+from nao_tools._doctor.network import check_network
 from tests.support.limits import EVENT_LIMIT, FOREVER, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.security import Keys, routing
 from tests.support.stranger import session_of
 from tests.support.waiting import listened, until
-from visualhfsm.nao._doctor.network import check_network
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
 from zenoh_ice._token_keys import client_token
 from zenoh_ice.exceptions import (
@@ -289,7 +289,7 @@ class TestRefusal:
         """As on a machine whose clock is wrong by that many days."""
         keys = Keys(tmp_path)
         begin = datetime.now(UTC) + timedelta(days=days)
-        monkeypatch.setattr("visualhfsm._security.folder._CLOCKS_APART", -timedelta(days=days))
+        monkeypatch.setattr("nao_tools._security.folder._CLOCKS_APART", -timedelta(days=days))
         keys.security.renew("router", valid=timedelta(days=days + 1))
         open_with(keys.settings("router"))
         said = refusal(keys.settings("student"))

@@ -11,12 +11,12 @@ import typer.testing
 import zenoh
 from cryptography import x509
 
+from nao_tools._deployment.router import serve
+from nao_tools._security.command import app
+from nao_tools._security.folder import SecurityFilesError, hosts_of
 from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.security import Keys
 from tests.support.stranger import session_of
-from visualhfsm._deployment.router import serve
-from visualhfsm._security.command import app
-from visualhfsm._security.folder import SecurityFilesError, hosts_of
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.security import check_security

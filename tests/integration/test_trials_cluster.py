@@ -23,7 +23,7 @@ from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, assert_gone, module
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
-from visualhfsm._new import new
+from visualhfsm._commands.new import new
 from visualhfsm.trials import Plan, Spread, Success, Summary, TrialsError, run_trials
 from visualhfsm.trials._cluster import Cluster, ClusterLimits
 from visualhfsm.trials._outcomes import Record, read_outcomes

@@ -18,9 +18,9 @@ from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
-from visualhfsm._command import app
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._live.recordings import open_recording
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app
+from visualhfsm._monitor.recordings import open_recording
 from visualhfsm.trials._outcomes import read_outcomes
 
 pytestmark = pytest.mark.slow

@@ -23,10 +23,10 @@ from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from tests.support.watching import content
-from visualhfsm._command import app
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._watch.telemetry import Telemetry
-from visualhfsm._watch.terminal import status_line
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app
+from visualhfsm._commands.watch import status_line
+from visualhfsm._commands.watch_line import Telemetry
 from zenoh_ice import Current, initialize
 
 

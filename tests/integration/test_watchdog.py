@@ -36,7 +36,7 @@ def systemd(folder: Path, watchdog: float) -> Iterator[socket.socket]:
 
 
 @pytest.mark.parametrize(
-    "command", [module("naoserver.fake"), module("visualhfsm.nao", "router")], ids=["server", "router"]
+    "command", [module("naoserver.fake"), module("nao_tools", "router")], ids=["server", "router"]
 )
 def test_a_process_that_serves_reports_that_it_works(
     command: list[str], endpoint: str, tmp_path: Path

@@ -27,9 +27,9 @@ from tests.support.editor import DOCUMENT, Editor, Window, editor, shared_checks
 from tests.support.limits import PAGE_LIMIT
 from tests.support.ports import free_port
 from tests.support.reverse_proxy import Mount, reverse_proxy
-from visualhfsm._command import app
-from visualhfsm._web.server import Options, Server, SocketError
-from visualhfsm._web.services import make_services
+from visualhfsm._commands.app import app
+from visualhfsm._editor.server import Options, Server, SocketError
+from visualhfsm._editor.services import make_services
 from zenoh_ice import Settings
 from zenoh_ice.settings import load_settings
 
@@ -119,7 +119,7 @@ def test_everything_that_the_page_names_is_below_its_path(running: Editor, host:
 
 
 def test_the_files_of_the_page_name_nothing_at_the_top_of_the_host() -> None:
-    static = Path("visualhfsm/_web/static")
+    static = Path("visualhfsm/_editor/static")
     texts = {
         path: path.read_text("utf-8") for path in static.rglob("*") if path.suffix in {".js", ".css", ".html"}
     }
@@ -136,7 +136,7 @@ def test_what_the_browser_keeps_is_kept_by_path() -> None:
         r"\b(localStorage|sessionStorage|indexedDB|BroadcastChannel|SharedWorker|serviceWorker|caches|document\.cookie"
         r"|navigator\.locks)\b"
     )
-    static = Path("visualhfsm/_web/static")
+    static = Path("visualhfsm/_editor/static")
     modules = [
         path for path in static.rglob("*.js") if "vendor" not in path.parts and path.name != "storage.js"
     ]

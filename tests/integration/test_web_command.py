@@ -28,10 +28,10 @@ from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.soak import cases
 from tests.support.waiting import until
-from visualhfsm._command import app
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._web.launch import open_browser
-from visualhfsm._web.server import Options
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._commands.app import app
+from visualhfsm._editor.launch import open_browser
+from visualhfsm._editor.server import Options
 
 ADDRESS = r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{40,}"
 
@@ -143,7 +143,7 @@ def test_without_a_display_no_browser_of_text_takes_the_terminal(monkeypatch: py
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(variable, raising=False)
     launches: list[object] = []
-    monkeypatch.setattr("visualhfsm._web.server.serve", lambda *_, launch: launches.append(launch))
+    monkeypatch.setattr("visualhfsm._editor.server.serve", lambda *_, launch: launches.append(launch))
     assert CliRunner().invoke(app, ["edit"]).exit_code == 0
     monkeypatch.setenv("BROWSER", "firefox")
     assert CliRunner().invoke(app, ["edit"]).exit_code == 0
@@ -234,7 +234,7 @@ def content(file: Path, wanted: str) -> str:
 
 def test_without_a_command_the_editor_is_opened_with_a_demo(monkeypatch: pytest.MonkeyPatch) -> None:
     served: list[Options] = []
-    monkeypatch.setattr("visualhfsm._web.server.serve", lambda options, *_, **__: served.append(options))
+    monkeypatch.setattr("visualhfsm._editor.server.serve", lambda options, *_, **__: served.append(options))
     for arguments in ([], ["edit"]):
         assert CliRunner().invoke(app, arguments).exit_code == 0
     assert [options.demo for options in served] == [True, False]

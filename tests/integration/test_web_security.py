@@ -21,7 +21,7 @@ from websockets.sync.client import ClientConnection
 from tests.support.editor import DOCUMENT, Editor, Refused, editor
 from tests.support.limits import PAGE_LIMIT
 from tests.support.ports import free_port
-from visualhfsm._web.limits import Limits
+from visualhfsm._editor.limits import Limits
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.support.editor import DOCUMENT, Editor, Refused, Window, editor, shared_checks
-from visualhfsm._web.limits import Limits
+from visualhfsm._editor.limits import Limits
 
 ATTACKS: Final[list[dict[str, Any]]] = [
     {"op": "do", "tab": 1, "command": {"command": "renameState", "automaton": 1, "state": 1, "name": "x"}},

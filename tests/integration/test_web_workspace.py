@@ -35,22 +35,14 @@ from tests.support.editor import (
 from tests.support.editor import services as make_services
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
-from visualhfsm._editing.places import Place
-from visualhfsm._editing.serialization import parse_file
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._monitoring.run_log import LiveSnapshot
-from visualhfsm._services import (
-    Components,
-    Output,
-    OutputLine,
-    Publish,
-    RunPush,
-    Snapshot,
-    Source,
-)
-from visualhfsm._sessions.session import Change, DocumentSession
-from visualhfsm._web.limits import Limits
-from visualhfsm._web.services import Services
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._document.places import Place
+from visualhfsm._document.serialization import parse_file
+from visualhfsm._editor.limits import Limits
+from visualhfsm._editor.services import Services
+from visualhfsm._monitor.messages import Components, Output, OutputLine, Publish, RunPush, Snapshot, Source
+from visualhfsm._monitor.realm.run_log import LiveSnapshot
+from visualhfsm.project._session.session import Change, DocumentSession
 
 HEAD = (
     "<config><iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"

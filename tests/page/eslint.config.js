@@ -21,10 +21,10 @@ export default [
     },
   },
   {
-    files: ["**/_web/static/**"],
+    files: ["**/_editor/static/**"],
     languageOptions: {globals: globals.browser},
     rules: {
-      // _web/assets.py sends modules without such lines.
+      // _editor/assets.py sends modules without such lines.
       "no-restricted-syntax": [
         "error",
         {

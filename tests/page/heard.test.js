@@ -63,7 +63,7 @@ const BEEP = {
 };
 const GOAL = {...SILENT, says: "Goal!", counts: [1, 0], ages: [0.03, null]};
 
-/** @type {import("../../visualhfsm/_web/static/monitor/heard.js").Loudspeaker} */
+/** @type {import("../../visualhfsm/_editor/static/monitor/heard.js").Loudspeaker} */
 let loudspeaker;
 
 beforeEach(() => {

@@ -12,7 +12,7 @@ import {fileURLToPath} from "node:url";
 import {parse} from "acorn";
 import {parseFragment} from "parse5";
 
-export const STATIC = fileURLToPath(new URL("../../visualhfsm/_web/static/", import.meta.url));
+export const STATIC = fileURLToPath(new URL("../../visualhfsm/_editor/static/", import.meta.url));
 
 /** How many of their arguments are texts. @type {Record<string, number>} */
 const FUNCTIONS = {t: 1, n: 2, rich: 1};

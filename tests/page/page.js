@@ -1,6 +1,6 @@
 /** What the tests of the page share: where its modules are, and the surroundings that they ask for. */
 
-export const STATIC = new URL("../../visualhfsm/_web/static/", import.meta.url);
+export const STATIC = new URL("../../visualhfsm/_editor/static/", import.meta.url);
 
 /** A connection whose other end is the test. */
 export class Socket extends EventTarget {

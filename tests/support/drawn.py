@@ -7,7 +7,7 @@ from typing import Any
 
 from naoserver.body import Body, write_body
 from naoserver.looks.description import write_looks
-from visualhfsm._monitoring.description import describe
+from visualhfsm._monitor.realm.description import describe
 
 __all__ = ["drawn"]
 

@@ -9,9 +9,9 @@ from typing import Final, Literal, get_args, get_origin
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
-from visualhfsm._editing.commands import COMMANDS, Command, decode_command
-from visualhfsm._editing.serialization import copy_states, written
-from visualhfsm._errors import EditError
+from visualhfsm._base.errors import EditError
+from visualhfsm._document.commands import COMMANDS, Command, decode_command
+from visualhfsm._document.serialization import copy_states, written
 
 __all__ = ["automaton", "choose_command", "large_document", "names", "state", "transition", "tree"]
 

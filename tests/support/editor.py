@@ -23,13 +23,13 @@ from codegen.hfsm.document import Document
 from codegen.messages import Message
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.ports import free_port
-from visualhfsm._editing.check_process import CheckProcess
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._services import Publish, Stopper
-from visualhfsm._sessions.session import MERGE_WITHIN
-from visualhfsm._web.limits import Limits
-from visualhfsm._web.server import Options, Report, Server
-from visualhfsm._web.services import MakeServices, Services
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._editor.limits import Limits
+from visualhfsm._editor.server import Options, Report, Server
+from visualhfsm._editor.services import MakeServices, Services
+from visualhfsm._monitor.messages import Publish, Stopper
+from visualhfsm.project._check_process import CheckProcess
+from visualhfsm.project._session.session import MERGE_WITHIN
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>

@@ -28,6 +28,7 @@ PACKAGES: Final = [
     "codegen",
     "hfsm_runtime",
     "interfaces",
+    "nao_tools",
     "naoserver",
     "naoserver_sim",
     "visualhfsm",

@@ -8,7 +8,7 @@ import random
 from collections.abc import Awaitable, Callable, Iterable
 
 from tests.support.limits import RUN_LIMIT
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
 
 __all__ = ["interleave"]
 

@@ -19,9 +19,9 @@ from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
-from visualhfsm._generate import generate_component
-from visualhfsm._services import ServiceLimits
-from visualhfsm._web.services import MakeServices, make_services
+from visualhfsm._document.generate import generate_component
+from visualhfsm._editor.services import MakeServices, make_services
+from visualhfsm._monitor.messages import ServiceLimits
 from zenoh_ice import Settings
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from unittest.mock import patch
 
+from nao_tools._command import app
+from nao_tools._stopping import StopLimits
 from tests.support.commands import run_here
-from visualhfsm.nao._command import app
-from visualhfsm.nao._stopping import StopLimits
 
 __all__ = ["Outcome", "at", "nao"]
 

@@ -20,7 +20,7 @@ __all__ = ["PAGE_COVERAGE", "recorded"]
 
 PAGE_COVERAGE = os.environ.get("PAGE_COVERAGE")
 """The folder for the coverage, if it is recorded."""
-STATIC = ROOT / "visualhfsm" / "_web" / "static"
+STATIC = ROOT / "visualhfsm" / "_editor" / "static"
 
 
 @contextlib.contextmanager

@@ -21,12 +21,12 @@ PROGRAMS: Final = {
     "ballmover": ("ballmover._cli", "app"),
     "codegen": ("codegen.command", "app"),
     "codegen diff": ("codegen._diff", "app"),
-    "nao": ("visualhfsm.nao._command", "app"),
+    "nao": ("nao_tools._command", "app"),
     "naoserver-naoqi": ("naoserver.naoqi._command", "app"),
     "naoserver-ros2": ("naoserver.ros2._command", "app"),
     "naoserver-sim": ("naoserver_sim._command", "app"),
     "python -m naoserver.fake": ("naoserver.fake.__main__", "app"),
-    "visualhfsm": ("visualhfsm._command", "app"),
+    "visualhfsm": ("visualhfsm._commands.app", "app"),
 }
 """Module and name of the application of each program."""
 

@@ -2,7 +2,7 @@
 
 The page has no build step: its modules are JavaScript whose comments name these types, and TypeScript checks
 them. They are messages, commands and values as msgspec encodes and decodes them, and elements of documents as
-`visualhfsm._editing.views` shows them.
+`visualhfsm._document.views` shows them.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from msgspec import inspect as shapes
 from codegen.hfsm.document import Automaton, Document, Event, Interface, Node, Text
 from codegen.messages import Message
 from interfaces.hfsm import Explanation, ReloadReport
-from visualhfsm._bodies import KnownBody
-from visualhfsm._code_help.answers import Completions, InterfaceDescription, Signature
-from visualhfsm._code_help.answers import Explanation as NameExplanation
-from visualhfsm._editing.commands import COMMANDS
-from visualhfsm._editing.diff import Difference
-from visualhfsm._editing.places import Hit
-from visualhfsm._editing.problems import CounterexampleView, StepView
-from visualhfsm._editing.views import SHOWN
-from visualhfsm._html_file import STATIC
-from visualhfsm._live.stopping import StopReport
-from visualhfsm._monitoring.robot import RobotFacts
-from visualhfsm._monitoring.run_log import Timeline
-from visualhfsm._own_robots import OwnRobot
-from visualhfsm._robots import World
-from visualhfsm._services import Push
-from visualhfsm._test_results import TestsPush
-from visualhfsm._web import protocol
+from visualhfsm._base.html_file import STATIC
+from visualhfsm._document.commands import COMMANDS
+from visualhfsm._document.diff import Difference
+from visualhfsm._document.places import Hit
+from visualhfsm._document.problems import CounterexampleView, StepView
+from visualhfsm._document.views import SHOWN
+from visualhfsm._editor import protocol
+from visualhfsm._editor.own_robots import OwnRobot
+from visualhfsm._monitor.messages import Push
+from visualhfsm._monitor.realm.robot import RobotFacts
+from visualhfsm._monitor.realm.run_log import Timeline
+from visualhfsm._monitor.stopping import StopReport
+from visualhfsm._processes.bodies import KnownBody
+from visualhfsm._processes.robots import World
+from visualhfsm._processes.test_results import TestsPush
+from visualhfsm.project._code_help.answers import Completions, InterfaceDescription, Signature
+from visualhfsm.project._code_help.answers import Explanation as NameExplanation
 
 __all__ = ["FILE", "protocol_types"]
 

@@ -15,7 +15,7 @@ from tests.support.commands import run_here
 from tests.support.programs import PROGRAMS, app_of, component_app, expand, take
 from tests.support.reader import Command, Reader
 from tests.support.waiting import until
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
 
 __all__ = ["QuickReader"]
 

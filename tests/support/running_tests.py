@@ -8,10 +8,10 @@ from pathlib import Path
 
 from codegen.messages import Message
 from tests.support.pushes import Pushes
-from visualhfsm._editing.serialization import parse
-from visualhfsm._running_tests import RunningTests
-from visualhfsm._services import Source
-from visualhfsm._test_results import TestsPush
+from visualhfsm._document.serialization import parse
+from visualhfsm._monitor.messages import Source
+from visualhfsm._processes.test_results import TestsPush
+from visualhfsm._processes.tests import RunningTests
 
 __all__ = ["Tests", "go", "outcomes"]
 

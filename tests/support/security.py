@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 
+from nao_tools._deployment.admission import LIMITS, AdmissionLimits
+from nao_tools._security.folder import SecurityFolder
 from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess
-from visualhfsm._deployment.admission import LIMITS, AdmissionLimits
-from visualhfsm._security.folder import SecurityFolder
 from zenoh_ice.settings import Settings, load_settings
 
 __all__ = ["Keys", "routing"]
@@ -21,7 +21,7 @@ _ROUTER = """
 import logging, pickle, sys
 from zenoh_ice.application import end_at_ctrl_c
 end_at_ctrl_c()
-from visualhfsm._deployment.router import serve
+from nao_tools._deployment.router import serve
 settings, limits = pickle.loads(bytes.fromhex(sys.argv[1]))
 logging.basicConfig(level=logging.WARNING)
 serve(settings, lambda line: print("ready", flush=True), limits)

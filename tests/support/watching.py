@@ -13,10 +13,10 @@ from typing import Any
 
 from interfaces.nao import HealthEvent, HealthReport, Severity
 from tests.support.component import dance_and_follow, snapshot
-from visualhfsm._monitoring.automata import Automata
-from visualhfsm._monitoring.robot import RobotState
-from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog
-from visualhfsm._watch.telemetry import WatchState
+from visualhfsm._commands.watch_line import WatchState
+from visualhfsm._monitor.realm.automata import Automata
+from visualhfsm._monitor.realm.robot import RobotState
+from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog
 
 __all__ = ["content", "recorded", "watched"]
 

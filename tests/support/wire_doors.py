@@ -20,10 +20,10 @@ import zenoh
 import interfaces
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
+from nao_tools import NaoError
+from nao_tools._dynamic import Types
+from nao_tools._values import FromJson, to_json
 from tests.support.wire_values import pack
-from visualhfsm.nao import NaoError
-from visualhfsm.nao._dynamic import Types
-from visualhfsm.nao._values import FromJson, to_json
 from zenoh_ice import (
     ConfigurationException,
     MarshalException,

@@ -1,4 +1,4 @@
-"""Bring the catalogs of visualhfsm/_languages up to date with the code: `make texts`, or `make texts NEW=fr`.
+"""Bring the catalogs of all languages up to date with the code: `make texts`, or `make texts NEW=fr`.
 
 A language is a folder with one gettext catalog for each domain: `page` has the texts of the editor's page,
 `messages` what Python says there.
@@ -29,8 +29,8 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 
 ROOT: Final = Path(__file__).resolve().parents[2]
-LANGUAGES: Final = ROOT / "visualhfsm" / "_languages"
-STATIC: Final = ROOT / "visualhfsm" / "_web" / "static"
+LANGUAGES: Final = ROOT / "visualhfsm" / "_base" / "languages"
+STATIC: Final = ROOT / "visualhfsm" / "_editor" / "static"
 SHELF: Final = ROOT / "shelf"
 
 _WIDTH: Final = 110
@@ -53,11 +53,10 @@ class TextsError(Exception):
 
 _CODE: Final = ("codegen", "visualhfsm")
 _OF_COMMANDS: Final = (
-    *("codegen/_idl", "visualhfsm/_security", "visualhfsm/_steer", "visualhfsm/grading", "visualhfsm/nao"),
-    *("visualhfsm/_convert.py", "visualhfsm/_draw.py", "visualhfsm/_html_file.py", "visualhfsm/_new.py"),
-    *("visualhfsm/_replaying.py", "visualhfsm/_report.py"),
-    *("visualhfsm/_web/site.py", "visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py"),
-    "visualhfsm/trials/_tuning.py",
+    *("codegen/_idl", "visualhfsm/grading", "visualhfsm/_base/html_file.py"),
+    *(f"visualhfsm/_commands/{name}.py" for name in ("convert", "draw", "new", "report", "steer")),
+    *("visualhfsm/_monitor/replay.py", "visualhfsm/_monitor/target.py", "visualhfsm/_editor/site.py"),
+    *("visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_tuning.py"),
 )
 """What speaks to terminals alone, in English."""
 _KEYWORDS: Final = {"Message": (1,), "counted": (1, 2)}
@@ -218,8 +217,8 @@ class Domain:
 
 
 DOMAINS: Final = (
-    Domain("page", page_texts, page_json, "visualhfsm/_web/static/languages/{language}.json"),
-    Domain("messages", message_texts, message_mo, "visualhfsm/_languages/{language}/messages.mo"),
+    Domain("page", page_texts, page_json, "visualhfsm/_editor/static/languages/{language}.json"),
+    Domain("messages", message_texts, message_mo, "visualhfsm/_base/languages/{language}/messages.mo"),
 )
 
 

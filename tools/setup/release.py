@@ -27,7 +27,7 @@ from cyclonedx.validation.json import JsonStrictValidator
 ROOT: Final = Path(__file__).resolve().parents[2]
 DIST: Final = ROOT / "dist"
 EXTRAS: Final = "learning,naoqi,python2,ros2,security,sim,test,vision,web"
-VENDORED: Final = "visualhfsm/_web/static/vendor/packages.json"
+VENDORED: Final = "visualhfsm/_editor/static/vendor/packages.json"
 PROJECT: Final[dict[str, Any]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 LIMIT: Final = 600  # s for a step
 PLACES: Final = ("e", "Zoë Müller", "it's/a/deep folder")

@@ -1,4 +1,4 @@
-// Bundle the page's libraries: one minified ES module each, in visualhfsm/_web/static/vendor/.
+// Bundle the page's libraries: one minified ES module each, in visualhfsm/_editor/static/vendor/.
 // Run by `make vendor`. The same lock file gives the same bytes.
 import { build } from "esbuild";
 import { createHash } from "node:crypto";
@@ -7,7 +7,7 @@ import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const here = dirname(fileURLToPath(import.meta.url));
-const shipped = join(here, "../../visualhfsm/_web/static/vendor");
+const shipped = join(here, "../../visualhfsm/_editor/static/vendor");
 const testsOnly = join(here, "../../tests/support/vendor");
 
 // Not styleMap: it writes the attribute `style`, which the page's content security policy forbids.

@@ -8,7 +8,7 @@ from typing import Final
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import ANNOTATION_COLORS, SMALLEST_ANNOTATION, Annotation
-from visualhfsm._editing.nodes import FARTHEST_PLACE
+from visualhfsm._document.nodes import FARTHEST_PLACE
 
 from .arcs import Box
 from .elements import element, moved

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from codegen.hfsm.document import State, Transition
-from visualhfsm._editing.geometry import FAN, LOOP
-from visualhfsm._editing.nodes import FARTHEST_PLACE
+from visualhfsm._document.geometry import FAN, LOOP
+from visualhfsm._document.nodes import FARTHEST_PLACE
 
 from .elements import pixels
 

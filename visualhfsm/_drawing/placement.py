@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from codegen.hfsm.document import Automaton
 from codegen.hfsm.positions import on_circle
-from visualhfsm._editing.geometry import with_default_handles
+from visualhfsm._document.geometry import with_default_handles
 
 
 def spread(automaton: Automaton) -> Automaton:

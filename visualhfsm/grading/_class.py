@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Final, Self, TypeVar
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._line_process import KilledError, NoAnswerError, NotReadyError, TooSlowError
-from visualhfsm._task_processes import EndedError, TaskProcesses
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.line_process import KilledError, NoAnswerError, NotReadyError, TooSlowError
+from visualhfsm._base.task_processes import EndedError, TaskProcesses
 
 from ._errors import ComputerFailed, GradingError
 from ._exercise import Exercise

@@ -11,7 +11,7 @@ import typer
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
 
 if TYPE_CHECKING:
     from rich.console import Console

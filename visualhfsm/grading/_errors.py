@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from codegen.messages import Message
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
 
 
 class SandboxUnavailable(VisualHfsmError):

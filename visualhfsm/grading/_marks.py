@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from visualhfsm._csv_file import write_csv
+from visualhfsm._base.csv_file import write_csv
 
 from ._words import say
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from codegen.messages import Message
-from visualhfsm._editing.serialization import parse
-from visualhfsm._html_file import write_html
-from visualhfsm._live.recordings import open_recording
-from visualhfsm._run_page import run_page
+from visualhfsm._base.html_file import write_html
+from visualhfsm._document.serialization import parse
+from visualhfsm._monitor.recordings import open_recording
+from visualhfsm._monitor.run_page import run_page
 
 from ._words import figure, say
 

@@ -38,7 +38,7 @@ from hfsm_runtime.contained.protocol import (
 )
 from hfsm_runtime.source_map import PLACE
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
-from visualhfsm._line_process import explain_signal
+from visualhfsm._base.line_process import explain_signal
 from zenoh_ice import exceptions, typed
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.text import printable

@@ -16,8 +16,8 @@ from typing import Final
 import msgspec
 
 from codegen.reasons import reason
-from visualhfsm._errors import MissingPackageError, VisualHfsmError
-from visualhfsm._line_process import answer_lines
+from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
+from visualhfsm._base.line_process import answer_lines
 from visualhfsm.trials import TrialsError
 
 from ._errors import ComputerFailed, ComputerTooBusy, GradingError, SandboxUnavailable

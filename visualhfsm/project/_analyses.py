@@ -12,16 +12,16 @@ from codegen.hfsm import parse_document, resolve
 from codegen.hfsm.document import Document
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._code_help.question import Wanted
-from visualhfsm._code_help.service import CodeHelp
-from visualhfsm._editing.check_process import CheckProcess
-from visualhfsm._editing.imported_places import ImportedPlaces
-from visualhfsm._editing.places import Place, spots
-from visualhfsm._editing.problems import UNTITLED, Findings, Proof
-from visualhfsm._editing.serialization import parse_file, written
-from visualhfsm._errors import EditError, MissingError, VisualHfsmError
-from visualhfsm._generate import generate_component, summary
-from visualhfsm._sessions.files import read_file
+from visualhfsm._base.errors import EditError, MissingError, VisualHfsmError
+from visualhfsm._document.generate import generate_component, summary
+from visualhfsm._document.imported_places import ImportedPlaces
+from visualhfsm._document.places import Place, spots
+from visualhfsm._document.problems import UNTITLED, Findings, Proof
+from visualhfsm._document.serialization import parse_file, written
+from visualhfsm.project._check_process import CheckProcess
+from visualhfsm.project._code_help.question import Wanted
+from visualhfsm.project._code_help.service import CodeHelp
+from visualhfsm.project._session.files import read_file
 
 from ._root import Root
 from ._version import Version
@@ -137,7 +137,7 @@ class Analyses:
     def svg(self, version: Version, automaton: int | None) -> str:
         """Return a picture of an automaton, by default of the root; imported ones are drawn, too."""
         # Only who draws waits for what places labels and arcs.
-        from visualhfsm._svg import svg
+        from visualhfsm._drawing.svg import svg
 
         document = version.document
         if version.path is not None:

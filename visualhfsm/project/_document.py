@@ -15,21 +15,21 @@ from codegen.hfsm.document import Automaton, Document, Text
 from codegen.hfsm.document import Shelf as ShelfEntry
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._code_help.answers import Completions, Explanation, Signature
-from visualhfsm._editing.commands import Command, decode_command
-from visualhfsm._editing.commands.paste import AddReadyState
-from visualhfsm._editing.commands.transitions import TransitionType
-from visualhfsm._editing.imported_places import ImportedPlaces
-from visualhfsm._editing.places import Place
-from visualhfsm._editing.problems import Findings, Problem, Proof
-from visualhfsm._editing.serialization import copy_states, written
-from visualhfsm._errors import EditError, UnsavedError
-from visualhfsm._languages import ENGLISH
-from visualhfsm._sessions import imports
-from visualhfsm._sessions.files import write_file
-from visualhfsm._sessions.session import Change, Choice, DocumentSession, Resolution
-from visualhfsm._sessions.shelf import FOLDER as SHELF
-from visualhfsm._sessions.shelving import shelf_document, shelf_file
+from visualhfsm._base.errors import EditError, UnsavedError
+from visualhfsm._base.languages import ENGLISH
+from visualhfsm._document.commands import Command, decode_command
+from visualhfsm._document.commands.paste import AddReadyState
+from visualhfsm._document.commands.transitions import TransitionType
+from visualhfsm._document.imported_places import ImportedPlaces
+from visualhfsm._document.places import Place
+from visualhfsm._document.problems import Findings, Problem, Proof
+from visualhfsm._document.serialization import copy_states, written
+from visualhfsm.project._code_help.answers import Completions, Explanation, Signature
+from visualhfsm.project._session import imports
+from visualhfsm.project._session.files import write_file
+from visualhfsm.project._session.session import Change, Choice, DocumentSession, Resolution
+from visualhfsm.project._session.shelf import FOLDER as SHELF
+from visualhfsm.project._session.shelving import shelf_document, shelf_file
 from zenoh_ice import typed
 
 from ._analyses import Analyses, Tools

@@ -10,7 +10,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Literal
 
 from codegen.messages import NO_MESSAGE, Message
-from visualhfsm._editing.problems import Findings
+from visualhfsm._document.problems import Findings
 
 from ._version import Version
 

@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self
 from codegen.hfsm.scxml import is_scxml
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._bodies import FOLDER
-from visualhfsm._code_help.service import CodeHelp
-from visualhfsm._editing.check_process import CheckProcess
-from visualhfsm._editing.serialization import import_scxml, parse
-from visualhfsm._errors import EditError, MissingError, TooManyError, WouldOverwriteError
-from visualhfsm._languages import ENGLISH, known_language
-from visualhfsm._sessions.files import make_folder, read_file
-from visualhfsm._sessions.journal import Abandoned, find_abandoned, journal_directory
-from visualhfsm._sessions.session import MERGE_WITHIN, DocumentSession
-from visualhfsm._sessions.shelf import ReadyState, Shelves
-from visualhfsm._sessions.templates import EMPTY, make_template
+from visualhfsm._base.errors import EditError, MissingError, TooManyError, WouldOverwriteError
+from visualhfsm._base.languages import ENGLISH, known_language
+from visualhfsm._document.serialization import import_scxml, parse
+from visualhfsm._processes.bodies import FOLDER
+from visualhfsm.project._check_process import CheckProcess
+from visualhfsm.project._code_help.service import CodeHelp
+from visualhfsm.project._session.files import make_folder, read_file
+from visualhfsm.project._session.journal import Abandoned, find_abandoned, journal_directory
+from visualhfsm.project._session.session import MERGE_WITHIN, DocumentSession
+from visualhfsm.project._session.shelf import ReadyState, Shelves
+from visualhfsm.project._session.templates import EMPTY, make_template
 
 from ._document import OpenDocument
 from ._events import Event, Listener, Listeners, Opened

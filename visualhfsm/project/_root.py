@@ -11,7 +11,7 @@ from typing import Final
 from codegen.files import is_regular, read_regular
 from codegen.hfsm.formats.reader import looks_like_document
 from codegen.messages import Message
-from visualhfsm._errors import ForbiddenPathError, MissingError
+from visualhfsm._base.errors import ForbiddenPathError, MissingError
 
 DOCUMENT_SUFFIX: Final = ".xml"
 FOREIGN_SUFFIX: Final = ".scxml"

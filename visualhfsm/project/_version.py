@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
-from visualhfsm._sessions.session import DocumentSession, Step
+from visualhfsm.project._session.session import DocumentSession, Step
 
 FileState = Literal["same", "changed", "deleted"]
 """What another program did to the file of a document since that was read or saved."""

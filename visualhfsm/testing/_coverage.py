@@ -21,7 +21,7 @@ from codegen.hfsm.formats.reader import looks_like_document
 from hfsm_runtime import Transition
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run, Tree
-from visualhfsm._editing.places import Located, Locator, spots
+from visualhfsm._document.places import Located, Locator, spots
 from visualhfsm.simulation._loading import DocumentInvalid, read
 
 from ._lines import Lines

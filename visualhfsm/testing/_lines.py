@@ -23,8 +23,8 @@ from codegen.hfsm.source_map import SourceMap
 from codegen.messages import NO_MESSAGE, Message
 from hfsm_runtime import Component
 from hfsm_runtime.component import source_of
-from visualhfsm._editing.places import Place, Spot, spots
-from visualhfsm._test_results import CodeRun, version_of
+from visualhfsm._document.places import Place, Spot, spots
+from visualhfsm._processes.test_results import CodeRun, version_of
 from visualhfsm.simulation import Behavior
 from visualhfsm.simulation._loading import COMPILED, DocumentInvalid, measurable, read
 

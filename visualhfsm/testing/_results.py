@@ -9,9 +9,9 @@ from typing import Final
 import msgspec
 import pytest
 
-from visualhfsm._editing.places import Place
-from visualhfsm._languages import encode_message
-from visualhfsm._test_results import CodeRun, Hit, TestResult
+from visualhfsm._base.languages import encode_message
+from visualhfsm._document.places import Place
+from visualhfsm._processes.test_results import CodeRun, Hit, TestResult
 from visualhfsm.simulation import Behavior
 
 from ._coverage import Hits

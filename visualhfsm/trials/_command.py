@@ -125,7 +125,7 @@ def trials(
 
     changes = {"runs": runs, "seed": seed, "limit": limit, "robot": robot}
     if report is not None:
-        from visualhfsm._html_file import check_place
+        from visualhfsm._base.html_file import check_place
 
         check_place(report)
     given = {name: value for name, value in changes.items() if value is not None}

@@ -6,7 +6,7 @@ from typing import Final
 
 from codegen.messages import Message
 from codegen.reasons import known_text
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
 
 _A: Final = "\N{HORIZONTAL ELLIPSIS}"
 """A value of a template, that stands for any text."""

@@ -11,7 +11,7 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from codegen.messages import NO_MESSAGE, Message
-from visualhfsm._services import Push
+from visualhfsm._monitor.messages import Push
 
 from ._outcomes import Change
 

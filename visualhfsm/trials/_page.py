@@ -12,11 +12,11 @@ from typing import Final
 import msgspec
 
 from codegen.messages import Message
-from visualhfsm._editing.serialization import parse
-from visualhfsm._html_file import html_file, write_html
-from visualhfsm._languages import in_all_languages
-from visualhfsm._live.recordings import open_recording
-from visualhfsm._run_page import write_run_page
+from visualhfsm._base.html_file import html_file, write_html
+from visualhfsm._base.languages import in_all_languages
+from visualhfsm._document.serialization import parse
+from visualhfsm._monitor.recordings import open_recording
+from visualhfsm._monitor.run_page import write_run_page
 
 from ._messages import Origin, TrialsView
 from ._outcomes import read_header

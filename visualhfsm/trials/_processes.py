@@ -9,8 +9,8 @@ import msgspec
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._line_process import KilledError, NoAnswerError, TooSlowError
-from visualhfsm._task_processes import EndedError, TaskProcesses
+from visualhfsm._base.line_process import KilledError, NoAnswerError, TooSlowError
+from visualhfsm._base.task_processes import EndedError, TaskProcesses
 
 from ._errors import TrialsError
 from ._outcomes import Outcome

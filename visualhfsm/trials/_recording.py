@@ -27,8 +27,8 @@ from hfsm_runtime.recording_file.messages import (
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
 from hfsm_runtime.tree import ChangeKind, Run
 from naoserver.body import write_body
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._monitoring.pictures import encode_jpeg
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._monitor.realm.pictures import encode_jpeg
 
 if TYPE_CHECKING:
     from naoserver.capabilities import Pose, WorldShape

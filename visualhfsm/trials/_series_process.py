@@ -19,8 +19,8 @@ from msgspec import UNSET, UnsetType
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._languages import encode_message
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.languages import encode_message
 from zenoh_ice import typed
 from zenoh_ice.application.cli import stop_on_signals
 

@@ -21,11 +21,11 @@ from msgspec import UNSET
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._editing.serialization import written
-from visualhfsm._environment import child_environment
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._languages import decode_message
-from visualhfsm._services import OfTabs, Source, complete
+from visualhfsm._base.environment import child_environment
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.languages import decode_message
+from visualhfsm._document.serialization import written
+from visualhfsm._monitor.messages import OfTabs, Source, complete
 from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from visualhfsm._csv_file import write_csv
+from visualhfsm._base.csv_file import write_csv
 
 from ._outcomes import Outcome, read_looks, read_outcomes
 from ._quantities import Value, Values

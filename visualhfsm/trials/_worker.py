@@ -24,8 +24,8 @@ import msgspec
 from codegen.messages import Message
 from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._line_process import answer_lines
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.line_process import answer_lines
 from zenoh_ice.application.tether import die_with
 
 from ._errors import TrialsError

@@ -13,7 +13,7 @@ from hfsm_runtime import VirtualRun
 from hfsm_runtime.tree import ChangeKind
 from tests.support.documents import load
 from tests.support.pages import DOCS, blocks_of
-from visualhfsm._svg import svg
+from visualhfsm._drawing.svg import svg
 
 PAGE = (DOCS / "reference/automata.md").read_text("utf-8")
 BLOCKS = blocks_of(PAGE)

@@ -14,7 +14,7 @@ from codegen.hfsm.codes import Code
 from codegen.hfsm.loading import check_document
 from tests.support.codegen_command import ROOT
 from tests.support.pages import Section, sections_of
-from visualhfsm._conversion import convert_document
+from visualhfsm._document.conversion import convert_document
 
 SECTIONS = {
     section.title.partition(":")[0]: section for section in sections_of("reference/document-errors.md")
@@ -26,7 +26,7 @@ def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
 
 
 def test_every_code_is_reported_somewhere() -> None:
-    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), ROOT / "visualhfsm" / "_conversion.py"]
+    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), ROOT / "visualhfsm" / "_document" / "conversion.py"]
     sources = "".join(path.read_text("utf-8") for path in paths)
     assert {code for code in Code if f"Code.{code.name}" not in sources} == set()
 

@@ -8,7 +8,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.formats._schema import ANNOTATION, AUTOMATON, DOCUMENT, INTERFACE, STATE, TRANSITION
 from tests.support.pages import DOCS
-from visualhfsm._convert import EPILOG
+from visualhfsm._commands.convert import EPILOG
 
 PAGE = (DOCS / "reference/documents.md").read_text("utf-8")
 KINDS = (DOCUMENT, AUTOMATON, STATE, TRANSITION, ANNOTATION, INTERFACE)

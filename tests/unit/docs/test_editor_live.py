@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from tests.support.places import ROOT
-from visualhfsm._live.steering import OPERATIONS
+from visualhfsm._monitor.steering import OPERATIONS
 
 PAGE = ROOT / "docs" / "reference/live-protocol.md"
 

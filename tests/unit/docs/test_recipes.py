@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.support.pages import DOCS, blocks_of
-from visualhfsm._command import app
+from visualhfsm._commands.app import app
 
 pytest_plugins = "pytester"
 

@@ -15,9 +15,9 @@ import typer
 from codegen._idl.codes import Code as InterfaceCode
 from codegen.hfsm.codes import Code as DocumentCode
 from tests.support.pages import DOCS
-from visualhfsm._editing.commands import COMMANDS
-from visualhfsm._services import Push
-from visualhfsm._web.protocol import Request
+from visualhfsm._document.commands import COMMANDS
+from visualhfsm._editor.protocol import Request
+from visualhfsm._monitor.messages import Push
 
 hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
 
@@ -65,7 +65,7 @@ def listed_exceptions() -> set[str]:
         "hfsm_runtime.errors",
         "interfaces.jderobot.common",
         "naoserver.errors",
-        "visualhfsm._errors",
+        "visualhfsm._base.errors",
         "zenoh_ice.exceptions",
     ],
 )

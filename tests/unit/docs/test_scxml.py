@@ -9,7 +9,7 @@ from typer.testing import CliRunner, Result
 
 from tests.support.pages import DOCS, blocks_of
 from tests.support.scxml_rules import violations
-from visualhfsm._command import app
+from visualhfsm._commands.app import app
 
 EXAMPLES = {
     block.name: block.text for block in blocks_of((DOCS / "how-to/scxml.md").read_text("utf-8")) if block.name

@@ -474,7 +474,10 @@ def test_facts_are_written_and_served(written, tmp_path):
 
 
 def test_a_toml_file_of_all_facts_needs_no_model():
-    assert read_own_body(ROOT / "visualhfsm/template_hardware/bust.toml").joint_names[:2] == ("pan", "tilt")
+    assert read_own_body(ROOT / "visualhfsm/_commands/template_hardware/bust.toml").joint_names[:2] == (
+        "pan",
+        "tilt",
+    )
 
 
 def test_a_file_is_overwritten_by_force_alone(written, tmp_path):

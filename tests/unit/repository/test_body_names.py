@@ -17,6 +17,7 @@ PACKAGES: Final = (
     "ballmover",
     "codegen",
     "hfsm_runtime",
+    "nao_tools",
     "naoserver",
     "naoserver_sim",
     "visualhfsm",
@@ -42,10 +43,10 @@ SPELLED: Final = {
     "naoserver/_motions/sides.py": "an example",
     "naoserver_sim/learning/_environment.py": "the name of a part of an observation",
     "naoserver_sim/self_collision.py": "an example",
-    "visualhfsm/_monitoring/nao_h25.json": "the body of recordings that describe none",
-    "visualhfsm/_monitoring/run_log.py": "an example",
-    "visualhfsm/template/tests/test_blinker.py": "a user's test, for the default body",
-    "visualhfsm/template_hardware/bust.toml": "a user's robot",
+    "visualhfsm/_monitor/realm/nao_h25.json": "the body of recordings that describe none",
+    "visualhfsm/_monitor/realm/run_log.py": "an example",
+    "visualhfsm/_commands/template/tests/test_blinker.py": "a user's test, for the default body",
+    "visualhfsm/_commands/template_hardware/bust.toml": "a user's robot",
     "zenoh_ice/exceptions.py": "an example",
 }
 """Files that name joints or links, and why they may."""
@@ -55,7 +56,7 @@ NAMED: Final = {
     "naoserver_sim/learning/_environment.py": "a Nao learns",
     "naoserver_sim/learning/_tasks.py": "a Nao learns",
     "naoserver_sim/robot.py": "the default",
-    "visualhfsm/_monitoring/nao_h25.json": "that body",
+    "visualhfsm/_monitor/realm/nao_h25.json": "that body",
     "visualhfsm/testing/_plugin.py": "an example",
 }
 """Files that name the bodies of a Nao, and why they may."""

@@ -11,7 +11,7 @@ from typing import Final
 import grimp
 
 from tests.support.places import ROOT
-from visualhfsm._html_file import STATIC
+from visualhfsm._base.html_file import STATIC
 
 LARGEST_CIRCLE: Final = 3
 """Modules, such as those of the communicator, its proxies and its servants, which name one another."""

@@ -57,16 +57,16 @@ READ: Final = (
         "hfsm_runtime",
         "interfaces",
     ),
-    *("naoserver", "naoserver_sim", "visualhfsm", "zenoh_ice", "zenoh_ros2"),
+    *("nao_tools", "naoserver", "naoserver_sim", "visualhfsm", "zenoh_ice", "zenoh_ros2"),
     *("ARCHITECTURE.md", "CONTRIBUTING.md", "README.md", "mkdocs.yml"),
 )
 SUFFIXES: Final = frozenset({".csv", ".html", ".idl", ".json", ".md", ".py", ".toml", ".xml", ".yml"})
 HIDDEN: Final = frozenset({"node_modules", "__pycache__"})
 VENDORED: Final = frozenset(
-    REPOSITORY / each for each in ("visualhfsm/_web/static/languages", "visualhfsm/_web/static/vendor")
+    REPOSITORY / each for each in ("visualhfsm/_editor/static/languages", "visualhfsm/_editor/static/vendor")
 )
 """Libraries of others, and translations."""
-PAGE: Final = REPOSITORY / "visualhfsm/_web/static/languages/es.json"
+PAGE: Final = REPOSITORY / "visualhfsm/_editor/static/languages/es.json"
 """The texts of the editor's page, each with its translation."""
 SEARCHED: Final = frozenset({"speak talk voice text tell word sentence hello"})
 """Words that users of the page may search for."""

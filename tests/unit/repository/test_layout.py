@@ -25,6 +25,9 @@ TESTED_BY: Final = {
     "codegen/options.py": "integration/test_codegen_command.py",
     "hfsm_runtime/_recording/clocks.py": "integration/test_hfsm_record_replay.py",
     "hfsm_runtime/_recording/results.py": "integration/test_hfsm_record_replay.py",
+    "nao_tools/_call.py": "integration/test_nao_command.py",
+    "nao_tools/_listing.py": "integration/test_nao_command.py",
+    "nao_tools/_status.py": "integration/test_nao_command.py",
     "naoserver/_body_checks.py": "unit/naoserver/test_bodies_facts.py",
     "naoserver/_libqi.py": "integration/test_qi_service.py",
     "naoserver/_servants/health.py": "integration/test_robot_conformance_reports.py",
@@ -32,7 +35,7 @@ TESTED_BY: Final = {
     "naoserver/_servants/motions.py": "integration/test_naoserver_motions.py",
     "naoserver/_servants/simulation.py": "integration/test_naoserver_scene.py",
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
-    "visualhfsm/_editing/nodes.py": "unit/visualhfsm/editing/commands/test_states.py",
+    "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
     "zenoh_ice/messenger.py": "integration/test_nao_stop.py",
     "zenoh_ros2/_endpoint.py": "unit/zenoh_ros2/test_topics.py",
 }

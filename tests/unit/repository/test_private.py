@@ -32,7 +32,12 @@ def graph() -> grimp.ImportGraph:
 @cache
 def named_on_pages() -> frozenset[str]:
     paths = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
-    for folder in ("docs", "examples", "visualhfsm/template", "visualhfsm/template_hardware"):
+    for folder in (
+        "docs",
+        "examples",
+        "visualhfsm/_commands/template",
+        "visualhfsm/_commands/template_hardware",
+    ):
         paths += (ROOT / folder).rglob("*.py")
     return frozenset(name for path in paths for name in NAMED_ON_PAGES.findall(path.read_text("utf-8")))
 

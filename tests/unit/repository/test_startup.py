@@ -16,8 +16,8 @@ LOADED = "import sys, {module}; print(sorted({{*sys.modules}} & {{*sys.argv[1:]}
 @pytest.mark.parametrize(
     ("module", "unneeded"),
     [
-        ("visualhfsm.nao._command", ["asyncio", "rich", "ssl", "zenoh"]),
-        ("visualhfsm._command", ["asyncio", "rich", "ssl", "starlette", "zenoh"]),
+        ("nao_tools._command", ["asyncio", "rich", "ssl", "zenoh"]),
+        ("visualhfsm._commands.app", ["asyncio", "rich", "ssl", "starlette", "zenoh"]),
         ("codegen.command", ["msgspec", "pyflakes", "rich", "ssl"]),
         ("hfsm_runtime.command", ["asyncio", "email", "numpy", "rich", "ssl", "zenoh"]),
     ],

@@ -12,7 +12,7 @@ import pytest
 from babel.messages.pofile import read_po
 
 from tests.support.pages import DOCS, blocks_of
-from visualhfsm._languages import FOLDER
+from visualhfsm._base.languages import FOLDER
 
 PAGES: Final = sorted(path.name for path in (DOCS / "tutorial").glob("*.md"))
 STRESSED: Final = {

@@ -16,9 +16,9 @@ from naoserver.fake import FakeRobot
 from tests.support.places import ROOT
 from tests.support.soak import repeated
 from visualhfsm import Project
-from visualhfsm._editing.commands.states import AddState, SetArgument
-from visualhfsm._editing.commands.transitions import AddTransition, SetTransitionType
-from visualhfsm._editing.commands.variables import TakeOutput
+from visualhfsm._document.commands.states import AddState, SetArgument
+from visualhfsm._document.commands.transitions import AddTransition, SetTransitionType
+from visualhfsm._document.commands.variables import TakeOutput
 from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 SHELF: Final = ROOT / "shelf"

@@ -24,7 +24,7 @@ from codegen.hfsm.document import (
     Transition,
 )
 from tests.support.protocol_types import FILE, protocol_types
-from visualhfsm._editing.views import view
+from visualhfsm._document.views import view
 
 ELEMENTS = [
     Argument(name="speed"),

@@ -12,7 +12,7 @@ import pytest
 
 import visualhfsm
 from tests.support.limits import RUN_LIMIT
-from visualhfsm._editing.commands import COMMANDS
+from visualhfsm._document.commands import COMMANDS
 
 
 def test_what_type_checkers_see_is_what_programs_get() -> None:

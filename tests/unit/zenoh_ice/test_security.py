@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from visualhfsm._security.folder import SecurityFolder
+from nao_tools._security.folder import SecurityFolder
 from zenoh_ice import initialize
 from zenoh_ice.application.cli import describe
 from zenoh_ice.exceptions import ConfigurationException

@@ -14,7 +14,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from tests.support.codegen_command import ROOT
 from tests.support.documents import load
-from visualhfsm._conversion import convert_document
+from visualhfsm._document.conversion import convert_document
 from visualhfsm.simulation import Behavior
 from visualhfsm.testing import MakeBehavior
 

@@ -18,8 +18,8 @@ from hfsm_runtime._replay.script import Recording
 from hfsm_runtime.recording_file.messages import Image, Reading, Stamp
 from hfsm_runtime.recording_file.reader import READ_LIMITS, ReadLimits, RecordingError, RecordingFile
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._live.recordings import open_recording
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._monitor.recordings import open_recording
 
 MAGIC = b"\x89MCAP0\r\n"
 

@@ -16,7 +16,7 @@ from tests.support.bodies import ARM
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
 
-BUST = ROOT / "visualhfsm/template_hardware/bust.toml"
+BUST = ROOT / "visualhfsm/_commands/template_hardware/bust.toml"
 
 
 def test_facts_are_read_from_json_and_toml(tmp_path: Path) -> None:

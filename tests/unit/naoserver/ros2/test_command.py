@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typer.testing import CliRunner
 
+from nao_tools._deployment.stack import load_stack, stack_path
 from naoserver.ros2._command import app
-from visualhfsm._deployment.stack import load_stack, stack_path
 
 
 def test_the_stack_starts_a_router_a_simulated_robot_and_the_gateway() -> None:

@@ -31,7 +31,7 @@ from tools.languages.texts import (
     update,
     updated,
 )
-from visualhfsm._web.assets import Assets
+from visualhfsm._editor.assets import Assets
 
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
 
@@ -159,7 +159,7 @@ def test_a_catalog_whose_plurals_are_not_those_of_its_language_is_refused() -> N
 
 
 def test_an_unknown_language_is_refused(tmp_path: Path, domains: list[Domain]) -> None:
-    (tmp_path / "visualhfsm" / "_languages").mkdir(parents=True)
+    (tmp_path / "visualhfsm" / "_base" / "languages").mkdir(parents=True)
     with pytest.raises(TextsError, match="'klingon' is no language of CLDR"):
         update(tmp_path, "klingon", domains)
 
@@ -174,13 +174,13 @@ def test_a_catalog_that_is_damaged_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_language_is_added_by_one_command_and_its_texts(tmp_path: Path, domains: list[Domain]) -> None:
-    (tmp_path / "visualhfsm" / "_languages").mkdir(parents=True)
-    static = tmp_path / "visualhfsm" / "_web" / "static"
+    (tmp_path / "visualhfsm" / "_base" / "languages").mkdir(parents=True)
+    static = tmp_path / "visualhfsm" / "_editor" / "static"
     shutil.copytree(STATIC, static)
     count = update(tmp_path, "eo", domains)["eo"]
     assert count > 0
 
-    path = tmp_path / "visualhfsm" / "_languages" / "eo" / "page.po"
+    path = tmp_path / "visualhfsm" / "_base" / "languages" / "eo" / "page.po"
     path.write_text(
         re.sub(r'^msgid "Run"\nmsgstr ""$', 'msgid "Run"\nmsgstr "Ruli"', path.read_text(), flags=re.M)
     )

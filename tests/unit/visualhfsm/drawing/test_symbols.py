@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import Final
 
+from visualhfsm._base.html_file import STATIC
+from visualhfsm._document import geometry
 from visualhfsm._drawing import arcs, labels, symbols, text
-from visualhfsm._editing import geometry
-from visualhfsm._html_file import STATIC
 
 _GLYPH: Final = re.compile(r'(\w+) ?[:=] \{path: "([^"]+)", word: t\("[^"]+"\)(?:, filled: (true|false))?\}')
 _NUMBER: Final = re.compile(r"^(?:export )?const ([A-Z_]+) = ([\d.]+);", re.MULTILINE)

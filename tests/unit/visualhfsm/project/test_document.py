@@ -25,7 +25,7 @@ from visualhfsm import (
     UnsavedError,
     decode_command,
 )
-from visualhfsm._editing.check_process import CheckProcess
+from visualhfsm.project._check_process import CheckProcess
 
 CODE = Place(kind="state", automaton=1, id=1, part="code")
 

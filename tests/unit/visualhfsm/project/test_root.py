@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.any_text import any_text
-from visualhfsm._errors import ForbiddenPathError, MissingError
+from visualhfsm._base.errors import ForbiddenPathError, MissingError
 from visualhfsm.project._root import Root
 
 parts = st.one_of(

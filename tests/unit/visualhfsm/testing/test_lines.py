@@ -9,7 +9,7 @@ import pytest
 from tests.support.documents import document, state, sub, transition
 from tests.support.running_tests import Tests, go, outcomes
 from tests.support.soak import cases
-from visualhfsm._test_results import TestsPush
+from visualhfsm._processes.test_results import TestsPush
 
 COUNTS = document(
     sub(

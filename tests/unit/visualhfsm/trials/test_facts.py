@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from visualhfsm._languages import said
+from visualhfsm._base.languages import said
 from visualhfsm.trials._facts import facts_of, in_words
 from visualhfsm.trials._plan import Disturbance, Plan, Success
 from visualhfsm.trials._quantities import Quantity, Same, Spread

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from visualhfsm._languages import said
+from visualhfsm._base.languages import said
 from visualhfsm.trials import Plan, Spread, Success, TrialsError, plan_of, read_plan
 from visualhfsm.trials._quantities import draw_all
 from visualhfsm.trials._series import Series

@@ -19,10 +19,10 @@ from tests.support.processes import assert_gone, children
 from tests.support.pushes import Pushes
 from tests.support.soak import cases, repeated
 from tests.support.waiting_trials import PLAN, WAITS
-from visualhfsm._editing.serialization import parse
-from visualhfsm._errors import VisualHfsmError
-from visualhfsm._live.recordings import open_recording
-from visualhfsm._services import Source
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._document.serialization import parse
+from visualhfsm._monitor.messages import Source
+from visualhfsm._monitor.recordings import open_recording
 from visualhfsm.trials._messages import Choices, TrialsPush
 from visualhfsm.trials._outcomes import read_outcomes
 from visualhfsm.trials._service import RunningTrials, TrialsLimits

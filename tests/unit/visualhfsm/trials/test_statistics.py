@@ -134,7 +134,7 @@ def test_terminal_and_page_round_alike() -> None:
     parts = [n / d for d in range(1, 41) for n in range(d + 1)] + random.random(500).tolist()
     rounding = """
       await import(process.argv[1] + "tests/page/page.js");
-      const {percent, short} = await import(process.argv[1] + "visualhfsm/_web/static/trials/figures.js");
+      const {percent, short} = await import(process.argv[1] + "visualhfsm/_editor/static/trials/figures.js");
       const [numbers, parts] = JSON.parse(process.argv[2]);
       console.log(JSON.stringify([numbers.map(short), parts.map(percent)]));
     """

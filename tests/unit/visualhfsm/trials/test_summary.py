@@ -13,7 +13,7 @@ from msgspec import structs
 from rich.console import Console
 
 from tests.support.present import present
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm.trials import Outcome, Plan, Spread, Summary, TrialsError
 from visualhfsm.trials._comparison import Comparison
 from visualhfsm.trials._outcomes import Change, Header, Record

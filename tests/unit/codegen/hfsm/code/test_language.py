@@ -9,7 +9,7 @@ import pytest
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import compile_document, read_document, write_document
 from tests.support.documents import document, state, sub, transition
-from visualhfsm._conversion import convert_document
+from visualhfsm._document.conversion import convert_document
 
 
 def errors_of(directory: Path, *parts: str, head: str = "") -> list[Diagnostic]:

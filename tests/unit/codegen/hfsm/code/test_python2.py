@@ -18,7 +18,7 @@ from codegen.hfsm.code.text import parse_piece
 from tests.support.any_text import any_text
 from tests.support.documents import document, state, sub
 from tests.support.examples import examples
-from visualhfsm._conversion import convert_python2
+from visualhfsm._document.conversion import convert_python2
 
 FIXED = [
     ("print x", "print(x)"),

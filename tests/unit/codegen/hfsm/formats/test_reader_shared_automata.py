@@ -19,7 +19,7 @@ from codegen.hfsm.formats.reader import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import parse_xml
 from tests.support.codegen_command import ROOT
 from tests.support.document_comparison import counts, differences
-from visualhfsm._conversion import convert_document, read
+from visualhfsm._document.conversion import convert_document, read
 
 FOLDER = ROOT.parent / "shared" / "automata"
 MANIFEST = FOLDER / "manifest.tsv"

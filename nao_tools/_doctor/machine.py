@@ -1,0 +1,207 @@
+"""Check the machine: what renders, what grades, its limits, addresses and clock."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from typing import Final
+
+from nao_tools._doctor.findings import Finding, fail, note, ok, warn
+from zenoh_ice.application.processor import lacks_of_mujoco
+from zenoh_ice.settings import LOOPBACK_6, has_address, has_only_ipv6
+from zenoh_ice.text import signal_name
+
+__all__ = ["check_machine"]
+
+_LIMIT: Final = 30.0  # s for another process; software rendering takes some to start
+_LONGEST: Final = 500  # characters of its last line
+_MISSING: Final = "missing "
+"""How a program ends that lacks a package, before the name of it."""
+_IMPORT: Final = "import "
+"""How a program ends that cannot import a package, before the error."""
+
+# A picture is taken in another process: a broken driver may crash the one that loads it, and so may MuJoCo.
+# It is imported as by naoserver-sim, which renders without a window whatever MUJOCO_GL says.
+_GL_PROGRAM: Final = """\
+import os, sys
+chosen = os.environ.get("MUJOCO_GL", "")
+os.environ["MUJOCO_GL"] = "disable"
+try:
+    import mujoco
+    import numpy as np
+    from naoserver_sim.cameras import create_context
+except ModuleNotFoundError as error:
+    sys.exit(f"missing {error.name}")
+except Exception as error:
+    sys.exit(f"import {type(error).__name__}: {error}")
+os.environ["MUJOCO_GL"] = chosen
+print("imported", flush=True)
+ball = "<mujoco><worldbody><geom size='1' rgba='1 1 1 1'/></worldbody></mujoco>"
+model = mujoco.MjModel.from_xml_string(ball)
+data = mujoco.MjData(model)
+mujoco.mj_forward(model, data)
+with create_context(64, 64).as_current():
+    context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+    mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
+    scene, camera, everything = mujoco.MjvScene(model, 10), mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL
+    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, everything, scene)
+    viewport, picture = mujoco.MjrRect(0, 0, 64, 64), np.zeros((64, 64, 3), np.uint8)
+    mujoco.mjr_render(viewport, scene, context)
+    mujoco.mjr_readPixels(picture, None, viewport, context)
+    context.free()
+if not picture.any():
+    sys.exit("the picture of a white ball is black")
+print(f"a picture of 64x64 with {os.environ['MUJOCO_GL']}")
+"""
+_GL: Final = "MUJOCO_GL"
+_GL_RENDERS: Final = ("egl", "osmesa", "disable", "disabled", "off", "false", "0")
+"""What the simulated cameras obey."""
+_GL_WINDOWS: Final = ("", "enable", "enabled", "on", "true", "1", "glfw", "glx")
+"""What else MuJoCo accepts."""
+_GL_PACKAGES: Final = "sudo apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0"
+_SOFTWARE_GL: Final = "render in software: MUJOCO_GL=osmesa, after sudo apt-get install libosmesa6"
+_REPAIR: Final = (
+    "pip install --force-reinstall 'visualhfsm[sim]', unless a file hides a package, as said above"
+)
+_OTHER_PROCESSOR: Final = "use another computer; give a virtual machine the processor of its host"
+
+# Another process, too: what operators use stands without the packages of a teacher.
+_WALLS_PROGRAM: Final = """\
+import sys
+try:
+    from visualhfsm.grading import SandboxUnavailable, check_walls
+except ModuleNotFoundError as error:
+    sys.exit(f"missing {error.name}")
+except Exception as error:
+    sys.exit(f"import {type(error).__name__}: {error}")
+try:
+    check_walls()
+except SandboxUnavailable as error:
+    sys.exit(str(error))
+"""
+_WALLS_PACKAGE: Final = "sudo apt-get install bubblewrap"
+_WALLS: Final = f"{_WALLS_PACKAGE} (0.8 or newer), and allow user namespaces: docs/how-to/class.md"
+
+_FEW_FILES: Final = 1024
+_OLDEST_TIME: Final = 1_704_067_200.0  # 2024-01-01: a clock before that was never set
+
+
+def check_machine() -> Iterator[Finding]:
+    """Yield findings about the machine, which matter to the programs that run on it."""
+    yield from _check_gl_choice()
+    yield _check_rendering()
+    yield from _check_walls()
+    files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if 0 <= files < _FEW_FILES:
+        text = f"a process may open only {files} files; each link takes one"
+        yield warn(text, "ulimit -n 4096, before you start it")
+    yield from _check_temporary()
+    yield from _check_addresses()
+    if time.time() < _OLDEST_TIME:
+        date = time.strftime("%Y-%m-%d")
+        yield fail(f"the machine's clock says {date}", "set it: sudo timedatectl set-ntp true")
+
+
+def _check_gl_choice() -> Iterator[Finding]:
+    """Yield what becomes of a wish for a GL library that the simulated cameras do not obey."""
+    chosen = os.environ.get(_GL, "").lower().strip()
+    if chosen not in (*_GL_RENDERS, *_GL_WINDOWS):
+        text = f"{_GL}={chosen}: MuJoCo has no such choice, and programs that import it end"
+        yield fail(text, f"unset {_GL}")
+    elif chosen in _GL_WINDOWS and chosen:
+        text = (
+            f"{_GL}={chosen}: the simulated cameras render without a window, so naoserver-sim chooses itself"
+        )
+        yield note(text, f"unset {_GL}, or set it to egl, osmesa or off")
+
+
+def _check_rendering() -> Finding:
+    """Check whether the simulated cameras can render."""
+    done = _ran(_GL_PROGRAM)
+    if done is None:
+        return fail(f"GL: no picture within {_LIMIT:g} s", _SOFTWARE_GL)
+    last = _last_line(done)
+    if done.returncode == 0:
+        return ok(f"GL renders {last}")
+    if last.startswith(_MISSING):
+        return note(f"GL: not checked, {last.removeprefix(_MISSING)} is not installed")
+    if last.startswith(_IMPORT):
+        return fail(f"the simulator cannot be loaded: {last.removeprefix(_IMPORT)}", _REPAIR)
+    if done.returncode > 0:
+        return fail(f"GL: the simulated cameras have no pictures: {last}", _GL_PACKAGES)
+    name = signal_name(-done.returncode)
+    if done.stdout:
+        return fail(f"GL: the driver ended the process by {name}", _SOFTWARE_GL)
+    if done.returncode == -signal.SIGILL:
+        why = lacks_of_mujoco() or "it takes instructions that this processor lacks"
+        return fail(f"the simulator cannot be loaded, it ends by {name}: {why}", _OTHER_PROCESSOR)
+    return fail(f"the simulator cannot be loaded, it ends by {name}", _REPAIR)
+
+
+def _check_walls() -> Iterator[Finding]:
+    """Yield whether submissions can be graded here; where nobody has prepared it, it may be intended."""
+    done = _ran(_WALLS_PROGRAM)
+    if done is None:
+        yield warn(f"grading: bubblewrap has not ended within {_LIMIT:g} s", _WALLS)
+        return
+    last = _last_line(done)
+    if done.returncode == 0:
+        yield ok("grading: bubblewrap contains submissions")
+    elif last.startswith(_MISSING):
+        yield note(f"grading: not checked, {last.removeprefix(_MISSING)} is not installed")
+    elif last.startswith(_IMPORT):
+        yield fail(f"grading: it cannot be loaded: {last.removeprefix(_IMPORT)}", _REPAIR)
+    elif shutil.which("bwrap") is None:
+        yield note(f"grading: {last}", f"where submissions are graded: {_WALLS_PACKAGE}")
+    else:
+        yield warn(f"grading: {last}", _WALLS)
+
+
+def _ran(program: str) -> subprocess.CompletedProcess[bytes] | None:
+    """Run a Python program to its end; return None at the limit."""
+    try:
+        return subprocess.run(
+            [sys.executable, "-P", "-c", program], capture_output=True, timeout=_LIMIT, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def _last_line(done: subprocess.CompletedProcess[bytes]) -> str:
+    """Return the last line that a program printed: of its errors, if it failed."""
+    output = (done.stderr.strip() if done.returncode else b"") or done.stdout
+    return output.decode(errors="replace").strip().rpartition("\n")[2][:_LONGEST]
+
+
+def _check_temporary() -> Iterator[Finding]:
+    """Yield a warning if temporary files cannot be where the user wants them."""
+    wanted = os.environ.get("TMPDIR", "")
+    try:
+        folder = tempfile.gettempdir()
+    except OSError as error:
+        yield fail(
+            f"no temporary files can be written: {error.strerror}", "make room, or set TMPDIR to a folder"
+        )
+        return
+    if wanted and folder != os.path.abspath(wanted):  # noqa: PTH100 - as tempfile compares
+        text = f"TMPDIR={wanted}: nothing can be written there, so temporary files are in {folder}"
+        yield warn(text, "make that folder, or room in it; or unset TMPDIR")
+
+
+def _check_addresses() -> Iterator[Finding]:
+    """Yield what to do if the default endpoint cannot be one of this machine."""
+    if has_only_ipv6():
+        text = "this machine has no address 127.0.0.1, only IPv6: the default endpoint is none here"
+        yield note(
+            text, f"naoserver-sim --listen '{LOOPBACK_6}', and --connect '{LOOPBACK_6}' for all others"
+        )
+    elif not has_address("127.0.0.1"):
+        text = "this machine has neither the address 127.0.0.1 nor ::1: its programs do not reach one another"
+        yield fail(text, "sudo ip link set lo up")

@@ -1,0 +1,59 @@
+"""Checks in the background."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from pathlib import Path
+
+from codegen.hfsm.document import Document
+from tests.support.limits import RUN_LIMIT
+from visualhfsm import Checked, Event, Findings, Project
+from visualhfsm._editor.check_scheduler import CheckScheduler
+from visualhfsm._editor.tab import Tab, Threads
+from visualhfsm._monitor.messages import RecentLines
+from visualhfsm.project._check_process import CheckProcess
+
+
+class FailsOnce(CheckProcess):
+    """Finds nothing, from the second question on."""
+
+    asked = 0
+
+    def check(self, document: Document, path: Path | None, include: Sequence[Path] = ()) -> Findings:
+        self.asked += 1
+        if self.asked == 1:
+            raise RuntimeError("a fault")
+        return Findings()
+
+
+def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path) -> None:
+    process = FailsOnce()
+
+    async def go() -> None:
+        loop = asyncio.get_running_loop()
+        checked: asyncio.Queue[Checked] = asyncio.Queue()
+
+        def hear(event: Event) -> None:
+            if isinstance(event, Checked):
+                loop.call_soon_threadsafe(checked.put_nowait, event)
+
+        project = Project(tmp_path, journals=tmp_path, checks=process)
+        project.subscribe(hear)
+        scheduler = CheckScheduler(0.0)
+        running = asyncio.create_task(scheduler.run())
+        threads = Threads(1)
+        documents = [project.new() for _ in range(2)]
+        for number, document in enumerate(documents):
+            tab = Tab(number, document, threads, changed=lambda _: None, output=RecentLines(1, 100))
+            scheduler.check(tab)
+        async with asyncio.timeout(RUN_LIMIT):
+            assert (await checked.get()).document is documents[1]
+        running.cancel()
+        await asyncio.wait({running})
+        project.close()
+        await scheduler.close()
+        await threads.close()
+
+    asyncio.run(go())
+    assert process.asked == 2

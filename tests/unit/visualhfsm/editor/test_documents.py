@@ -1,0 +1,82 @@
+"""Requests that open and close documents, whose window is closed meanwhile."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from tests.support.editor import no_services
+from tests.support.limits import FOREVER, RUN_LIMIT
+from visualhfsm import Closed, Event, Opened, Project
+from visualhfsm._editor import documents
+from visualhfsm._editor import protocol as p
+from visualhfsm._editor.limits import Limits
+from visualhfsm._editor.workspace import Workspace
+
+WINDOW: Any = SimpleNamespace(language="en")
+
+
+def run(folder: Path, test: Callable[[Workspace], Awaitable[None]]) -> None:
+    """Run a test with a workspace."""
+
+    async def with_workspace() -> None:
+        project = Project(folder, journals=folder / "journals")
+        async with Workspace(Limits(), no_services, lambda _: project) as workspace:
+            await asyncio.wait_for(test(workspace), RUN_LIMIT)
+
+    asyncio.run(with_workspace())
+
+
+async def give_up(workspace: Workspace, work: Awaitable[object], when: type[Event]) -> None:
+    """Cancel a request when its event is heard, and wait until it is done nevertheless."""
+    heard, go_on = threading.Event(), threading.Event()
+
+    def hear(event: Event) -> None:
+        if isinstance(event, when):
+            heard.set()
+            assert go_on.wait(FOREVER)
+
+    unsubscribe = workspace.project.subscribe(hear)
+    task = asyncio.ensure_future(work)
+    await asyncio.to_thread(heard.wait, FOREVER)
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)
+    go_on.set()
+    unsubscribe()
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    while not condition():
+        await asyncio.sleep(0.01)
+
+
+def test_a_document_is_closed_with_its_tab_though_its_window_is_closed(tmp_path: Path) -> None:
+    async def test(workspace: Workspace) -> None:
+        await documents.new(workspace, WINDOW, p.New(id=1, template="empty"))
+        close = documents.close(workspace, WINDOW, p.Close(id=2, tab=1))
+        await give_up(workspace, close, Closed)
+        await until(lambda: not workspace.tabs)
+
+    run(tmp_path, test)
+
+
+def test_a_new_document_gets_a_tab_though_its_window_is_closed(tmp_path: Path) -> None:
+    async def test(workspace: Workspace) -> None:
+        new = documents.new(workspace, WINDOW, p.New(id=1, template="empty"))
+        await give_up(workspace, new, Opened)
+        await until(lambda: len(workspace.tabs) == 1)
+
+    run(tmp_path, test)
+
+
+def test_what_cannot_be_closed_at_the_end_keeps_nothing_else_open(tmp_path: Path) -> None:
+    async def test(workspace: Workspace) -> None:
+        for _ in range(2):
+            await documents.new(workspace, WINDOW, p.New(id=1, template="empty"))
+        workspace.tabs.get(1).document.close()  # not by the page
+
+    run(tmp_path, test)

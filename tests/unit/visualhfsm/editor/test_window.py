@@ -1,0 +1,227 @@
+"""The queue of a slow window."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable, Coroutine
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
+from visualhfsm import Project
+from visualhfsm._document.commands.states import AddState
+from visualhfsm._editor.protocol import Answer, Problems
+from visualhfsm._editor.tab import Tab, Threads
+from visualhfsm._editor.window import Window
+from visualhfsm._monitor.messages import Output, OutputLine, RecentLines, RunPush
+
+
+def waiting(fill: Callable[[Window], None], lines: int = 5) -> list[dict[str, Any]]:
+    """Return what is sent to a window that was filled with messages."""
+
+    async def take() -> list[bytes]:
+        window = Window(partial(RecentLines, lines, 1000))
+        window.greet()
+        fill(window)
+        return await batch(window)
+
+    return [json.loads(message) for message in asyncio.run(take())]
+
+
+async def batch(window: Window) -> list[bytes]:
+    """Return what a window sends at once, as soon as there is something."""
+    sent: list[bytes] = []
+    something = asyncio.Event()
+
+    async def send(message: str) -> None:
+        sent.append(message.encode())
+        something.set()
+
+    writing = asyncio.create_task(window.write(send))
+    try:
+        await asyncio.wait_for(something.wait(), EVENT_LIMIT)
+    finally:
+        writing.cancel()
+        await asyncio.gather(writing, return_exceptions=True)
+    return sent
+
+
+def with_tab(directory: Path, test: Callable[[Tab, Window], Coroutine[Any, Any, None]]) -> None:
+    async def run() -> None:
+        threads = Threads(1)
+        window = Window(partial(RecentLines, 5, 1000))
+        window.greet()
+        document = Project(directory, journals=directory).new()
+        tab = Tab(1, document, threads, changed=window.show, output=RecentLines(1, 100))
+        try:
+            await asyncio.wait_for(test(tab, window), RUN_LIMIT)
+        finally:
+            await tab.edit(lambda document: document.close(discard=True))
+            await threads.close()
+
+    asyncio.run(run())
+
+
+def problems(revision: int, tab: int = 1) -> Problems:
+    return Problems(tab=tab, revision=revision, items=[])
+
+
+def lines(*texts: str, tab: int = 1) -> Output:
+    return Output(tab=tab, lines=[OutputLine(text=text) for text in texts])
+
+
+def test_of_each_thing_only_the_newest_is_sent() -> None:
+    def fill(window: Window) -> None:
+        window.push(problems(1))
+        window.push(problems(1, tab=2))
+        window.push(problems(2))
+
+    assert [(each["tab"], each["revision"]) for each in waiting(fill)] == [(1, 2), (2, 1)]
+
+
+def test_a_document_is_sent_as_it_is_when_there_is_room(tmp_path: Path) -> None:
+    async def test(tab: Tab, window: Window) -> None:
+        window.show(tab)
+        (first,) = await batch(window)
+        assert "full" in json.loads(first)
+        for name in ("a", "b"):
+            command = AddState(automaton=1, x=0, y=0, name=name)
+            await tab.edit(lambda document, command=command: document.apply(command))  # type: ignore[misc]
+        (second,) = await batch(window)
+        sent = json.loads(second)
+        (part,) = sent["patch"]["parts"]
+        assert [state["name"] for state in part["states"]["changed"]] == ["a", "b"]
+        assert sent["revision"] == 2
+
+    with_tab(tmp_path, test)
+
+
+def test_what_was_pushed_comes_before_the_answers_in_their_order() -> None:
+    def fill(window: Window) -> None:
+        window.answer(Answer(re=1))
+        window.push(problems(1))
+        window.answer(Answer(re=2))
+
+    assert [each.get("push", each.get("re")) for each in waiting(fill)] == ["problems", 1, 2]
+
+
+def test_output_comes_last_but_before_the_news_that_its_component_has_ended() -> None:
+    def fill(window: Window) -> None:
+        window.push(lines("x", tab=2))
+        window.push(RunPush(tab=1, component="walk", status="ended"))
+        window.push(lines("a", "b", "c"))
+        window.push(lines("d", "e", "f", "g"))
+        window.answer(Answer(re=1))
+
+    output, ended, answer, other = waiting(fill)
+    assert ([line["text"] for line in output["lines"]], output["dropped"]) == (["c", "d", "e", "f", "g"], 2)
+    assert ended["status"] == "ended"
+    assert answer["re"] == 1
+    assert other["tab"] == 2
+
+
+def test_output_is_bounded_by_its_characters_too() -> None:
+    (output,) = waiting(lambda window: window.push(lines("a" * 400, "b" * 400, "c" * 400)))
+    assert [line["text"][0] for line in output["lines"]] == ["b", "c"]
+    assert output["dropped"] == 1
+
+
+async def written(window: Window, talk: Callable[[Callable[[], Awaitable[str]]], Awaitable[None]]) -> None:
+    """Let a window write for the time of a conversation, which gets a function that returns the next message."""
+    window.greet()
+    sent: asyncio.Queue[str] = asyncio.Queue()
+    writing = asyncio.create_task(window.write(sent.put))
+    try:
+        async with asyncio.timeout(RUN_LIMIT):
+            await talk(sent.get)
+    finally:
+        writing.cancel()
+        await asyncio.gather(writing, return_exceptions=True)
+
+
+def texts(message: str) -> list[str]:
+    return [line["text"] for line in json.loads(message)["lines"]]
+
+
+def test_more_output_waits_until_the_window_has_shown_the_last() -> None:
+    window = Window(partial(RecentLines, 5, 1000), patience=FOREVER)
+
+    async def talk(following: Callable[[], Awaitable[str]]) -> None:
+        window.push(lines("a"))
+        assert texts(await following()) == ["a"]
+        window.push(lines("b"))
+        window.push(lines("c"))
+        window.answer(Answer(re=1))
+        assert json.loads(await following())["re"] == 1
+        window.output_shown()
+        assert texts(await following()) == ["b", "c"]
+
+    asyncio.run(written(window, talk))
+
+
+def test_a_window_that_is_asleep_and_says_nothing_gets_more_output_after_a_while() -> None:
+    window = Window(partial(RecentLines, 5, 1000), patience=0.01)
+
+    async def talk(following: Callable[[], Awaitable[str]]) -> None:
+        for text in ("a", "b"):
+            window.push(lines(text))
+            assert texts(await following()) == [text]
+
+    asyncio.run(written(window, talk))
+
+
+def test_what_a_former_run_has_written_is_dropped_when_another_starts() -> None:
+    def fill(window: Window) -> None:
+        window.push(lines("a", "b"))
+        window.push(RunPush(tab=1, component="walk", status="generating"))
+        window.push(lines("c"))
+
+    run, output = waiting(fill)
+    assert run["status"] == "generating"
+    assert ([line["text"] for line in output["lines"]], output["whole"]) == (["c"], True)
+
+
+def test_the_whole_output_takes_the_place_of_what_waits() -> None:
+    def fill(window: Window) -> None:
+        window.push(lines("a", "b", "c", "d", "e", "f"))
+        window.push(Output(tab=1, lines=lines("a", "b").lines, whole=True))
+        window.push(lines("c"))
+
+    (sent,) = waiting(fill)
+    assert [line["text"] for line in sent["lines"]] == ["a", "b", "c"]
+    assert (sent["dropped"], sent["whole"]) == (0, True)
+
+
+def test_of_a_closed_tab_nothing_else_is_sent() -> None:
+    def fill(window: Window) -> None:
+        window.push(problems(1))
+        window.push(problems(1, tab=2))
+        window.close(1)
+
+    assert [(each["push"], each["tab"]) for each in waiting(fill)] == [("problems", 2), ("closed", 1)]
+
+
+def test_a_window_that_has_not_said_hello_gets_answers_alone() -> None:
+    async def take() -> list[bytes]:
+        window = Window(partial(RecentLines, 5, 1000))
+        window.push(problems(1))
+        window.answer(Answer(re=1))
+        return await batch(window)
+
+    (answer,) = asyncio.run(take())
+    assert json.loads(answer)["re"] == 1
+
+
+def test_nothing_is_sent_twice() -> None:
+    async def take() -> None:
+        window = Window(partial(RecentLines, 5, 1000))
+        window.answer(Answer(re=1))
+        assert len(await batch(window)) == 1
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(batch(window), 0.01)
+
+    asyncio.run(take())

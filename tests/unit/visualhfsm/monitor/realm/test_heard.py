@@ -1,0 +1,181 @@
+"""What components and robots say, in the language of a page: real ones speak, so that the templates are theirs."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+import pytest
+
+from hfsm_runtime import Automaton, State, Transition, VirtualRun
+from hfsm_runtime._timeline import Timeline
+from hfsm_runtime.debugger._explanation import explain
+from interfaces.hfsm import Explanation
+from naoserver._event_log import EventLog
+from naoserver._gate import Gate
+from naoserver.errors import CommandRefused
+from tests.support.automata import component
+from tests.support.places import ROOT
+from visualhfsm._base.languages import encoder
+from visualhfsm._monitor.realm.heard import heard, heard_explanation
+
+STATES = (State(id=1, name="a", initial=True), State(id=2, name="b", final=True))
+
+
+def in_spanish(value: object) -> dict[str, Any]:
+    """Return what a Spanish page gets of a value."""
+    found: dict[str, Any] = msgspec.json.decode(encoder("es").encode(value))
+    return found
+
+
+def explained(transition: Transition, *events: str) -> Explanation:
+    """Explain an automaton after 0.35 s, half a cycle after the last one; events came before that."""
+    run = VirtualRun(component(Automaton(id=1, name="walker", states=STATES, transitions=(transition,))))
+    timeline = Timeline(run.clock)
+    for event in events:
+        run.send(event)
+    run.advance(0.35)
+    return explain(run.tree, run.tree.root, timeline)
+
+
+def to_b(id: int, **rest: object) -> Transition:
+    return Transition(id=id, name=f"t{id}", origin=1, destination=2, **rest)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("transition", "reason"),
+    [
+        (
+            to_b(1, guard=lambda: False, condition="ready"),
+            "su guarda `ready` era falsa al evaluarla hace 0,05 s",
+        ),
+        (to_b(1, guard=lambda: False), "su guarda era falsa al evaluarla hace 0,05 s"),
+        (to_b(1, seconds=1.0), "su momento llega tras 0,65 s más en el estado"),
+        (
+            to_b(1, seconds=0.1, guard=lambda: False),
+            "ha llegado su momento, pero su guarda era falsa al evaluarla hace 0,05 s",
+        ),
+        (to_b(1, event="lost"), "no ha llegado ningún evento lost desde que se entró en el estado"),
+    ],
+)
+def test_why_a_transition_does_not_fire_is_said_in_spanish(transition: Transition, reason: str) -> None:
+    said = in_spanish(heard_explanation(explained(transition)))
+    assert said["transitions"][0]["reason"] == reason
+    assert said["summary"] == f"walker está en a desde hace 0,35 s. 1. t1: {reason}."
+
+
+def test_a_guard_that_an_event_asked_is_said_in_spanish() -> None:
+    asked = explained(to_b(1, event="lost", guard=lambda _: False, condition="ready"), "lost")
+    said = in_spanish(heard_explanation(asked))["transitions"][0]["reason"]
+    assert said == "su guarda `ready` era falsa cuando llegó lost hace 0,35 s"
+
+
+def test_values_of_a_guard_are_code_in_every_language() -> None:
+    count = 3
+    asked = to_b(1, guard=lambda: count > 5, condition="count > 5")
+    (reason,) = heard_explanation(explained(asked)).transitions
+    assert reason.reason == explained(asked).transitions[0].reason
+    said = in_spanish(reason)["reason"]
+    assert said == "su guarda `count > 5` era falsa al evaluarla hace 0,05 s; ahora count = 3"
+
+
+def test_a_state_without_a_way_out_is_explained_in_spanish() -> None:
+    ended = explained(to_b(1, guard=lambda: True))
+    assert in_spanish(heard_explanation(ended))["summary"] == "walker ha acabado en b; entró por t1."
+
+
+def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
+    events = EventLog(lambda: 0.0, lambda: 0.0)
+    gate = Gate(events)
+    gate.stop("STOP was pressed in the editor")
+    with pytest.raises(CommandRefused) as refused:
+        gate.require("somebody")
+    gate.reset()
+    said = [in_spanish({"": heard(each.message)})[""] for each in events.snapshot()[0]]
+    assert said == [
+        "parada de emergencia: se pulsó STOP en el editor",
+        "orden rechazada: el robot está parado: se pulsó STOP en el editor",
+        "se ha levantado la parada de emergencia",
+    ]
+    assert in_spanish({"": heard(str(refused.value))})[""] == (
+        "el robot está parado: se pulsó STOP en el editor; levanta antes la parada de emergencia"
+    )
+
+
+ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteError", "LinkLost"}
+DOORS = ("naoserver/qi", "naoserver/ros2")
+"""Programs for other robots come through these, and read what their own robot says."""
+WORDS = {
+    "the robot is {}; {}": ("held by Ana", "wait until the lease is given back"),
+    "{} is moved by {} now: stop it first": ("LKnee", "the walk"),
+    "{}: a {} of {} is not a finite number": ("LKnee", "speed", "nan"),
+    "the robot cannot {}, so it cannot go to a place": ("turn",),
+    "the robot cannot {}: {}": ("drive", "it has toppled over; put it on its wheels first"),
+}
+"""Values that are words, not names or numbers, as the code of robots puts them into its texts."""
+
+
+def refusals() -> Iterator[str]:
+    """Yield the texts in the code of robots with which commands are refused."""
+    for folder in ("naoserver", "naoserver_sim"):
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            if not path.relative_to(ROOT).as_posix().startswith(DOORS):
+                yield from refusals_in(ast.parse(path.read_text("utf-8")))
+
+
+def refusals_in(module: ast.Module) -> Iterator[str]:
+    for node in ast.walk(module):
+        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ERRORS):
+            continue
+        for argument in node.args:
+            match argument:
+                case ast.Constant(value=str(text)) if " " in text:  # not the name of a field
+                    yield text
+                case ast.JoinedStr(values=parts):
+                    text = "".join(
+                        str(part.value) if isinstance(part, ast.Constant) else "{}" for part in parts
+                    )
+                    yield text.format(*WORDS.get(text, ["7"] * len(parts)))
+
+
+@pytest.mark.slow
+def test_every_refusal_of_a_robot_is_known() -> None:
+    found = list(refusals())
+    assert len(found) > 30
+    assert [text for text in found if in_spanish({"": heard(text)})[""] == text] == []
+
+
+@pytest.mark.parametrize(
+    ("english", "spanish"),
+    [
+        (
+            "InvalidValueException: LKnee: a speed of -0.5 is negative (field='LKnee')",
+            "InvalidValueException: LKnee: una velocidad de -0,5 es negativa (field='LKnee')",
+        ),
+        (
+            "1.57 is out of range, limited to -0.25 (3 more since the last report)",
+            "1,57 está fuera de su rango; se limita a -0,25 (3 más desde el último aviso)",
+        ),
+        (
+            "the motion Wave ended: LKnee has gone limp",
+            "el movimiento Wave ha terminado: LKnee se ha aflojado",
+        ),
+        (
+            "Sit begins standing, in Stand, but the robot is lying on its belly now",
+            "Sit empieza de pie, en Stand, pero el robot está ahora tumbado boca abajo",
+        ),
+        (
+            "lost the robot: ALMemory.getListData: no answer within 0.5 s; trying to find it again",
+            "se ha perdido el robot: ALMemory.getListData: sin respuesta en 0,5 s; se intenta encontrarlo otra vez",
+        ),
+    ],
+)
+def test_parts_of_what_a_robot_says_are_said_in_spanish_too(english: str, spanish: str) -> None:
+    assert in_spanish({"": heard(english)})[""] == spanish
+
+
+def test_what_is_not_known_stays_as_it_is() -> None:
+    for text in ("¿Qué?", "", "the ball is in goal", "x" * 1000):
+        assert in_spanish({"": heard(text)})[""] == text

@@ -1,0 +1,1 @@
+"""What all rooms stand on: errors, languages, watched child processes, HTML files that stand alone."""

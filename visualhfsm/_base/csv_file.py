@@ -1,0 +1,39 @@
+"""Tables as CSV, for spreadsheets and for pandas."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Final
+
+from codegen.messages import Message
+from codegen.reasons import reason
+from visualhfsm._base.errors import VisualHfsmError
+from zenoh_ice.text import encodable, printable
+
+_FORMULA: Final = ("=", "+", "-", "@")
+"""What a text begins with that a spreadsheet would calculate."""
+
+
+def write_csv(path: Path, rows: Iterable[Sequence[str | float]]) -> None:
+    """Write rows of texts, numbers and truth values; no text is taken for a formula, or breaks its line.
+
+    Numbers are exact, and truth values are `true` and `false`. Raises VisualHfsmError.
+    """
+    try:
+        with path.open("w", encoding="utf-8-sig", newline="") as file:  # so that Excel reads it as UTF-8
+            csv.writer(file, lineterminator="\n").writerows(map(_cell, row) for row in rows)
+    except OSError as error:
+        raise VisualHfsmError(
+            Message("{path}: the table cannot be written: {reason}", path=str(path), reason=reason(error))
+        ) from error
+
+
+def _cell(value: str | float) -> str | float:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if not isinstance(value, str):
+        return value
+    shown = printable(encodable(value))
+    return f"'{shown}" if shown.lstrip().startswith(_FORMULA) else shown

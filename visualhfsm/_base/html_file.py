@@ -1,0 +1,151 @@
+"""One HTML file that needs neither server nor network, with modules of the editor's page and data for them.
+
+Each module is a `data:` URL in an import map, which browsers know without a build step; nothing relative can
+be imported from there, so that modules import each other by name. The data are one block of compressed text
+in base64: no name or code in them is ever read as HTML or script. The policy of the file allows only scripts
+and styles with its nonce, and no connection.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import json
+import os
+import posixpath
+import re
+import secrets
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from codegen.messages import Message
+from codegen.reasons import reason
+from visualhfsm._base.errors import VisualHfsmError
+
+STATIC: Final = Path(__file__).parents[1] / "_editor" / "static"
+LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
+"""Libraries that the page imports by name; each is a file in vendor/."""
+
+_IMPORT: Final = re.compile(
+    r"""^\s*(?:import|export)\s(?:[^"';]*?\sfrom\s)?\s*["'](?P<name>[^"']+)["']""", re.MULTILINE
+)
+
+
+def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str:
+    """Return a file that shows some data: `entry` is the module that finds them in the element `data`.
+
+    `styles` are style sheets of the page, in their order.
+    """
+    nonce = secrets.token_urlsafe(16)
+    policy = "; ".join(
+        [
+            "default-src 'none'",
+            f"script-src 'nonce-{nonce}'",
+            f"style-src 'nonce-{nonce}'",
+            "img-src data: blob:",
+            "base-uri 'none'",
+            "form-action 'none'",
+        ]
+    )
+    modules = {name: _data_url(text) for name, text in imported_modules(entry).items()}
+    sheets = "\n".join((STATIC / f"{name}.css").read_text("utf-8") for name in styles)
+    forced = (STATIC / "styles/forced-colors.css").read_text("utf-8")
+    packed = base64.b64encode(gzip.compress(data, 6, mtime=0)).decode()
+    languages = texts_by_language()
+    texts = "\n".join(_texts_block(language, path) for language, path in languages.items())
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta name="languages" content="{" ".join(languages)}">
+<title>{html.escape(title)}</title>
+<style nonce="{nonce}">{sheets}</style>
+<style nonce="{nonce}" media="(forced-colors: active)">{forced}</style>
+<script nonce="{nonce}" type="importmap">{json.dumps({"imports": modules})}</script>
+</head>
+<body>
+<noscript>This page is shown by a script, but this browser does not allow scripts.</noscript>
+{texts}
+<script type="text/plain" id="data">{packed}</script>
+<script nonce="{nonce}" type="module">import "{entry}";</script>
+</body>
+</html>
+"""
+
+
+def check_place(path: Path) -> None:
+    """Raise VisualHfsmError when nothing can be written there, before the run begins."""
+    directory = path.resolve().parent
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise VisualHfsmError(
+            Message("{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error))
+        ) from error
+    if not os.access(directory, os.W_OK):
+        raise VisualHfsmError(
+            Message(
+                "{path}: the page cannot be written: {directory} is not writable",
+                path=str(path),
+                directory=str(directory),
+            )
+        )
+
+
+def write_html(path: Path, text: str) -> int:
+    """Write a file, and return its size in bytes. Raises VisualHfsmError."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise VisualHfsmError(
+            Message("{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error))
+        ) from error
+    return len(text.encode())
+
+
+def imported_modules(entry: str, directory: Path = STATIC) -> dict[str, str]:
+    """Return a module of the page and all that it imports when it is loaded: their text by name.
+
+    The names are paths below `directory`; libraries have the names by which they are imported. The imports in
+    the texts are by these names, too.
+    """
+    found: dict[str, str] = {}
+    waiting = [entry]
+    while waiting:
+        name = waiting.pop(0)
+        path = directory / (f"vendor/{name}.js" if name in LIBRARIES else name)
+        if name in found or not path.is_file():
+            continue
+
+        def named(match: re.Match[str], folder: str = posixpath.dirname(name)) -> str:
+            target = match["name"]
+            if target.startswith("."):
+                target = posixpath.normpath(posixpath.join(folder, target))
+                if target.startswith("../"):
+                    return match[0]
+            waiting.append(target)
+            return match[0].replace(match["name"], target)
+
+        text = path.read_text("utf-8")
+        found[name] = text if name in LIBRARIES else _IMPORT.sub(named, text)
+    return found
+
+
+def texts_by_language(directory: Path = STATIC) -> dict[str, Path]:
+    """Return the files with the texts of the page by language. English is in the code."""
+    return {path.stem: path for path in sorted((directory / "languages").glob("*.json"))}
+
+
+def _texts_block(language: str, path: Path) -> str:
+    texts = path.read_text("utf-8").replace("<", "\\u003c").replace("\n", "")
+    return f'<script type="application/json" id="texts-{language}">{texts}</script>'
+
+
+def _data_url(text: str) -> str:
+    return f"data:text/javascript;base64,{base64.b64encode(text.encode()).decode()}"

@@ -1,0 +1,244 @@
+"""Child processes that answer questions, and end with this process.
+
+Such a process isolates work that may take long or fail. Questions and answers are one line each, after an
+empty one when it is ready. The process ends when its input ends; its time and memory are limited. At the end
+it is killed with all processes that it has started, unless they have left its group.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import os
+import resource
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from visualhfsm._base.environment import child_environment
+from zenoh_ice.text import signal_name
+
+_MEMORY: Final = 4 << 30
+"""Limit of the memory of a process that answers questions, in bytes."""
+_LONGEST_ANSWER: Final = 64 << 20  # bytes
+_NEW_OBJECTS: Final = 100_000
+"""New objects between two garbage collections: Python's default of 700 cost a quarter of the time."""
+_END_PERIOD: Final = 0.01  # s
+_KILL_LIMIT: Final = 2.0
+"""Limit in seconds for the process to end after SIGKILL."""
+
+
+class NoAnswerError(Exception):
+    """The process took too long, or ended; it is restarted for the next question."""
+
+
+class TooSlowError(NoAnswerError):
+    """The process took too long."""
+
+
+class KilledError(NoAnswerError):
+    """The process was killed by someone else, or by the system for want of memory, or could not start."""
+
+
+class NotReadyError(KilledError):
+    """The process ended, or took too long, before it was ready: no question is to blame."""
+
+
+class LineProcess:
+    """A module that runs in a process and answers one question at a time; started on first use.
+
+    `environment` is added to that of this process, which must be ready within `start_limit` s and answer
+    with `longest_answer` bytes at most. Thread-safe: callers wait for their turn.
+    """
+
+    def __init__(
+        self,
+        module: str,
+        environment: Mapping[str, str] | None = None,
+        *,
+        start_limit: float = 60.0,
+        longest_answer: int = _LONGEST_ANSWER,
+    ) -> None:
+        self._module = module
+        self._environment = environment or {}
+        self._start_limit = start_limit
+        self._longest_answer = longest_answer
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._closed = False
+
+    def ask(self, question: bytes, patience: float) -> bytes:
+        """Return the answer to a question, a line without its newline, within `patience` s of being ready.
+
+        Raises NoAnswerError.
+        """
+        with self._lock:
+            if self._closed:
+                raise NoAnswerError("it has been ended")
+            try:
+                return self._ask(question, patience)
+            except (OSError, EOFError) as error:
+                found, how = _end_of(self._process)
+                self._stop()
+                raise (KilledError if found == signal.SIGKILL else NoAnswerError)(how) from error
+            except BaseException:
+                self._stop()
+                raise
+
+    def close(self) -> None:
+        """End the process; waiting questions are not answered."""
+        self._closed = True
+        process = self._process
+        if process is not None:
+            _kill(process)
+        with self._lock:
+            self._stop()
+
+    def _ask(self, question: bytes, patience: float) -> bytes:
+        if self._process is not None and _has_ended(self._process):
+            self._stop()
+        process = self._process or self._start()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        until = time.monotonic() + patience
+        _write(process.stdin.fileno(), question + b"\n", until)
+        return self._read_line(process.stdout.fileno(), until)
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        """Start the process, and wait until it is ready."""
+        # With -P, modules are not imported from the working directory, which may contain documents.
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", self._module],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                bufsize=0,
+                env={**child_environment(), **self._environment},
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise NotReadyError(f"it cannot be started: {error.strerror}") from error
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        os.set_blocking(self._process.stdin.fileno(), False)  # a pipe that is full is waited for with a limit
+        until = time.monotonic() + self._start_limit
+        try:
+            while self._read_line(self._process.stdout.fileno(), until):
+                pass  # what is printed before
+        except TooSlowError as error:
+            raise NotReadyError(f"it was not ready within {self._start_limit:g} s") from error
+        except EOFError as error:
+            raise NotReadyError(f"{_end_of(self._process)[1]} before it was ready") from error
+        return self._process
+
+    def _read_line(self, descriptor: int, until: float) -> bytes:
+        found = bytearray()
+        while not found.endswith(b"\n"):
+            _wait(descriptor, select.POLLIN, until)
+            part = os.read(descriptor, 1 << 16)
+            if not part:
+                raise EOFError
+            found += part
+            if len(found) > self._longest_answer:
+                raise NoAnswerError(f"its answer is longer than {self._longest_answer >> 20} MB")
+        return bytes(found[:-1])
+
+    def _stop(self) -> None:
+        process, self._process = self._process, None
+        if process is None:
+            return
+        _kill(process)
+        for stream in (process.stdin, process.stdout):
+            if stream is not None:
+                stream.close()
+        process.wait(_KILL_LIMIT)
+
+
+def answer_lines(answer: Callable[[bytes], bytes], memory: int = _MEMORY) -> None:
+    """Say that the process is ready, and answer questions from stdin until it ends.
+
+    Other output goes to stderr. `memory` is the limit of the address space in bytes.
+    """
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    output = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    os.nice(5)
+    gc.freeze()  # imported modules are never garbage
+    gc.set_threshold(_NEW_OBJECTS)
+
+    def is_read(line: bytes) -> bool:
+        try:
+            output.write(line + b"\n")
+            output.flush()
+        except BrokenPipeError:  # the process that asked has ended
+            return False
+        return True
+
+    goes_on = is_read(b"")
+    while goes_on and (question := sys.stdin.buffer.readline()):
+        goes_on = is_read(answer(question))
+
+
+def _has_ended(process: subprocess.Popen[bytes]) -> bool:
+    """Return whether a process has ended, without giving up its id, which is that of its group."""
+    return _end_signal(process) is not None
+
+
+def _end_of(process: subprocess.Popen[bytes] | None) -> tuple[int | None, str]:
+    """Return the signal that ended a process whose pipe is closed, 0 or None if none did, and that in words.
+
+    Waits a moment for its end.
+    """
+    found = None
+    if process is not None:
+        until = time.monotonic() + _KILL_LIMIT
+        while (found := _end_signal(process)) is None and time.monotonic() < until:
+            time.sleep(_END_PERIOD)
+    return found, f"it was ended by {explain_signal(found)}" if found else "it has ended"
+
+
+def explain_signal(number: int) -> str:
+    """Return the name of a signal, for SIGILL with what it means."""
+    name = signal_name(number)
+    lacks = "the processor of this computer lacks an instruction that a package needs, such as those of AVX"
+    return f"{name} ({lacks})" if number == signal.SIGILL else name
+
+
+def _end_signal(process: subprocess.Popen[bytes]) -> int | None:
+    """Return the number of the signal that ended a process, 0 when none did, None while it runs."""
+    try:
+        found = os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:  # it has been waited for
+        return -min(process.wait(), 0)
+    if found is None:
+        return None
+    return found.si_status if found.si_code == os.CLD_KILLED else 0
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process and its group, unless it has been waited for: its id may then be another one's."""
+    if process.returncode is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def _write(descriptor: int, text: bytes, until: float) -> None:
+    """Write a text to a pipe that does not block: its reader may hang, and a pipe holds 64 kB."""
+    left = memoryview(text)
+    while left:
+        _wait(descriptor, select.POLLOUT, until)
+        left = left[os.write(descriptor, left) :]
+
+
+def _wait(descriptor: int, event: int, until: float) -> None:
+    """Wait until a pipe can be read or written, or has lost its other end."""
+    waiting = select.poll()  # `select` takes no descriptor above 1023
+    waiting.register(descriptor, event)
+    left = until - time.monotonic()
+    if left <= 0 or not waiting.poll(left * 1000):
+        raise TooSlowError("it takes too long")

@@ -1,0 +1,81 @@
+"""Run tasks in processes, one for each thread that asks."""
+
+from __future__ import annotations
+
+import base64
+import pickle
+import threading
+from collections.abc import Mapping
+from tempfile import TemporaryDirectory
+from typing import Final, Generic, TypeVar
+
+import msgspec
+
+from visualhfsm._base.line_process import LineProcess, NoAnswerError
+from zenoh_ice import typed
+
+_ENVIRONMENT: Final[Mapping[str, str]] = {
+    "PYTHONHASHSEED": "0",  # the order of sets
+    "OPENBLAS_NUM_THREADS": "1",  # other tasks use the other processors
+    "OMP_NUM_THREADS": "1",
+}
+
+Answer = TypeVar("Answer", bound=msgspec.Struct)
+
+
+class EndedError(Exception):
+    """The processes have been ended."""
+
+
+class TaskProcesses(Generic[Answer]):
+    """The processes of some threads: one each, which runs a `module` and lasts from task to task.
+
+    Tasks go there pickled, and answers come back as JSON. The folder of their temporary files begins with
+    `prefix`.
+    """
+
+    def __init__(self, module: str, answer: type[Answer], prefix: str) -> None:
+        self._module: Final = module
+        self._answer: Final = answer
+        self._prefix: Final = prefix
+        self._here = threading.local()
+        self._lock = threading.Lock()
+        self._all: list[LineProcess] = []
+        self._files: TemporaryDirectory[str] | None = None
+        """What they unpack and write: one that is killed removes nothing."""
+        self.closed = False
+
+    def ask(self, task: object, patience: float) -> Answer:
+        """Return the answer of this thread's process to a task, within `patience` s of being ready.
+
+        Raises NoAnswerError, EndedError, and OSError if there is no folder for temporary files.
+        """
+        answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
+        try:
+            return typed.from_json(answer, self._answer)
+        except msgspec.MsgspecError as error:
+            raise NoAnswerError(f"it wrote something else: {error}") from error
+
+    def close(self) -> None:
+        """End all processes."""
+        with self._lock:
+            self.closed = True
+            processes = [*self._all]
+        for process in processes:
+            process.close()
+        if self._files is not None:
+            self._files.cleanup()
+
+    def _process(self) -> LineProcess:
+        with self._lock:
+            if self.closed:
+                raise EndedError
+            process: LineProcess | None = getattr(self._here, "process", None)
+            if process is None:
+                self._files = self._files or TemporaryDirectory(
+                    prefix=self._prefix, ignore_cleanup_errors=True
+                )
+                process = LineProcess(self._module, {**_ENVIRONMENT, "TMPDIR": self._files.name})
+                self._all.append(process)
+                self._here.process = process
+            return process

@@ -1,0 +1,1 @@
+"""The command `visualhfsm`: `app` has all of its verbs, and each longer one a module."""

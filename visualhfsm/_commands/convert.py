@@ -1,0 +1,87 @@
+"""`visualhfsm convert IN OUT`: convert documents of any age to the current format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from codegen.diagnostics import Diagnostics
+from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
+from codegen.messages import Message
+from codegen.options import ErrorFormat, report
+from codegen.reasons import reason
+from visualhfsm._base.errors import VisualHfsmError
+
+EPILOG: Final = """Examples:
+
+visualhfsm convert old.xml new.xml
+
+visualhfsm convert --fix-python2 --force follow_ball.xml follow_ball.xml
+
+visualhfsm convert follow_ball.xml follow_ball.scxml
+
+visualhfsm convert --error-format json old.xml - > new.xml"""
+
+_STANDARD_OUTPUT: Final = "-"
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(metavar="IN", help="A document in any format: .xml, .scxml.")],
+    target: Annotated[
+        str, typer.Argument(metavar="OUT", help="The file to write: .xml, .scxml, or - for stdout.")
+    ],
+    *,
+    fix_python2: Annotated[
+        bool, typer.Option("--fix-python2", help="Convert Python 2 to Python 3 where nothing else is wrong.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite OUT, which may be IN itself.")] = False,
+    error_format: Annotated[
+        ErrorFormat, typer.Option("--error-format", help="Format of the diagnostics on stderr.")
+    ] = ErrorFormat.TEXT,
+) -> None:
+    """Convert a document of any age to the current format, or to SCXML.
+
+    The input may be a document of VisualHFSM of 2013 in Spanish or of 2013 to 2017, one of VisualStates since
+    2017, or SCXML of any program. Nothing of a document is lost: unknown elements are kept and reported. What
+    cannot be imported from SCXML is reported with its line. Python 2 is reported, and converted on request.
+    C++ is kept, but cannot run. After an error OUT is not written.
+    """
+    # Imported here: other commands need not wait for the readers of documents.
+    from visualhfsm._document.conversion import convert_document
+
+    path = Path(target)
+    to_file = target != _STANDARD_OUTPUT
+    _check_suffix(source, "IN")
+    if to_file:
+        _check_suffix(path, "OUT")
+        if path.exists() and not force:
+            raise typer.BadParameter(f"{path} exists: --force overwrites it", param_hint="OUT")
+    to_scxml = path.suffix.lower() == ".scxml"
+    diagnostics = Diagnostics()
+    try:
+        text = convert_document(source, diagnostics, to_scxml=to_scxml, fixes_python2=fix_python2)
+    except ModuleNotFoundError as error:
+        raise VisualHfsmError(reason(error)) from error
+    report(diagnostics, error_format)
+    if not to_file:
+        typer.echo(text, nl=False)
+        return
+    try:
+        changes = compare_with_disk([GeneratedFile(path, text)])
+        apply(changes)
+    except FilesNotWrittenError as error:
+        raise VisualHfsmError(reason(error)) from error
+    except OSError as error:
+        raise VisualHfsmError(
+            Message("{path}: cannot be written: {reason}", path=str(path), reason=reason(error))
+        ) from error
+    if error_format is ErrorFormat.TEXT:  # programs read the rest of stderr
+        typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)
+
+
+def _check_suffix(path: Path, name: str) -> None:
+    """Refuse a file of an unknown format as wrong usage."""
+    if path.suffix.lower() not in (".xml", ".scxml"):
+        raise typer.BadParameter("expected a file that ends with .xml or .scxml", param_hint=name)

@@ -1,0 +1,53 @@
+"""The command `visualhfsm report`: a recorded run as one HTML file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from codegen.messages import Message
+
+EPILOG: Final = """Examples:
+
+visualhfsm report dance.mcap
+
+visualhfsm report recordings/dance.mcap hand-in/dance.html"""
+
+
+def report(
+    recording: Annotated[
+        Path, typer.Argument(metavar="RECORDING", exists=True, dir_okay=False, help="The file to read.")
+    ],
+    page: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="HTML", dir_okay=False, help="The file to write.", show_default="RECORDING.html"
+        ),
+    ] = None,
+    *,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite HTML.")] = False,
+) -> None:
+    """Write a recorded run as one HTML file: automata, variables, timeline, robot in 3D and pictures.
+
+    The file needs neither a server nor a network. It contains the whole document with its code.
+    """
+    # Imported here: other commands need not wait for them.
+    from visualhfsm._document.serialization import parse
+    from visualhfsm._monitor.recordings import open_recording
+    from visualhfsm._monitor.run_page import write_run_page
+
+    target = page or recording.with_suffix(".html")
+    if target.exists() and not force:
+        raise typer.BadParameter(f"{target} exists: --force overwrites it", param_hint="HTML")
+    run = open_recording(recording)
+    document = (
+        parse(run.document, Message("{recording}: the document cannot be read", recording=str(recording)))
+        if run.document
+        else None
+    )
+    size = write_run_page(target, run.exported(document))
+    typer.echo(f"{target}: {size / 1e6:.1f} MB")
+    if text := str(run.shortened):
+        typer.echo(text)

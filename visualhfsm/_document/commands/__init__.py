@@ -1,0 +1,76 @@
+"""Every change of a document as a value: it arrives as JSON, has a name for undo, and can be replayed.
+
+`decode_command` reads one from JSON, `msgspec.json.encode` writes it; `AnyCommand` is their type.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final, Union
+
+import msgspec
+
+from codegen.messages import Message
+from codegen.reasons import reason
+from visualhfsm._base.errors import EditError
+from zenoh_ice import typed
+
+from . import (
+    automata,
+    component,
+    corrections,
+    group,
+    items,
+    notes,
+    paste,
+    states,
+    text,
+    transitions,
+    variables,
+)
+from .base import Command
+
+__all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command", "in_language"]
+
+COMMANDS: Final[tuple[type[Command], ...]] = tuple(
+    found
+    for module in (
+        automata,
+        component,
+        corrections,
+        group,
+        items,
+        notes,
+        paste,
+        states,
+        text,
+        transitions,
+        variables,
+    )
+    for found in vars(module).values()
+    if isinstance(found, type) and issubclass(found, Command) and not found.__name__.startswith("_")
+    if found.__module__ == module.__name__
+)
+"""All commands."""
+
+if TYPE_CHECKING:
+    AnyCommand = Command
+else:
+    AnyCommand = Union[COMMANDS]  # noqa: UP007 - made of a tuple
+    """The type of any command in JSON."""
+
+_decode: Final[Callable[[bytes | str | msgspec.Raw], Command]] = typed.json_decoder(AnyCommand)
+
+
+def in_language(command: Command, language: str) -> Command:
+    """Return a command with the language of the names that it makes up, if it has none yet."""
+    is_open = getattr(command, "language", None) == ""
+    return msgspec.structs.replace(command, language=language) if is_open else command
+
+
+def decode_command(content: bytes | str | msgspec.Raw) -> Command:
+    """Return the command in JSON. Raises EditError when it is not a command."""
+    try:
+        return _decode(content)
+    except (msgspec.MsgspecError, UnicodeError) as error:
+        raise EditError(Message("Cannot understand the command"), reason(error)) from error

@@ -1,0 +1,251 @@
+"""Commands for states."""
+
+# ruff: noqa: ARG002 - `Command` documents its methods and their parameters
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar, Literal
+
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Result, State, Text
+from codegen.messages import NO_MESSAGE, Message
+from visualhfsm._base.errors import EditError
+
+from ..nodes import (
+    changed,
+    checked,
+    coordinate,
+    find_automaton,
+    find_state,
+    free_name,
+    label,
+    state_ids,
+    swapped,
+    with_automaton,
+)
+from .base import AutomatonCommand, Command, Id, Language, made_up
+from .transitions import AddTransition, TransitionType
+
+
+class AddState(Command, frozen=True, kw_only=True):
+    """Add a state, and a transition to it from `origin`; the first state of an automaton is initial.
+
+    `trigger` is the type of the transition.
+    """
+
+    automaton: Id
+    x: float
+    y: float
+    name: str = ""
+    origin: Id | None = None
+    trigger: TransitionType = "condition"
+    language: Language = ""
+
+    def apply(self, document: Document) -> Document:
+        number = next(state_ids(find_automaton(document, self.automaton)))
+
+        def add(automaton: Automaton) -> Automaton:
+            if automaton.imported is not None:
+                why = Message("its content comes from another file")
+                raise EditError(
+                    Message("Cannot draw in this automaton"),
+                    why,
+                    Message("change that file, or inline it first"),
+                )
+            taken = {state.name for state in automaton.states}
+            state = State(
+                id=number,
+                name=checked(self.name, Message("the name"))
+                or free_name(made_up(Message("state {number}", number=number), self.language), taken),
+                initial=not any(state.initial for state in automaton.states),
+                x=coordinate(self.x),
+                y=coordinate(self.y),
+            )
+            return replace(automaton, states=(*automaton.states, state))
+
+        drawn = with_automaton(document, self.automaton, add)
+        if self.origin is None:
+            return drawn
+        led = AddTransition(
+            automaton=self.automaton,
+            origin=self.origin,
+            destination=number,
+            type=self.trigger,
+            language=self.language,
+        )
+        return led.apply(drawn)
+
+    def title(self, document: Document) -> Message:
+        return (
+            Message("Add a state") if self.origin is None else Message("Add a state and a transition to it")
+        )
+
+
+class _StateCommand(AutomatonCommand, frozen=True, kw_only=True):
+    """A change of one state; it sets the fields of the command unless `changed_state` is overridden."""
+
+    titled: ClassVar[Message] = NO_MESSAGE
+    state: Id
+
+    def changed_state(self, state: State) -> State:
+        return changed(state, **self.own_fields(_StateCommand))
+
+    def change(self, automaton: Automaton) -> Automaton:
+        former = find_state(automaton, self.state)
+        return changed(automaton, states=swapped(automaton.states, former, self.changed_state(former)))
+
+    def title(self, document: Document) -> Message:
+        return Message("{what} {label}", what=self.titled, label=self.label(document))
+
+    def label(self, document: Document) -> Message:
+        return label(find_state(find_automaton(document, self.automaton), self.state))
+
+
+class RenameState(_StateCommand, frozen=True, kw_only=True):
+    """Rename a state."""
+
+    typed = ("name",)
+    titled = Message("Rename")
+    name: str
+
+
+class SetStateCode(_StateCommand, frozen=True, kw_only=True):
+    """Set the code that runs at the entry, in every cycle or at the exit of a state."""
+
+    typed = ("text",)
+    part: Literal["entry", "code", "exit"]
+    text: str
+
+    def changed_state(self, state: State) -> State:
+        return changed(state, **{self.part: self.text})
+
+    def title(self, document: Document) -> Message:
+        label = self.label(document)
+        match self.part:
+            case "entry":
+                return Message("Edit the entry code of {label}", label=label)
+            case "exit":
+                return Message("Edit the exit code of {label}", label=label)
+            case "code":
+                return Message("Edit the code of {label}", label=label)
+
+
+class MarkInitial(_StateCommand, frozen=True, kw_only=True):
+    """Make a state the only initial state of its automaton."""
+
+    titled = Message("Start in")
+
+    def change(self, automaton: Automaton) -> Automaton:
+        chosen = find_state(automaton, self.state)
+        states = tuple(changed(state, initial=state is chosen) for state in automaton.states)
+        return changed(automaton, states=states)
+
+
+class MarkFinal(_StateCommand, frozen=True, kw_only=True):
+    """Set whether a state is final."""
+
+    final: bool
+
+    def title(self, document: Document) -> Message:
+        label = self.label(document)
+        return (
+            Message("End in {label}", label=label)
+            if self.final
+            else Message("Do not end in {label}", label=label)
+        )
+
+
+class SetHistory(_StateCommand, frozen=True, kw_only=True):
+    """Set whether the automata of a state resume or restart when it is entered again."""
+
+    titled = Message("Set the history of")
+    history: Literal["", "resume", "restart"]
+
+
+class SetArgument(_StateCommand, frozen=True, kw_only=True):
+    """Set the argument of a state for an input of its automata; `child` 0 is the one with the input."""
+
+    typed = ("value",)
+    name: str
+    value: str
+    child: Id = NO_CHILD
+
+    def changed_state(self, state: State) -> State:
+        value = checked(self.value, Message("the argument"))
+        former = [each for each in state.arguments if (each.name, each.child) == (self.name, self.child)]
+        if former:
+            arguments = tuple(
+                changed(each, value=value) if each is former[0] else each for each in state.arguments
+            )
+            return changed(state, arguments=arguments)
+        if not self.name.strip():
+            raise EditError(
+                Message("Cannot add the argument"),
+                Message("it has no name"),
+                Message("name an input of the automaton below"),
+            )
+        name = checked(self.name, Message("the name of the argument"))
+        new = Argument(name=name, child=self.child, value=Text(value))
+        return changed(state, arguments=(*state.arguments, new))
+
+    def title(self, document: Document) -> Message:
+        return Message("Set the argument {name} of {label}", name=self.name[:30], label=self.label(document))
+
+
+class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
+    """Remove the argument for an input."""
+
+    name: str
+    child: Id = NO_CHILD
+
+    def changed_state(self, state: State) -> State:
+        kept = tuple(each for each in state.arguments if (each.name, each.child) != (self.name, self.child))
+        return changed(state, arguments=kept)
+
+    def title(self, document: Document) -> Message:
+        return Message(
+            "Remove the argument {name} of {label}", name=self.name[:30], label=self.label(document)
+        )
+
+
+class SetResult(_StateCommand, frozen=True, kw_only=True):
+    """Set the variable that takes an output of a state's automata; `child` 0 is the one with the output."""
+
+    name: str
+    variable: str
+    child: Id = NO_CHILD
+
+    def changed_state(self, state: State) -> State:
+        variable = checked(self.variable, Message("the variable"))
+        former = [each for each in state.results if (each.name, each.child) == (self.name, self.child)]
+        if former:
+            results = tuple(
+                changed(each, variable=variable) if each is former[0] else each for each in state.results
+            )
+            return changed(state, results=results)
+        if not self.name.strip():
+            raise EditError(
+                Message("Cannot add the result"),
+                Message("it has no name"),
+                Message("name an output of the automaton below"),
+            )
+        name = checked(self.name, Message("the name of the result"))
+        new = Result(name=name, child=self.child, variable=Text(variable))
+        return changed(state, results=(*state.results, new))
+
+    def title(self, document: Document) -> Message:
+        return Message("Take the output {name} in {label}", name=self.name[:30], label=self.label(document))
+
+
+class RemoveResult(_StateCommand, frozen=True, kw_only=True):
+    """Take an output no longer."""
+
+    name: str
+    child: Id = NO_CHILD
+
+    def changed_state(self, state: State) -> State:
+        kept = tuple(each for each in state.results if (each.name, each.child) != (self.name, self.child))
+        return changed(state, results=kept)
+
+    def title(self, document: Document) -> Message:
+        return Message("Leave the output {name} in {label}", name=self.name[:30], label=self.label(document))

@@ -1,0 +1,333 @@
+"""Exchange variables with an automaton above: as inputs, as outputs, or both keep them in the component."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Annotated, Final
+
+import msgspec
+
+from codegen.hfsm.analysis import Analysis, AutomatonCode, Piece, analyze
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, Text
+from codegen.messages import Message
+from visualhfsm._base.errors import EditError
+
+from ..nodes import changed, find_automaton, find_state, free_name, with_automaton
+from ..places import CODE, Place, spots
+from .base import Command, Id
+from .states import SetResult
+from .text import with_code
+
+_Name = Annotated[str, msgspec.Meta(max_length=1000)]
+_TYPES: Final = {int: "int", float: "float", bool: "bool", str: "str"}
+_NOWHERE: Final = Path()
+
+
+class PassVariable(Command, frozen=True, kw_only=True):
+    """Pass a variable of the nearest automaton above that has it down to this one, as an input."""
+
+    automaton: Id
+    name: _Name
+
+    def apply(self, document: Document) -> Document:
+        analysis = analyze(document, _NOWHERE)
+        owner = _owner(analysis, self.automaton, self.name)
+        target = find_automaton(document, self.automaton)
+        if any(self.name in piece.bound for piece in _code(analysis, target).sharing()):
+            raise EditError(
+                Message("Cannot pass “{name}”", name=self.name),
+                Message("this automaton also assigns it, which the other would not see"),
+                Message("write self.{name} in both", name=self.name),
+            )
+        given = _type(owner, self.name)
+        for each in (target, *document.above(target)):
+            if each.id == owner.automaton.id:
+                break
+            document = self._handed_over(document, each, given)
+        return document
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Pass “{name}” as an input", name=self.name)
+
+    def _handed_over(self, document: Document, automaton: Automaton, type: str) -> Document:
+        state = document.owner(automaton)
+        if state is None:
+            what = Message("Cannot pass “{name}”", name=self.name)
+            raise EditError(what, Message("no state owns the automaton"))
+        declared = Parameter(name=self.name, type=Text(type), default=Text(), description=Text())
+        document = with_automaton(
+            document, automaton.id, lambda each: changed(each, inputs=(*each.inputs, declared))
+        )
+        several = len(state.children) > 1
+        argument = Argument(name=self.name, value=Text(self.name), child=automaton.id if several else 0)
+
+        def pass_on(father: Automaton) -> Automaton:
+            states = tuple(
+                changed(each, arguments=(*each.arguments, argument)) if each.id == state.id else each
+                for each in father.states
+            )
+            return changed(father, states=states)
+
+        return with_automaton(document, automaton.father, pass_on)
+
+
+class HandUpVariable(Command, frozen=True, kw_only=True):
+    """Hand a variable up to the nearest automaton above that has one of this name, as an output."""
+
+    automaton: Id
+    name: _Name
+
+    def apply(self, document: Document) -> Document:
+        analysis = analyze(document, _NOWHERE)
+        owner = _owner(analysis, self.automaton, self.name)
+        target = find_automaton(document, self.automaton)
+        what = Message("Cannot hand “{name}” up", name=self.name)
+        variables = _code(analysis, target).variables
+        if variables is not None and self.name in variables.bound:
+            raise EditError(
+                what,
+                Message("this automaton's variables set it"),
+                Message("delete it there: an output has a default"),
+            )
+        if any(each.name == self.name for each in owner.automaton.inputs):
+            raise EditError(
+                what,
+                Message("it is an input of the automaton above"),
+                Message("give the output another name"),
+            )
+        declared = Parameter(
+            name=self.name,
+            type=Text(_type(owner, self.name)),
+            default=Text(_default(owner, self.name)),
+            description=Text(),
+        )
+        for each in (target, *document.above(target)):
+            if each.id == owner.automaton.id:
+                break
+            if self.name not in each.declared:
+                document = with_automaton(
+                    document,
+                    each.id,
+                    lambda automaton: changed(automaton, outputs=(*automaton.outputs, declared)),
+                )
+            document = self._taken(document, each)
+        return document
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Hand “{name}” up as an output", name=self.name)
+
+    def _taken(self, document: Document, automaton: Automaton) -> Document:
+        state = document.owner(automaton)
+        if state is None:
+            what = Message("Cannot hand “{name}” up", name=self.name)
+            raise EditError(what, Message("no state owns the automaton"))
+        child = automaton.id if len(state.children) > 1 else NO_CHILD
+        command = SetResult(
+            automaton=automaton.father, state=state.id, name=self.name, variable=self.name, child=child
+        )
+        return command.apply(document)
+
+
+class TakeOutput(Command, frozen=True, kw_only=True):
+    """Take an output below a state into a new variable, which begins with the default of the output."""
+
+    automaton: Id
+    state: Id
+    name: _Name
+    child: Id = NO_CHILD
+
+    def apply(self, document: Document) -> Document:
+        above = find_automaton(document, self.automaton)
+        state = find_state(above, self.state)
+        below = (document.automaton(child) for child in state.children if self.child in (NO_CHILD, child))
+        found = [item for each in below if each for item in each.outputs if item.name == self.name]
+        default = found[0].default.text.strip() if found else "None"
+        taken = _code(analyze(document, _NOWHERE), above).names
+        variable = free_name(self.name, taken, "_") if self.name in taken else self.name
+        lines = above.variables.text.rstrip()
+        written = f"{lines}\n{variable} = {default}" if lines else f"{variable} = {default}"
+        document = with_automaton(document, above.id, lambda each: changed(each, variables=written))
+        command = SetResult(
+            automaton=above.id, state=state.id, name=self.name, variable=variable, child=self.child
+        )
+        return command.apply(document)
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Take the output {name} into a new variable", name=self.name[:30])
+
+
+class ShareVariable(Command, frozen=True, kw_only=True):
+    """Keep a variable of the nearest automaton above that has it in the component, as `self.name`.
+
+    The code of that automaton, and of all below it that have no such variable or input, is changed.
+    """
+
+    automaton: Id
+    name: _Name
+
+    def apply(self, document: Document) -> Document:
+        analysis = analyze(document, _NOWHERE)
+        owner = _owner(analysis, self.automaton, self.name)
+        self._require_free(analysis, owner)
+        texts = {id(text): piece for text, _, piece in analysis.by_text.values()}
+        users = {each.id for each in self._users(analysis, owner.automaton)}
+        for place, text in _code_texts(document):
+            piece = texts.get(id(text))
+            if place.automaton in users and place.part != "functions" and piece is not None:
+                document = self._changed(document, place, text, piece)
+        return document
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Share “{name}” as self.{name}", name=self.name)
+
+    def _require_free(self, analysis: Analysis, owner: AutomatonCode) -> None:
+        document = analysis.document
+        taken = {*analysis.defined, *(each.name for each in document.all_interfaces)}
+        taken |= {each.name for each in document.parameters}
+        if self.name in taken:
+            self._refuse(
+                Message("self.{name} is an interface, function or parameter", name=self.name),
+                Message("rename the variable first"),
+            )
+        if any(each.name == self.name for each in owner.automaton.inputs):
+            self._refuse(Message("it is an input of the automaton above"), Message("pass it on as an input"))
+        if self.name in owner.results or self.name in owner.automaton.declared:
+            self._refuse(Message("outputs of automata are taken into it"), Message("hand it up as an output"))
+
+    def _refuse(self, why: Message, hint: Message) -> None:
+        raise EditError(Message("Cannot share “{name}”", name=self.name), why, hint)
+
+    def _users(self, analysis: Analysis, owner: Automaton) -> Iterator[Automaton]:
+        """Yield an automaton and those below it that have no such variable."""
+        yield owner
+        for each in analysis.document.automata:
+            if each.father == owner.id and each.id != owner.id:
+                code = _code(analysis, each)
+                own = each.declared | (frozenset() if code.variables is None else code.variables.bound)
+                if self.name not in own:
+                    yield from self._users(analysis, each)
+
+    def _changed(self, document: Document, place: Place, text: Text, piece: Piece) -> Document:
+        if any(self._is_elsewhere(node) for node in ast.walk(piece.tree)):
+            self._refuse(
+                Message("some of its code binds the name in another way"), Message("write self yourself")
+            )
+        lines = text.text.split("\n")
+        for line, column in sorted(self._found(piece, text), reverse=True):
+            written = lines[line]
+            if written[column:].startswith(self.name):
+                lines[line] = f"{written[:column]}self.{written[column:]}"
+        for node in ast.walk(piece.tree):
+            if isinstance(node, ast.JoinedStr) and self._reads(node):
+                first = piece.place(node).line - text.line
+                for line in range(first, first + (node.end_lineno or node.lineno) - node.lineno + 1):
+                    lines[line] = self._in_braces(lines[line])
+        return with_code(document, place, "\n".join(lines))
+
+    def _in_braces(self, line: str) -> str:
+        """Change the expressions in a line of an f-string; before Python 3.12 their places are wrong."""
+        name = rf"((?<!\{{)(?:\{{\{{)*\{{(?!\{{)[^{{}}]*?)(?<![\w.]){re.escape(self.name)}(?!\w)"
+        while (after := re.sub(name, rf"\1self.{self.name}", line)) != line:
+            line = after
+        return line
+
+    def _found(self, piece: Piece, text: Text) -> Iterator[tuple[int, int]]:
+        """Yield the line and the column of each use of the name, from 0."""
+        inside = {
+            id(name)
+            for node in ast.walk(piece.tree) if isinstance(node, ast.JoinedStr)
+            for name in ast.walk(node)
+        }  # fmt: skip
+        for node in ast.walk(piece.tree):
+            if isinstance(node, ast.Name) and node.id == self.name and id(node) not in inside:
+                place = piece.place(node)
+                line = place.line - text.line
+                yield line, place.column - 1 - (text.column - 1 if line == 0 else 0)
+
+    def _reads(self, node: ast.AST) -> bool:
+        return any(isinstance(each, ast.Name) and each.id == self.name for each in ast.walk(node))
+
+    def _is_elsewhere(self, node: ast.AST) -> bool:
+        """Return whether a node binds the name in a way in which no attribute can be bound."""
+        match node:
+            case ast.Global(names=names) | ast.Nonlocal(names=names):
+                return self.name in names
+            case (
+                ast.arg(arg=name)
+                | ast.ExceptHandler(name=name)
+                | ast.MatchAs(name=name)
+                | ast.MatchStar(name=name)
+            ):
+                return name == self.name
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                return name == self.name
+            case ast.alias(name=name, asname=alias):
+                return (alias or name.split(".")[0]) == self.name
+            case ast.NamedExpr(target=target) | ast.comprehension(target=target):
+                return self._reads(target)
+        return False
+
+
+def _code(analysis: Analysis, automaton: Automaton) -> AutomatonCode:
+    for each in analysis.automata:
+        if each.automaton is automaton:
+            return each
+    raise EditError(Message("Cannot read the code"), Message("the document is not in Python"))
+
+
+def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
+    """Return the nearest automaton above one that has a variable. Raises EditError."""
+    for above in analysis.document.above(find_automaton(analysis.document, id)):
+        code = _code(analysis, above)
+        if name in code.names:
+            return code
+    raise EditError(
+        Message("Cannot find “{name}”", name=name),
+        Message("no automaton above has such a variable"),
+        Message("declare it there first"),
+    )
+
+
+def _code_texts(document: Document) -> Iterator[tuple[Place, Text]]:
+    """Yield the places of a document with code, each with its text."""
+    texts = {id(each.text): each for each in _all_texts(document)}
+    for place, text, *_ in spots(document):
+        if place.part in CODE and text and id(text) in texts:
+            yield place, texts[id(text)]
+
+
+def _all_texts(document: Document) -> Iterable[Text]:
+    for automaton in document.automata:
+        yield from (automaton.variables, automaton.functions)
+        for state in automaton.states:
+            yield from (state.entry, state.code, state.exit, *(each.value for each in state.arguments))
+        for transition in automaton.transitions:
+            yield from (transition.trigger, transition.guard, transition.code)
+
+
+def _type(owner: AutomatonCode, name: str) -> str:
+    """Return the type of an input or output for a variable: that of its first value if it is a literal."""
+    for item in (*owner.automaton.inputs, *owner.automaton.outputs):
+        if item.name == name:
+            return item.type.text
+    return _TYPES.get(type(_literal(owner, name)), "object")
+
+
+def _default(owner: AutomatonCode, name: str) -> str:
+    """Return the default of an output for a variable: the variable's first value if it is a literal."""
+    for item in owner.automaton.outputs:
+        if item.name == name:
+            return item.default.text
+    return repr(_literal(owner, name))
+
+
+def _literal(owner: AutomatonCode, name: str) -> object:
+    """Return the first value of a variable; None if it is no literal."""
+    first = owner.first_value(name)
+    try:
+        return None if first is None else ast.literal_eval(first)
+    except (ValueError, TypeError, MemoryError, RecursionError):
+        return None

@@ -1,0 +1,47 @@
+"""Generate the component of a document and write its file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from codegen.diagnostics import Diagnostics
+from codegen.files import FilesNotWrittenError, apply, compare_with_disk
+from codegen.hfsm import compile_document
+from codegen.hfsm.document import Document
+from codegen.messages import Message
+from codegen.reasons import reason
+from visualhfsm._base.errors import VisualHfsmError
+
+
+def generate_component(
+    path: Path,
+    output: Path | None,
+    diagnostics: Diagnostics,
+    include: Sequence[Path] = (),
+    *,
+    document: Document | None = None,
+) -> Path | None:
+    """Write the component of a document; return its file, or None after errors, when nothing is written.
+
+    `output` is the directory of the file, by default that of the document. `document` is the parsed content
+    of the document if it has not been saved yet. Raises VisualHfsmError when the file cannot be written.
+    """
+    files = compile_document(path, output, diagnostics, include, with_model=True, document=document)
+    if files is None:
+        return None
+    try:
+        apply(compare_with_disk(files))
+    except FilesNotWrittenError as error:
+        raise VisualHfsmError(reason(error)) from error
+    return files[0].path
+
+
+def summary(diagnostics: Diagnostics) -> Message:
+    """Return why nothing was generated: the first error, and the number of the others."""
+    errors = diagnostics.errors
+    if len(errors) == 1:
+        return Message("nothing was generated: {error}", error=errors[0].message)
+    return Message(
+        "nothing was generated: {error} (and {more} more)", error=errors[0].message, more=len(errors) - 1
+    )

@@ -1,0 +1,288 @@
+"""Problems of a document as it would be saved now, with the places to jump to.
+
+The editor never waits for a check: `CheckProcess` runs this module as a separate process.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal
+
+import msgspec
+
+from codegen.diagnostics import Diagnostic, Diagnostics, Location, Note, Severity
+from codegen.hfsm import parse_document
+from codegen.hfsm.codes import Code
+from codegen.hfsm.document import Document
+from codegen.hfsm.loading import check_document
+from codegen.messages import NO_MESSAGE, Message
+from visualhfsm._base.languages import encode_message
+from visualhfsm._base.line_process import answer_lines
+from zenoh_ice import typed
+
+from .imported_places import ImportedPlaces, shown_path
+from .places import Locator, Place
+
+if TYPE_CHECKING:
+    from codegen.hfsm.model_checker import ModelReport  # the editor leaves it to its process for checks
+    from codegen.hfsm.model_checker.properties import PropertyResult
+
+_MOST_PROBLEMS: Final = 1000
+"""Limit of the listed problems; more are usually repetitions of one."""
+_MOST_STEPS: Final = 2000
+"""Steps of a counterexample that are sent; longer ones are in the notes."""
+_VIOLATED: Final = Code.VIOLATED_PROPERTY
+_NO_STATE: Final = Code.NO_STATE
+UNTITLED: Final = "untitled.xml"
+"""The name of a document that has no file."""
+
+
+class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """A step of a run, as `codegen.hfsm.model_checker.Step` has it; the rest are ids of the document."""
+
+    time_ms: float
+    automaton: int
+    kind: str
+    text: Message
+    state: int
+    origin: int | None = None
+    transition: int | None = None
+
+
+class CounterexampleView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """The steps until a property is violated; from the index `repeats` on they may go on forever."""
+
+    steps: tuple[StepView, ...]
+    repeats: int | None = None
+
+
+class Misspelt(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """The `name` that is written at a place, and the one that is probably meant.
+
+    At an element as a whole it is the value of a `field`.
+    """
+
+    name: str
+    meant: str
+    field: str = ""
+
+
+class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`.
+
+    Line, column and length are those in the text at the place; both count from 1, line 0 means the element as
+    a whole. Without a place it is about the document, or about another `file`. The path of an imported file
+    is that from the folder of the document. There, the place is that of the automaton in the document;
+    `source` is that in the file, in words `where`, `copies` are further places, of an automaton that is
+    imported several times, and `owners` the states that own the imported automata. A violated property has a
+    `counterexample`, a name that is probably another one is `misspelt`. `assumes` says what the problem holds
+    under, if it is not true in any case.
+    """
+
+    code: str
+    severity: Severity
+    message: Message
+    notes: tuple[Message, ...] = ()
+    place: Place | None = None
+    line: int = 0
+    column: int = 0
+    length: int = 0
+    file: str = ""
+    source: Place | None = None
+    where: Message = NO_MESSAGE
+    copies: tuple[Place, ...] = ()
+    owners: tuple[Place, ...] = ()
+    counterexample: CounterexampleView | None = None
+    misspelt: Misspelt | None = None
+    assumes: Message = NO_MESSAGE
+
+
+class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """What the model checker found out about a property: it holds in all runs, or a run violates it.
+
+    `undecided` means that there are more configurations than it explores, `invalid` that it is no property,
+    as a problem says. A property that is violated has a counterexample.
+    """
+
+    name: str
+    kind: str
+    expression: str
+    verdict: Literal["holds", "violated", "undecided", "invalid"]
+    counterexample: CounterexampleView | None = None
+
+
+class Findings(msgspec.Struct, frozen=True, kw_only=True):
+    """The problems of a document, by severity, and the verdict on each of its properties, in their order.
+
+    Of very many problems, the first 1,000 are listed; `counts` has the number of all by severity. `proofs` is
+    None if the model checker did not run, after errors or because it would have taken too long.
+    """
+
+    problems: tuple[Problem, ...] = ()
+    counts: Mapping[Severity, int] = {}
+    proofs: tuple[Proof, ...] | None = None
+
+
+def find_problems(
+    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
+) -> list[Problem]:
+    """Return all problems that `check` finds."""
+    return [*check(text, path, include, limit=limit, most=None).problems]
+
+
+def check(
+    text: str,
+    path: Path | None,
+    include: Sequence[Path] = (),
+    *,
+    limit: int | None = None,
+    most: int | None = _MOST_PROBLEMS,
+) -> Findings:
+    """Check the text of a document; `path` is its file, if it has one.
+
+    At most `most` problems are listed. The model checker explores up to `limit` configurations, by default as
+    many as `check_document`. It may take seconds: `CheckProcess` runs it in another process.
+    """
+    file = path or Path.cwd() / UNTITLED
+    diagnostics = Diagnostics(decoded=True)
+    document = parse_document(text, file, diagnostics)
+    report = None
+    if document is not None and not diagnostics.has_errors:
+        report = check_document(file, diagnostics, include, limit=limit, document=document)
+    locator = Locator(document or Document())
+    imports = ImportedPlaces(document or Document(), file, include)
+    order = {"error": 0, "warning": 1, "note": 2}
+    reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
+    found = sorted(reported, key=lambda each: order[each.severity])
+    return Findings(
+        problems=tuple(_with_steps(_problem(each, file, locator, imports), report) for each in found[:most]),
+        counts=Counter(each.severity for each in found),
+        proofs=None if report is None else tuple(map(_proof, report.properties)),
+    )
+
+
+def _is_blank(document: Document | None) -> bool:
+    """Return whether nothing was drawn yet; missing states are then not reported."""
+    return document is not None and not any(each.states or each.imported for each in document.automata)
+
+
+def _with_steps(problem: Problem, report: ModelReport | None) -> Problem:
+    """Return the problem of a violated property with the steps that violate it."""
+    place = problem.place
+    if problem.code != _VIOLATED or place is None or place.part != "properties" or report is None:
+        return problem
+    return msgspec.structs.replace(problem, counterexample=_view(report.properties[place.index]))
+
+
+def _proof(result: PropertyResult) -> Proof:
+    stated = result.property
+    return Proof(
+        name=stated.name.strip(),
+        kind=stated.kind.strip(),
+        expression=stated.expression.text,
+        verdict=result.verdict.value,
+        counterexample=_view(result),
+    )
+
+
+def _view(result: PropertyResult) -> CounterexampleView | None:
+    found = result.counterexample
+    if found is None or len(found.steps) > _MOST_STEPS:
+        return None
+    return typed.convert(found, CounterexampleView, from_attributes=True)
+
+
+def _problem(found: Diagnostic, file: Path, locator: Locator, imports: ImportedPlaces) -> Problem:
+    location = found.location
+    notes = tuple(
+        Message("{note} ({place})", note=note.message, place=_where(note.location, file, locator, imports))
+        if note.location
+        else note.message
+        for note in found.notes
+    )
+    problem = Problem(
+        code=found.code,
+        severity=found.severity,
+        message=found.message,
+        notes=notes,
+        length=location.length,
+        misspelt=next(filter(None, map(_misspelt, found.notes)), None),
+        assumes=found.assumes,
+    )
+    if location.path != file:
+        return _elsewhere(problem, location, imports)
+    located = locator.find(location.line, location.column) if location.line else None
+    if located is None:
+        return problem
+    place, line, column = located
+    importing = imports.whole.automaton(place.automaton) if place.kind == "automaton" else None
+    owners = () if importing is None else imports.owners(importing)
+    return msgspec.structs.replace(problem, place=place, line=line, column=column, owners=owners)
+
+
+def _misspelt(note: Note) -> Misspelt | None:
+    found = note.misspelt
+    return None if found is None else Misspelt(name=found.name, meant=found.meant, field=found.field)
+
+
+def _elsewhere(problem: Problem, location: Location, imports: ImportedPlaces) -> Problem:
+    """Return a problem with its place in another file, and in the document if that imports it."""
+    found = imports.find(location.path, location.line, location.column)
+    if found is None or found.source is None:
+        problem = msgspec.structs.replace(problem, line=location.line, column=location.column)
+        if found is None:
+            return msgspec.structs.replace(problem, file=str(location.path))
+        place = found.owners[0] if found.owners else None
+        return msgspec.structs.replace(problem, file=found.file, place=place, owners=found.owners)
+    place, *copies = found.places or (found.owners or (None,))[:1]
+    return msgspec.structs.replace(
+        problem,
+        place=place,
+        copies=tuple(each for each in copies if each is not None),
+        owners=found.owners,
+        file=found.file,
+        source=found.source.place,
+        where=found.name,
+        line=found.source.line,
+        column=found.source.column,
+    )
+
+
+def _where(location: Location, file: Path, locator: Locator, imports: ImportedPlaces) -> Message:
+    """Return the place of a note in words: in this document, or in another file."""
+    if location.path == file:
+        located = locator.find(location.line, location.column) if location.line else None
+        return locator.name(located) if located else Message("in this document")
+    name = shown_path(location.path, file)
+    found = imports.find(location.path, location.line, location.column)
+    if found is not None and found.name:
+        return Message("{file}: {place}", file=name, place=found.name)
+    if location.line:
+        return Message("{file}, line {line}", file=name, line=location.line)
+    return Message.verbatim(name)
+
+
+class Question(msgspec.Struct, frozen=True):
+    """The text of a document to check, and the other parameters of `check`."""
+
+    text: str
+    path: str
+    include: list[str]
+    limit: int | None
+
+
+def _answer(line: bytes) -> bytes:
+    question = typed.from_json(line, Question)
+    found = check(
+        question.text,
+        Path(question.path),
+        [Path(directory) for directory in question.include],
+        limit=question.limit,
+    )
+    return msgspec.json.encode(found, enc_hook=encode_message)
+
+
+if __name__ == "__main__":
+    answer_lines(_answer)

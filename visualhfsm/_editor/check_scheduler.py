@@ -1,0 +1,69 @@
+"""When the open documents are checked in the background."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from functools import partial
+from typing import Final
+
+from visualhfsm._base.errors import VisualHfsmError
+
+from .tab import Tab, Threads
+
+_LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked anyway
+
+_logger = logging.getLogger(__name__)
+
+
+class CheckScheduler:
+    """Checks documents that have not changed for a moment, one at a time, in their newest version.
+
+    `quiet` is that moment in seconds. The listeners of the document get what is found.
+    """
+
+    def __init__(self, quiet: float) -> None:
+        self._quiet = quiet
+        self._threads = Threads(1)
+        self._waiting: dict[int, Tab] = {}
+        self._wanted = asyncio.Event()
+        self._changed_at = 0.0
+
+    def check(self, tab: Tab) -> None:
+        """Check a tab's document soon."""
+        self._waiting[tab.id] = tab
+        self._changed_at = asyncio.get_running_loop().time()
+        self._wanted.set()
+
+    def forget(self, tab: Tab) -> None:
+        """Stop checking a tab's document."""
+        self._waiting.pop(tab.id, None)
+
+    async def run(self) -> None:
+        """Check the documents that are due, until cancelled."""
+        while True:
+            await self._wanted.wait()
+            self._wanted.clear()
+            await self._wait_for_quiet()
+            while self._waiting:
+                await self._check(self._waiting.pop(next(iter(self._waiting))))
+
+    async def _wait_for_quiet(self) -> None:
+        """Wait until nothing has changed for a moment, but not for long."""
+        loop = asyncio.get_running_loop()
+        until = loop.time() + _LONGEST_WAIT * self._quiet
+        while (left := min(self._changed_at + self._quiet, until) - loop.time()) > 0:
+            await asyncio.sleep(left)
+
+    async def close(self) -> None:
+        """Wait for the check that runs."""
+        await self._threads.close()
+
+    async def _check(self, tab: Tab) -> None:
+        try:
+            again = await tab.look_at_imports()
+            await self._threads.do(partial(tab.document.check, again=again))
+        except VisualHfsmError as error:
+            _logger.warning("%s was not checked: %s", tab.shown.title, error)
+        except Exception:  # an internal error of one check must not end all checks
+            _logger.exception("%s cannot be checked", tab.shown.title)

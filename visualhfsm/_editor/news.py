@@ -1,0 +1,126 @@
+"""What the services and the project report, passed on to tabs and windows."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from visualhfsm._monitor.messages import (
+    Components,
+    Failed,
+    Output,
+    Push,
+    Robot,
+    RunPush,
+    Snapshot,
+    Stale,
+    Structure,
+)
+from visualhfsm._processes.test_results import TestsPush
+from visualhfsm.project._events import Checked, Event, FileChanged
+from visualhfsm.trials._messages import TrialsPush
+
+from .protocol import Outside, Problems
+from .tab import Tab
+from .tabs import Tabs
+from .windows import Windows
+
+Item = TypeVar("Item")
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(slots=True)
+class Realm:
+    """The realm as it was reported last."""
+
+    components: Components
+    robot: Robot
+
+
+class News:
+    """Takes reports in any thread, and passes them on on the event loop where it was made.
+
+    `changed` is called when the state of the workspace may be new.
+    """
+
+    def __init__(self, tabs: Tabs, windows: Windows, realm: Realm, changed: Callable[[], None]) -> None:
+        self._tabs = tabs
+        self._windows = windows
+        self._realm = realm
+        self._changed = changed
+        self._loop = asyncio.get_running_loop()
+
+    def publish(self, news: Components | Failed | Push) -> None:
+        """Take a message of a service."""
+        self._call_soon(self._publish, news)
+
+    def hear(self, event: Event) -> None:
+        """Take an event of the project; the tabs hear of changes by themselves."""
+        if isinstance(event, Checked | FileChanged):
+            self._call_soon(self._take, event)
+
+    def _call_soon(self, take: Callable[[Item], None], item: Item) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop is closed: there is no listener
+            self._loop.call_soon_threadsafe(take, item)
+
+    def _take(self, event: Checked | FileChanged) -> None:
+        tab = self._tabs.of_document(event.document)
+        if tab is None:
+            return
+        match event:
+            case Checked(version=version, findings=findings):
+                tab.findings = Problems(
+                    tab=tab.id, revision=version.revision, items=findings.problems, counts=findings.counts
+                )
+                self._show_problems(tab)
+                if (tests := tab.tests.compare(tab.shown.document, tab.content)) is not None:
+                    self._windows.push(tests)
+            case FileChanged(state=state, message=message):
+                outside = Outside(tab=tab.id, state=state, message=message)
+                tab.outside = outside if state in {"changed", "deleted"} else None
+                self._windows.push(outside)
+                self._changed()
+
+    def _show_problems(self, tab: Tab) -> None:
+        if (problems := tab.problems) is not None:
+            self._windows.push(problems)
+
+    def _publish(self, news: Components | Failed | Push) -> None:
+        match news:
+            case Components():
+                self._realm.components = news
+                self._changed()
+            case Robot():
+                self._realm.robot = news
+                self._windows.push(news)
+            case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
+                self._windows.push_to_followers(component, news)
+            case Output(tab=number, lines=lines, dropped=dropped) if number in self._tabs:
+                self._tabs.get(number).output.add(lines, dropped)
+                self._windows.push(news)
+            case TrialsPush(tab=number) if number in self._tabs:
+                tab = self._tabs.get(number)
+                self._windows.push(tab.trials.take(news, tab.shown.document))
+            case TestsPush(tab=number) if number in self._tabs:
+                tab = self._tabs.get(number)
+                self._windows.push(tab.tests.take(news, tab.shown.document, tab.content))
+            case Failed(tab=number) if number in self._tabs:
+                tab = self._tabs.get(number)
+                tab.failures.append(news)
+                self._show_problems(tab)
+            case RunPush(tab=number) if number in self._tabs:
+                tab = self._tabs.get(number)
+                if news.status == "generating":
+                    tab.output.clear()
+                    tab.failures.clear()
+                    self._show_problems(tab)
+                tab.run = news
+                self._changed()  # first: a window follows the run by the name that the tab has now
+                self._windows.push(news)
+            case _:
+                _logger.debug("no window is left for %s", type(news).__name__)

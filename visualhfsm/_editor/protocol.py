@@ -1,0 +1,644 @@
+"""The messages on the websocket, as types: invalid messages are refused before anything is done.
+
+The page sends requests, `{"id": 1, "op": "undo", "tab": 2}`, and gets one answer for each, `{"re": 1, "ok":
+3}` or `{"re": 1, "error": "text", "kind": "kind"}`. Changes are sent as pushes, `{"push": "kind"}`; those of
+the services are in `visualhfsm._monitor.messages`. Fields are in camelCase. docs/reference/protocol.md
+explains all of them with examples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
+
+import msgspec
+
+from codegen.diagnostics import Severity
+from codegen.messages import NO_MESSAGE, Message
+from visualhfsm._base.errors import ErrorKind
+from visualhfsm._base.languages import ENGLISH, encoder
+from visualhfsm._document.commands import AnyCommand
+from visualhfsm._document.commands.transitions import TransitionType
+from visualhfsm._document.places import Place
+from visualhfsm._document.problems import Problem
+from visualhfsm._monitor.messages import Push, tag
+from visualhfsm.project._session.shelf import ReadyState
+from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
+from zenoh_ice import typed
+
+# ------------------------------------------------------------------------------------------ requests
+
+RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
+TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
+TrialNumber = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
+ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
+Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
+Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
+Revision = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
+Name = Annotated[str, msgspec.Meta(max_length=1000)]
+Path = Annotated[str, msgspec.Meta(max_length=4096)]
+Code = Annotated[str, msgspec.Meta(max_length=1_000_000)]
+Ids = Annotated[list[ElementId], msgspec.Meta(max_length=100_000)]
+
+
+class _Request(
+    msgspec.Struct, kw_only=True, rename="camel", forbid_unknown_fields=True, tag_field="op", tag=tag
+):
+    id: RequestId
+
+
+class Hello(_Request):
+    """Ask for the whole state, in a language such as `es`; the first request of a window."""
+
+    language: Name = ENGLISH
+
+
+class Open(_Request):
+    """Open a document in a tab."""
+
+    path: Path
+
+
+class New(_Request):
+    """Create a document from a template."""
+
+    template: Name = "empty"
+
+
+class OpenText(_Request):
+    """Open a document whose text the page has, such as a dropped file; it has no path yet."""
+
+    name: Name
+    text: Annotated[str, msgspec.Meta(max_length=4_000_000)]
+
+
+class Close(_Request):
+    """Close a tab; one with unsaved changes only with `discard`."""
+
+    tab: TabId
+    discard: bool = False
+
+
+class Save(_Request):
+    """Save to the file that the document came from, with `overwrite` also over an older dialect."""
+
+    tab: TabId
+    overwrite: bool = False
+
+
+class SaveAs(_Request):
+    """Save to another file, which is the document's from then on."""
+
+    tab: TabId
+    path: Path
+    overwrite: bool = False
+
+
+class Recover(_Request):
+    """Open a document again whose session ended without closing; one of `recoverable`."""
+
+    journal: Name
+
+
+class Discard(_Request):
+    """Discard the changes of such a document."""
+
+    journal: Name
+
+
+class ListFiles(_Request):
+    """List a directory; the root for an empty one."""
+
+    directory: Path = ""
+
+
+class TabEdit(_Request):
+    """A change of one document; requests of this kind are executed in order."""
+
+    tab: TabId
+
+
+class Do(TabEdit):
+    """Apply a command of `visualhfsm._document.commands` to the document.
+
+    `base` is the text in which the command's text was typed: changes of others to it are kept.
+    """
+
+    command: AnyCommand
+    base: Code | None = None
+
+
+class Undo(TabEdit):
+    """Undo the last step."""
+
+
+class Redo(TabEdit):
+    """Redo the step that was undone last."""
+
+
+class GoTo(TabEdit):
+    """Undo or redo up to a step of the document; `revision` is that of the step."""
+
+    revision: Revision
+
+
+class Copy(TabEdit):
+    """Put states, their sub-trees, the transitions among them and annotations into the window's clipboard."""
+
+    automaton: ElementId
+    states: Ids
+    annotations: Ids = []
+
+
+class Cut(TabEdit):
+    """Copy, and delete."""
+
+    automaton: ElementId
+    states: Ids
+    annotations: Ids = []
+
+
+class Paste(TabEdit):
+    """Paste into an automaton, with the upper left corner at `x`, `y` if given.
+
+    That is what this window has copied or, as long as it has copied nothing, what any window has copied last.
+    """
+
+    automaton: ElementId
+    x: Coordinate | None = None
+    y: Coordinate | None = None
+
+
+class Duplicate(TabEdit):
+    """Copy and paste in one step, beside the clipboard."""
+
+    automaton: ElementId
+    states: Ids
+    annotations: Ids = []
+
+
+class AddReady(TabEdit):
+    """Draw a state of the shelf into an automaton, with a transition to it from `origin` if given.
+
+    It is called `name`, by default as it is on the shelf.
+    """
+
+    state: Name
+    automaton: ElementId
+    x: Coordinate
+    y: Coordinate
+    origin: ElementId | None = None
+    trigger: TransitionType = "condition"
+    name: Name = ""
+
+
+class PutOnShelf(TabEdit):
+    """Write states with all below them as a ready state of the project."""
+
+    automaton: ElementId
+    states: Ids
+    title: Name
+    category: Name = ""
+    words: Name = ""
+    description: Code = ""
+
+
+class Search(_Request):
+    """Search names and code, in one document or in all open ones, for a text or a whole word."""
+
+    text: Name
+    whole: bool = False
+    tab: TabId | None = None
+
+
+class Resolve(_Request):
+    """Decide about a document whose file another program changed: keep it, read the file, or merge both."""
+
+    tab: TabId
+    choice: Literal["mine", "theirs", "merge"]
+
+
+class Diff(_Request):
+    """Compare a document with another version: a file, or `saved`."""
+
+    tab: TabId
+    against: Path
+
+
+class Imported(_Request):
+    """Ask for the content of the automata that a document imports from other files."""
+
+    tab: TabId
+
+
+class Extract(TabEdit):
+    """Move an automaton with all below it to a new file, and import it from there."""
+
+    automaton: ElementId
+    path: Path
+
+
+class Inline(TabEdit):
+    """Copy the content of an imported automaton into the document."""
+
+    automaton: ElementId
+
+
+class Locate(_Request):
+    """Ask which line of which piece of code a line of a log, or of an error's report, refers to.
+
+    A report also has its `automaton` and `state`, which distinguish pieces that share a line.
+    """
+
+    tab: TabId
+    text: Name
+    automaton: ElementId = 0
+    state: ElementId = 0
+
+
+class CodeHelp(_Request):
+    """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
+
+    `complete`: completions; `explain`: what the name at the position stands for; `signature`: the parameters
+    of the call around it; `lint`: what is wrong with the code, wherever the position is.
+    """
+
+    wanted: Literal["complete", "explain", "signature", "lint"]
+    tab: TabId
+    place: Place
+    code: Code
+    line: Position = 1
+    column: Position = 0
+
+
+class Interfaces(_Request):
+    """Ask for the interfaces that documents may declare, with their operations."""
+
+
+class Generate(_Request):
+    """Generate the component's Python."""
+
+    tab: TabId
+
+
+class Run(_Request):
+    """Generate and start the component as a process; `arguments` are those of its command line.
+
+    With `record`, the run is recorded into a new file below the root, which the answer names. A `dry_run` has
+    a fake robot in its own process, whatever robot is there; `body` is the body of that. A document that
+    uses a robot runs only `beside` those components of others that the user has accepted, by name.
+    """
+
+    tab: TabId
+    arguments: Annotated[list[Name], msgspec.Meta(max_length=100)] = []
+    record: bool = False
+    dry_run: bool = False
+    body: Name = ""
+    beside: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
+
+
+class StopRun(_Request):
+    """Stop the process of a component that was started here."""
+
+    tab: TabId
+
+
+class LookAtTrials(_Request):
+    """Ask for the plan of a document's trials, and what those that were run say: the push `trials`."""
+
+    tab: TabId
+
+
+class RunTrials(_Request):
+    """Run those trials of a document that were not run yet; the push `trials` reports what they say.
+
+    Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
+    `robot` and `limit` take the place of what the plan has.
+    """
+
+    tab: TabId
+    runs: ChosenRuns | None = None
+    state: Name = ""
+    robot: ChosenRobot = ""
+    limit: ChosenLimit | None = None
+    again: bool = False
+
+
+class StopTrials(_Request):
+    """Stop the trials of a document; what is done is kept."""
+
+    tab: TabId
+
+
+class RecordTrial(_Request):
+    """Run one of the trials again, and record it; the push `trials` says when that is done, and where."""
+
+    tab: TabId
+    number: TrialNumber
+
+
+class LookAtTests(_Request):
+    """Ask for the tests of a document: the push `tests` names them."""
+
+    tab: TabId
+
+
+class RunTests(_Request):
+    """Run the tests of a document as it was saved, or some by name; the push `tests` has the results."""
+
+    tab: TabId
+    names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
+
+
+class SaveTest(_Request):
+    """Write what a followed component, or a recorded one, did as a new test.
+
+    The answer has its `name`, and whether it is `complete`: its file says what it leaves out.
+    """
+
+    tab: TabId
+    component: Name
+
+
+class StopTests(_Request):
+    """Stop the tests of a document."""
+
+    tab: TabId
+
+
+class OutputShown(_Request):
+    """Say that the last push `output` was shown, so that the next one may come."""
+
+
+class Simulate(_Request):
+    """Start a simulated robot, or start it again with other options; what was started here before is ended.
+
+    The answer comes before the robot is present: the push `robot` reports the progress.
+    """
+
+    world: Name = "balls"
+    speed: Name = "1"
+    balls: bool = False
+    body: Name = ""
+
+
+class GuessRobot(_Request):
+    """Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be.
+
+    The answer is an `OwnRobot`, whose text is to be corrected. The path may also be that of a body of the
+    project, whose text is answered as it is.
+    """
+
+    path: Path
+
+
+class CheckRobot(_Request):
+    """Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`."""
+
+    name: Name
+    text: Code
+
+
+class SaveRobot(_Request):
+    """Write the file of a robot in the folder `robots`, with `overwrite` also over another one.
+
+    The answer has its `path`, and all `bodies` that can be simulated then.
+    """
+
+    name: Name
+    text: Code
+    overwrite: bool = False
+
+
+class ConnectRobot(_Request):
+    """Connect to a real robot at an address such as `nao.local`; `start` is its first action.
+
+    It is refused while components run, because they would drive the robot at once.
+    """
+
+    address: Name
+    start: Literal["leave", "stiffen", "stand"] = "leave"
+
+
+class MoveBalls(_Request):
+    """Move the balls of the simulation along their routes, or leave them where they are."""
+
+    moving: bool
+
+
+class EndRobot(_Request):
+    """End the simulation, or the connection to the real robot, that was started here."""
+
+
+class Attach(_Request):
+    """Follow a running component."""
+
+    component: Name
+
+
+class Detach(_Request):
+    """Stop following it; it keeps running."""
+
+    component: Name
+
+
+EMERGENCY_STOP: Final = "emergencyStop"
+"""The action of `Control` that stops everything, whatever the component."""
+
+
+class Control(_Request):
+    """Steer a running component: pause, step, force a transition and the like."""
+
+    component: Name
+    action: Name
+    arguments: dict[Name, Any] = {}
+
+
+class Share(_Request):
+    """Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go."""
+
+    shared: bool = True
+
+
+class Export(_Request):
+    """Ask for the document as its file would hold it, or as one `page` of HTML, to download it."""
+
+    tab: TabId
+    page: bool = False
+
+
+class ExportRun(_Request):
+    """Ask for the run of a followed component, or of an open recording, as one page of HTML, to download it.
+
+    `tab` is the one that shows its document, 0 without one.
+    """
+
+    component: Name
+    tab: ElementId = 0
+
+
+class Record(_Request):
+    """Record a followed component into a new file below the root, whose path is the answer; or end that.
+
+    `pictures` is their number per second and camera, None to end. The push `workspace` reports recordings.
+    """
+
+    component: Name
+    pictures: Annotated[int, msgspec.Meta(ge=0, le=30)] | None = None
+
+
+class Recording(_Request):
+    """Open the recording of a run."""
+
+    path: Path
+
+
+if TYPE_CHECKING:
+    Request = _Request
+else:
+    _REQUESTS = [
+        found
+        for found in [*globals().values()]
+        if isinstance(found, type) and issubclass(found, _Request) and found not in (_Request, TabEdit)
+    ]
+    Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
+    """Any request."""
+
+decode_request: Final[Callable[[bytes | str], Request]] = typed.json_decoder(Request)
+"""Return the request in a message; raises msgspec.DecodeError, and RecursionError if it is too deep."""
+
+
+class _OnlyId(msgspec.Struct):
+    id: RequestId
+
+
+_decode_only_id: Final = typed.json_decoder(_OnlyId)
+
+
+def request_id(text: bytes | str) -> int | None:
+    """Return the id of a message that may be invalid; None without one."""
+    try:
+        return _decode_only_id(text).id
+    except (msgspec.DecodeError, RecursionError, UnicodeError):
+        return None
+
+
+# ------------------------------------------------------------------------------------------ answers
+
+
+class Answer(msgspec.Struct, kw_only=True):
+    """The result of an operation."""
+
+    re: int
+    ok: Any = None
+
+
+class ErrorAnswer(msgspec.Struct, kw_only=True):
+    """Why an operation was not done; `re` is missing when the request's own id could not be read."""
+
+    re: int | None
+    error: Message
+    kind: ErrorKind
+
+
+# ------------------------------------------------------------------------------------------ pushes
+
+
+class TabState(msgspec.Struct, kw_only=True, rename="camel"):
+    """An open document.
+
+    `path` is relative to the root where it can be, and empty as long as there is no file. `component` is the
+    name of its running component, or of the one that it would become. `outside` says what another
+    program did to the file: nothing, `changed` or `deleted`. `changed` says that the document differs from
+    that of the running component. `recording` is the file that contains the document, which is read-only.
+    """
+
+    tab: int
+    title: str
+    path: str
+    component: str
+    dirty: bool
+    outside: str
+    changed: bool = False
+    recording: str = ""
+
+
+class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):
+    """A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970."""
+
+    journal: str
+    name: str
+    path: str
+    changed_at: float
+
+
+class Workspace(Push):
+    """The open documents, those that can be recovered, and the components of the realm."""
+
+    tabs: list[TabState]
+    recoverable: list[Recoverable]
+    running: list[dict[str, Any]]
+
+
+class Shelf(Push):
+    """What can be drawn as ready states: ours, then those of the project."""
+
+    states: list[ReadyState]
+
+
+class Closed(Push):
+    """A tab is closed."""
+
+    tab: int
+
+
+class Step(msgspec.Struct, frozen=True):
+    """A step that can be undone or redone, and the revision of the document to which that leads."""
+
+    name: str
+    revision: int
+
+
+class DocumentPush(Push, tag="document"):
+    """A document, whole in `full` or only its changes in `patch`; the steps come latest first.
+
+    `full` and `patch` of `visualhfsm._editor.window` document the content of both.
+    """
+
+    tab: int
+    revision: int
+    undo: tuple[Step, ...]
+    redo: tuple[Step, ...]
+    dirty: bool
+    full: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
+    patch: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
+
+
+class Problems(Push):
+    """The problems of a revision of a document; of very many not all `items`, but the `counts` of all.
+
+    `imports` counts the changes of imported files.
+    """
+
+    tab: int
+    revision: int
+    items: Sequence[Problem]
+    counts: Mapping[Severity, int] = {}
+    imports: int = 0
+
+
+class Outside(Push):
+    """The change of the file of a document by another program.
+
+    `reloaded`: the document had no unsaved changes, and is now as the file, which can be undone. `changed`
+    and `deleted`: the user has to choose. `same`: the file is as it was.
+    """
+
+    tab: int
+    state: Literal["reloaded", "changed", "deleted", "same"]
+    message: Message = NO_MESSAGE
+
+
+def encode(message: Answer | ErrorAnswer | Push, language: str = ENGLISH) -> bytes:
+    """Return the text of a message, in the language of a window."""
+    return encoder(language).encode(message)

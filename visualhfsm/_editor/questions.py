@@ -1,0 +1,124 @@
+"""Requests that ask about documents and their code, and change nothing.
+
+Everything raises VisualHfsmError.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import islice
+from typing import Any, Final
+
+import msgspec
+
+from codegen.hfsm.document import Document
+from codegen.messages import Message
+from visualhfsm._base.errors import MissingError
+from visualhfsm._document.diff import Difference, changed_lines, diff_documents
+from visualhfsm._document.places import search as search_document
+from visualhfsm._document.serialization import parse_file
+from visualhfsm._document.views import view
+from visualhfsm._drawing.page import drawing_page
+from visualhfsm.project._document import OpenDocument
+from visualhfsm.project._session.files import read_file
+from visualhfsm.project._session.imports import imported_views
+
+from . import protocol as p
+from .tab import Tab
+from .window import Window
+from .workspace import Workspace
+
+_MOST_LINES: Final = 200  # lines of the difference of a text
+_SAVED: Final = "saved"  # a document may be compared with this instead of a file
+
+
+async def code_help(workspace: Workspace, window: Window, request: p.CodeHelp) -> Any:  # noqa: ANN401
+    """Answer a question about code that is being typed."""
+    shown = workspace.tabs.get(request.tab).shown
+    return await workspace.code_questions.ask(
+        window, request.wanted, shown, request.place, request.code, line=request.line, column=request.column
+    )
+
+
+async def interfaces(workspace: Workspace, _: Window, _request: p.Interfaces) -> Any:  # noqa: ANN401
+    """Return the interfaces that documents may declare."""
+    return await workspace.code_questions.interfaces(workspace.project.root.directory)
+
+
+async def search(workspace: Workspace, _: Window, request: p.Search) -> list[dict[str, Any]]:
+    """Search in one document or in all open ones."""
+    tabs: Sequence[Tab] = [*workspace.tabs] if request.tab is None else [workspace.tabs.get(request.tab)]
+    shown = [(tab.id, tab.shown.document) for tab in tabs]
+    text, whole = request.text, request.whole
+    return await workspace.threads.do(
+        lambda: [{"tab": number, "hits": search_document(each, text, whole=whole)} for number, each in shown]
+    )
+
+
+async def diff(workspace: Workspace, _: Window, request: p.Diff) -> dict[str, Any]:
+    """Compare a document with a file, or with itself as it was saved."""
+    tab = workspace.tabs.get(request.tab)
+    if request.against == _SAVED:
+        before = await tab.edit(lambda document: document.saved)
+        if before is None:
+            raise MissingError(Message("{title} was never saved", title=tab.shown.title))
+    else:
+        path = workspace.project.root.document(request.against)
+        other = workspace.tabs.of_file(path)
+        if other is None or other is tab:
+            before = await workspace.threads.do(lambda: parse_file(read_file(path)[0], path))
+        else:
+            before = other.shown.document
+    return await workspace.threads.do(partial(_compared, before, tab.shown.document))
+
+
+async def export(workspace: Workspace, _: Window, request: p.Export) -> dict[str, str]:
+    """Return a document as its file would hold it, or as a page."""
+    tab = workspace.tabs.get(request.tab)
+    if request.page:
+        shown = tab.shown
+        content = await imported_by(workspace, tab)
+        name = shown.title
+        page = await workspace.threads.do(lambda: drawing_page(name, shown.document, content))
+        return {"name": f"{name}.html", "text": page}
+    text = await tab.edit(OpenDocument.text)
+    return {"name": f"{tab.shown.title}.xml", "text": text}
+
+
+async def imported(workspace: Workspace, _: Window, request: p.Imported) -> list[dict[str, Any]]:
+    """Return the content of the automata that a document imports."""
+    return await imported_by(workspace, workspace.tabs.get(request.tab))
+
+
+async def imported_by(workspace: Workspace, tab: Tab) -> list[dict[str, Any]]:
+    """Return the content of the automata that the document of a tab imports."""
+    shown = tab.shown
+    if (path := shown.path) is None:
+        return []  # imports are relative to the file
+    return await workspace.threads.do(lambda: imported_views(shown.document, path, workspace.project.include))
+
+
+async def locate(workspace: Workspace, _: Window, request: p.Locate) -> object:
+    """Return the place to which a line of a log, or of an error's report, refers."""
+    source = workspace.tabs.get(request.tab).source
+    running = workspace.services.running
+    return await running.locate(source, request.text, request.automaton, request.state)
+
+
+def _compared(before: Document, after: Document) -> dict[str, Any]:
+    """Return the differences, with the former automata, so that removed elements can be drawn."""
+    differences = diff_documents(before, after)
+    affected = {each.place.automaton for each in differences}
+    return {
+        "differences": [_with_lines(each) for each in differences],
+        "before": [view(each) for each in before.automata if each.id in affected],
+    }
+
+
+def _with_lines(difference: Difference) -> dict[str, Any]:
+    """Return a difference with the lines that differ in it."""
+    shown: dict[str, Any] = msgspec.to_builtins(difference)
+    if lines := [*islice(changed_lines(difference), _MOST_LINES)]:
+        shown["lines"] = lines
+    return shown

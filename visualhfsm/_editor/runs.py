@@ -1,0 +1,226 @@
+"""Components and the robot, as the windows run, follow, record and stop them."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from codegen.messages import Message, joined
+from codegen.reasons import reason
+from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
+from visualhfsm._document.serialization import written
+from visualhfsm._monitor.messages import Stopper
+from visualhfsm.project._root import Root
+
+from .news import Realm
+from .services import Services
+from .tab import Tab, Threads
+from .tabs import Tabs
+from .window import Window
+from .windows import Windows
+
+_RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
+_LEAVING_PERIOD: Final = 0.1  # s
+
+
+class Runs:
+    """The components of the realm and those that were started here. Used on the event loop only.
+
+    `changed` is called when the state of a tab or of the realm is new. At STOP, components have `end_limit` s
+    to end before their processes are ended.
+    """
+
+    def __init__(
+        self,
+        services: Services,
+        *,
+        tabs: Tabs,
+        windows: Windows,
+        threads: Threads,
+        root: Root,
+        realm: Realm,
+        end_limit: float,
+        leaving_limit: float,
+        changed: Callable[[], None],
+    ) -> None:
+        self._realm = realm
+        self._services = services
+        self._tabs = tabs
+        self._windows = windows
+        self._threads = threads
+        self._root = root
+        self._end_limit = end_limit
+        self._leaving_limit = leaving_limit
+        self._changed = changed
+        self._stops: set[asyncio.Task[object]] = set()
+
+    def require_rest(self) -> None:
+        """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
+        if names := [str(each["component"]) for each in self._realm.components.running]:
+            raise VisualHfsmError(
+                Message("stop {names} first: it would drive the real robot at once", names=", ".join(names))
+            )
+
+    async def require_accepted(self, tab: Tab, accepted: Collection[str]) -> None:
+        """Raise SharedRobotError while components of others run that are not accepted beside that of a tab.
+
+        They count only for a document that uses a robot.
+        """
+        ours = {each.run.component for each in self._tabs if each.run is not None}
+        names = [str(each["component"]) for each in self._realm.components.running]
+        others = [name for name in names if name not in ours and name not in accepted]
+        if not others or not tab.shown.document.interfaces:
+            return
+        found = await self._services.live.described(others)
+        raise SharedRobotError(
+            Message(
+                "{components} runs on this robot, and was started in another editor or a terminal. Two "
+                "components that move the same joints work against each other. The list of what runs, beside "
+                "the robot, shows what it does; STOP stops all.",
+                components=joined(", ", found),
+            )
+        )
+
+    # ---------------------------------------------------------------------------------------- components
+
+    async def run(
+        self, tab: Tab, arguments: Sequence[str], *, record: bool = False, dry_run: str | None = None
+    ) -> dict[str, Any]:
+        """Start the component of a tab; refused when one of its name runs that was not started here.
+
+        With `record`, its run is recorded with the images that it sees; a `dry_run` needs no robot: it
+        names the body of a fake one.
+        """
+        name = tab.shown.component
+        try:
+            async with asyncio.timeout(self._leaving_limit):  # one that has just ended may still be listed
+                while self._runs_elsewhere(name):
+                    await asyncio.sleep(_LEAVING_PERIOD)
+        except TimeoutError:
+            raise VisualHfsmError(
+                Message(
+                    "{name} runs already, and was not started here: stop it first, or save this document "
+                    "under another name",
+                    name=name,
+                )
+            ) from None
+        source = tab.source
+        recording: dict[str, str] = {}
+        if record:
+            file = await self._threads.do(lambda: self._new_recording(name))
+            arguments = [*arguments, "--record", str(file), "--record-images"]
+            recording = {"recording": self._root.name(file)}
+        started = await self._services.running.run(source, arguments, dry_run=dry_run)
+        tab.generated = source.document
+        tab.take_generated()
+        self._changed()
+        return {**started, **recording}
+
+    async def generate(self, tab: Tab) -> object:
+        """Generate the component of a tab, also for one that runs and is to be reloaded."""
+        source = tab.source
+        generated = await self._services.running.generate(source)
+        tab.generated = source.document
+        return generated
+
+    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        """Steer a component, or ask for its past."""
+        result = await self._services.live.control(component, action, arguments)
+        if action == "reload":
+            for tab in self._tabs:
+                if tab.is_running and tab.component == component:
+                    tab.take_generated()
+            self._changed()
+        return result
+
+    def _runs_elsewhere(self, name: str) -> bool:
+        return any(each["component"] == name for each in self._realm.components.running) and not any(
+            tab.is_running and tab.component == name for tab in self._tabs
+        )
+
+    # ---------------------------------------------------------------------------------------- stopping
+
+    async def emergency_stop(self, by: Stopper) -> object:
+        """Stop the robot and all components of its realm, then all processes of components started here.
+
+        The window that asked for it may close: it is repeated until the robot is still.
+        """
+        services = self._services
+        services.running.announce_stop(by)
+        stopping = self._stop(services.live.control("", "emergencyStop", {}))
+        try:
+            await asyncio.wait({stopping}, timeout=self._end_limit)
+        finally:
+            self._stop(services.running.stop_all())
+        return await asyncio.shield(stopping)
+
+    def _stop(self, work: Coroutine[Any, Any, object]) -> asyncio.Task[object]:
+        stopping = asyncio.create_task(work, name="emergency stop")
+        self._stops.add(stopping)
+        stopping.add_done_callback(self._stops.discard)
+        return stopping
+
+    # ---------------------------------------------------------------------------------------- recordings
+
+    async def record(self, component: str, pictures: int | None) -> dict[str, str] | None:
+        """Record a followed component, with its document if that is open; None ends the recording."""
+        live = self._services.live
+        if pictures is None:
+            await live.end_record(component)
+            return None
+        tab = self._tabs.of_component(component)
+        text = ""
+        if tab is not None:
+            document = (tab.is_running and tab.runs) or tab.shown.document
+            text = await self._threads.do(lambda: written(document))
+        file = await self._threads.do(lambda: self._new_recording(component))
+        await live.record(component, file, text, pictures)
+        return {"recording": self._root.name(file)}
+
+    async def open_recording(self, window: Window, recording: Path) -> dict[str, Any]:
+        """Open a recording, which is closed when the window leaves or detaches."""
+        found = await self._services.live.recording(recording)
+        self._windows.follow(window, found["component"])
+        return found
+
+    async def recordings(self) -> Path:
+        """Return the directory of recordings, which exists. Raises VisualHfsmError."""
+        return await self._threads.do(self._recordings)
+
+    def _new_recording(self, component: str) -> Path:
+        """Return the path of a file for a recording, in a directory that exists. Raises VisualHfsmError."""
+        return self._recordings() / f"{component}-{time.strftime('%Y%m%d-%H%M%S')}.mcap"
+
+    def _recordings(self) -> Path:
+        folder = self._root.resolve(_RECORDINGS)
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise VisualHfsmError(
+                Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+            ) from error
+        return folder
+
+    # ---------------------------------------------------------------------------------------- following
+
+    async def follow(self, window: Window, component: str) -> object:
+        """Send a window what a component does from now on; raises VisualHfsmError."""
+        self._windows.follow(window, component)
+        try:
+            return await self._services.live.attach(component)
+        except BaseException:
+            self._windows.lose(window, component)
+            raise
+
+    async def unfollow(self, window: Window, component: str) -> None:
+        """Stop sending a window the data of a component, which is detached when nobody follows it."""
+        if self._windows.lose(window, component):
+            await self._services.live.detach(component)
+
+    async def leave(self, window: Window) -> None:
+        """Stop sending a window anything."""
+        for component in self._windows.followed_by(window):
+            await self.unfollow(window, component)

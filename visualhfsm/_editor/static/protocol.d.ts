@@ -1,0 +1,1233 @@
+// Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
+
+/** What people wrote on the canvas for each other; nothing that runs depends on it. */
+export interface Annotation {
+  id: number;
+  kind: string;
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+  color: string;
+  text: string;
+}
+
+/** The expression that a state passes to the input `name` of one of its automata. */
+export interface Argument {
+  name: string;
+  child: number;
+  value: string;
+}
+
+/** An automaton; `father` is the id of the automaton above it, 0 for the root. */
+export interface Automaton {
+  id: number;
+  father: number;
+  states: State[];
+  transitions: Transition[];
+  annotations: Annotation[];
+  inputs: Parameter[];
+  outputs: Parameter[];
+  imported: Import | null;
+  period: string;
+  variables: string;
+  functions: string;
+}
+
+/** An automaton at one moment. */
+export interface AutomatonSnapshot {
+  id: number;
+  state: number;
+  ghost: boolean;
+  finished: boolean;
+  lastTransition: number;
+  enteredAt: number;
+  timers: TimerSnapshot[];
+  guards: GuardSnapshot[];
+  variables: Record<string, string>;
+  cycles: number;
+  overruns: number;
+  lastCycle: number;
+  longestCycle: number;
+  inCycle: boolean;
+  hangsFor: number;
+  hangsAt: string;
+}
+
+/** An automaton with its states and transitions in document order. */
+export interface AutomatonStructure {
+  id: number;
+  name: string;
+  parent: number;
+  owner: number;
+  period: number;
+  source: string;
+  states: StateStructure[];
+  transitions: TransitionStructure[];
+}
+
+/** Where a component is to pause: at a state or at a transition; the other is 0. */
+export interface Breakpoint {
+  automaton: number;
+  state: number;
+  transition: number;
+  condition: string;
+}
+
+/** A tab is closed. */
+export interface ClosedPush {
+  push: "closed";
+  tab: number;
+}
+
+export type Command = {[Name in keyof Commands]: {command: Name} & Commands[Name]}[keyof Commands];
+
+/** The fields of each command. */
+export interface Commands {
+  /** Add an empty automaton to a state. */
+  addAutomaton: {automaton: number; state: number};
+  /** Add the root automaton to a document that has none. */
+  addRoot: {};
+  /** Set the period of an automaton in milliseconds, as it was typed. */
+  setPeriod: {automaton: number; period: string};
+  /** Set the variables or the functions of an automaton. */
+  setAutomatonCode: {automaton: number; part: "functions" | "variables"; text: string};
+  /** Import the content of an empty automaton from another file, or remove the import when `file` is blank. */
+  setImport: {automaton: number; file: string; source?: number};
+  /** Import an automaton from a file to which its content was moved; all automata below it are removed. */
+  extractAutomaton: {automaton: number; file: string};
+  /** Give automata, states and transitions that share a number different ones. */
+  repairNumbers: {};
+  /** Set a component's description, world, language, or its policy after an error or a refused command. */
+  setComponentText: {part: "description" | "language" | "onError" | "onRefused" | "world"; text: string};
+  /** Add an entry to a list; without a name it gets a free one. */
+  addEntry: {
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
+    automaton?: number;
+    fields?: Record<string, string>;
+    language?: string;
+  };
+  /** Change fields of an entry. */
+  changeEntry: {
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
+    automaton?: number;
+    index: number;
+    fields: Record<string, string>;
+  };
+  /** Remove an entry of a list. */
+  removeEntry: {
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
+    automaton?: number;
+    index: number;
+  };
+  /** Move an entry of a list to another index. */
+  reorderEntry: {
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
+    automaton?: number;
+    index: number;
+    to: number;
+  };
+  /** Replace a name by the one that is meant, once at each of some places. */
+  correctName: {name: string; meant: string; at: Correction[]};
+  /** Move states into a new automaton below a new state that takes their place. */
+  groupStates: {automaton: number; states: number[]; name?: string; language?: string};
+  /** Delete states, transitions and annotations. */
+  deleteItems: {automaton: number; states?: number[]; transitions?: number[]; annotations?: number[]; cut?: boolean};
+  /** Move states, handles and annotations by some pixels. */
+  moveItems: {
+    automaton: number;
+    states?: number[];
+    transitions?: number[];
+    annotations?: number[];
+    dx: number;
+    dy: number;
+  };
+  /** Align states at the outermost of them, or in the middle between both ends. */
+  alignStates: {automaton: number; states: number[]; to: "bottom" | "center" | "left" | "middle" | "right" | "top"};
+  /** Distribute states at equal distances between the two outermost. */
+  distributeStates: {automaton: number; states: number[]; along: "x" | "y"};
+  /** Move handles to their default places. */
+  resetHandles: {automaton: number; transitions: number[]};
+  /** Place states, handles and annotations of any number of automata, as after an automatic layout. */
+  placeItems: {placements: Placement[]; name?: string};
+  /** Add a note or a frame with its upper left corner at `x`, `y`. */
+  addAnnotation: {
+    automaton: number;
+    kind: "frame" | "note";
+    x: number;
+    y: number;
+    width: number;
+    height: number;
+    color?: "" | "blue" | "gray" | "green" | "pink" | "yellow";
+    text?: string;
+  };
+  /** Set the text of a note, or the title of a frame. */
+  setAnnotationText: {automaton: number; annotation: number; text: string};
+  /** Set the upper left corner and the size of a note or a frame. */
+  resizeAnnotation: {automaton: number; annotation: number; x: number; y: number; width: number; height: number};
+  /** Set the color of notes and frames. */
+  setAnnotationColor: {
+    automaton: number;
+    annotations: number[];
+    color: "" | "blue" | "gray" | "green" | "pink" | "yellow";
+  };
+  /** Paste a fragment into an automaton, with new numbers. */
+  pasteStates: {automaton: number; content: string; x?: number | null; y?: number | null; name?: string};
+  /** Add a state whose automaton is a copy of a whole document, as one of the shelf is. */
+  addReadyState: {
+    automaton: number;
+    content: string;
+    name: string;
+    x: number;
+    y: number;
+    origin?: number | null;
+    trigger?: "condition" | "event" | "finished" | "time";
+    language?: string;
+  };
+  /** Replace the content of an automaton by that of the first one of a document, with all below it. */
+  fillAutomaton: {automaton: number; content: string; name?: string};
+  /** Replace the whole document, such as by the result of a merge. */
+  replaceDocument: {content: string; name?: string};
+  /** Add a state, and a transition to it from `origin`; the first state of an automaton is initial. */
+  addState: {
+    automaton: number;
+    x: number;
+    y: number;
+    name?: string;
+    origin?: number | null;
+    trigger?: "condition" | "event" | "finished" | "time";
+    language?: string;
+  };
+  /** Rename a state. */
+  renameState: {automaton: number; state: number; name: string};
+  /** Set the code that runs at the entry, in every cycle or at the exit of a state. */
+  setStateCode: {automaton: number; state: number; part: "code" | "entry" | "exit"; text: string};
+  /** Make a state the only initial state of its automaton. */
+  markInitial: {automaton: number; state: number};
+  /** Set whether a state is final. */
+  markFinal: {automaton: number; state: number; final: boolean};
+  /** Set whether the automata of a state resume or restart when it is entered again. */
+  setHistory: {automaton: number; state: number; history: "" | "restart" | "resume"};
+  /** Set the argument of a state for an input of its automata; `child` 0 is the one with the input. */
+  setArgument: {automaton: number; state: number; name: string; value: string; child?: number};
+  /** Remove the argument for an input. */
+  removeArgument: {automaton: number; state: number; name: string; child?: number};
+  /** Set the variable that takes an output of a state's automata; `child` 0 is the one with the output. */
+  setResult: {automaton: number; state: number; name: string; variable: string; child?: number};
+  /** Take an output no longer. */
+  removeResult: {automaton: number; state: number; name: string; child?: number};
+  /** Replace a text in all code of the document, or in a `line` of it, from 1, at a `place`. */
+  replaceText: {text: string; by: string; whole?: boolean; place?: Place | null; line?: number};
+  /** Add a transition between two states, or from one to itself; its handle gets a default place. */
+  addTransition: {
+    automaton: number;
+    origin: number;
+    destination: number;
+    type?: "condition" | "event" | "finished" | "time";
+    name?: string;
+    x?: number | null;
+    y?: number | null;
+    language?: string;
+  };
+  /** Rename a transition. */
+  renameTransition: {automaton: number; transition: number; name: string};
+  /** Make a transition leave or enter another state; its handle moves to its default place. */
+  retargetTransition: {automaton: number; transition: number; origin?: number | null; destination?: number | null};
+  /** Set the type of a transition, and its `trigger` unless that is kept. */
+  setTransitionType: {
+    automaton: number;
+    transition: number;
+    type: "condition" | "event" | "finished" | "time";
+    trigger?: string | null;
+  };
+  /** Set the trigger of a transition, its guard, or the code that runs when it fires. */
+  setTransitionCode: {automaton: number; transition: number; part: "fired" | "guard" | "trigger"; text: string};
+  /** Set the priority of a transition as it was typed: a number from 1, or nothing. */
+  setPriority: {automaton: number; transition: number; priority: string};
+  /** Evaluate a transition at position `index`, from 0, among those out of its state. */
+  reorderTransition: {automaton: number; transition: number; index: number};
+  /** Pass a variable of the nearest automaton above that has it down to this one, as an input. */
+  passVariable: {automaton: number; name: string};
+  /** Hand a variable up to the nearest automaton above that has one of this name, as an output. */
+  handUpVariable: {automaton: number; name: string};
+  /** Take an output below a state into a new variable, which begins with the default of the output. */
+  takeOutput: {automaton: number; state: number; name: string; child?: number};
+  /** Keep a variable of the nearest automaton above that has it in the component, as `self.name`. */
+  shareVariable: {automaton: number; name: string};
+}
+
+/** A completion; `type` is its kind in the terms of CodeMirror, `boost` moves it up in the list. */
+export interface Completion {
+  label: string;
+  type?: string;
+  detail?: string;
+  info?: string;
+  boost?: number;
+}
+
+/** Completions; the prefix that was typed starts `typed` characters before the cursor. */
+export interface Completions {
+  typed: number;
+  options: Completion[];
+}
+
+/** A component at one moment. */
+export interface ComponentSnapshot {
+  startedAt: number;
+  time: number;
+  status: number;
+  generation: number;
+  automata: AutomatonSnapshot[];
+  parameters: Record<string, string>;
+  stoppedAt: Breakpoint[];
+  errors: ErrorReport[];
+  marks: Mark[];
+  refusal: string;
+  speed: number;
+  joints: Record<string, number>;
+}
+
+/** The automata of a component, the root first, each before its children. */
+export interface ComponentStructure {
+  name: string;
+  document: string;
+  generation: number;
+  parameters: ParameterStructure[];
+  automata: AutomatonStructure[];
+  events: string[];
+}
+
+/** Where a name is written: from a `column` of a line on, both from 1, or as the value of a `field`. */
+export interface Correction {
+  place: Place;
+  line?: number;
+  column?: number;
+  field?: string;
+}
+
+/** The steps until a property is violated; from the index `repeats` on they may go on forever. */
+export interface Counterexample {
+  steps: Step[];
+  repeats?: number | null;
+}
+
+/** How success depends on a quantity. */
+export interface Dependence {
+  name: string;
+  parts: Part[];
+}
+
+/** A difference: a whole element, or a `part` of one with its text before and after. */
+export interface Difference {
+  kind: "added" | "changed" | "moved" | "removed";
+  place: Place;
+  part?: string;
+  before?: string;
+  after?: string;
+}
+
+/** An event that may come from outside; events that only automata send need no declaration. */
+export interface DocumentEvent {
+  name: string;
+  description: string;
+}
+
+/** A component as a tree of automata, with the libraries and interfaces that its code uses. */
+export interface DocumentFields {
+  description: string;
+  onError: string;
+  onRefused: string;
+  world: string;
+  language: string;
+  parameters: Parameter[];
+  events: DocumentEvent[];
+  properties: Property[];
+  libraries: Library[];
+  interfaces: Interface[];
+  ros: RosInterface[];
+}
+
+/** A document, whole in `full` or only its changes in `patch`; the steps come latest first. */
+export interface DocumentPush {
+  push: "document";
+  tab: number;
+  revision: number;
+  undo: UndoStep[];
+  redo: UndoStep[];
+  dirty: boolean;
+  full?: unknown;
+  patch?: unknown;
+}
+
+/** An error in user code or in the hand-over between automata. */
+export interface ErrorReport {
+  time: number;
+  automaton: number;
+  state: number;
+  location: string;
+  message: string;
+}
+
+/** Why an automaton is where it is. */
+export interface Explanation {
+  automaton: number;
+  state: number;
+  ghost: boolean;
+  enteredBy: number;
+  transitions: TransitionExplanation[];
+  summary: string;
+}
+
+/** A name in a plan, and what it is in words. */
+export interface Fact {
+  name: string;
+  words: string;
+}
+
+/** The last value of a condition out of the current state. */
+export interface GuardSnapshot {
+  transition: number;
+  value: boolean;
+}
+
+/** Something that an operator should know: a command limited, a velocity timed out, a fall. */
+export interface HealthEvent {
+  time: number;
+  level: number;
+  source: string;
+  message: string;
+}
+
+/** The state of a robot server. */
+export interface HealthReport {
+  time: number;
+  uptime: number;
+  realTimeFactor: number;
+  lag: number;
+  torsoTilt: number;
+  fallen: boolean;
+  cameraRates: Record<string, number>;
+  limitedCommands: number;
+  velocityTimeouts: number;
+  events: HealthEvent[];
+}
+
+/** A number over all trials: between two `edges` so many `good` and `bad` trials. */
+export interface Histogram {
+  name: string;
+  median: number;
+  lower: number;
+  upper: number;
+  edges: number[];
+  good: number[];
+  bad: number[];
+}
+
+/** A match of a search: line and column in the text at the place, from 1, and the text of that line. */
+export interface Hit {
+  place: Place;
+  line: number;
+  column: number;
+  length: number;
+  excerpt: string;
+  start: number;
+}
+
+/** The source of an imported automaton: another document, by its path relative to this one. */
+export interface Import {
+  file: string;
+  automaton: number;
+}
+
+/** A servant that the component uses. */
+export interface Interface {
+  name: string;
+  proxy: string;
+  type: string;
+  identity: string;
+}
+
+/** An interface that a document may declare. */
+export interface InterfaceDescription {
+  name: string;
+  scoped: string;
+  operations: OperationDescription[];
+}
+
+/** How far, how fast and how strongly a joint moves. */
+export interface JointLimits {
+  name: string;
+  lower: number;
+  upper: number;
+  maxVelocity: number;
+  maxTorque: number;
+}
+
+/** A body that can be simulated: its name, or the path of its TOML file below the root, and its title. */
+export interface KnownBody {
+  name: string;
+  title: string;
+}
+
+/** A library that the code imports: `cv2`, `numpy as np`, or `from math import pi`. */
+export interface Library {
+  name: string;
+  kind: string;
+}
+
+/** A component at one moment, in the words of `interfaces/hfsm.idl`, and its robot. */
+export interface LiveSnapshot {
+  at: number;
+  component: ComponentSnapshot;
+  robot: RobotState;
+}
+
+/** The constant data of a component; `run` counts how many times it was started. */
+export interface LiveStructure {
+  structure: ComponentStructure;
+  run: number;
+  breakpoints: Breakpoint[];
+  cameras: string[];
+  body: string;
+}
+
+/** What a component marks on a camera's picture, such as where it sees a ball. */
+export interface Mark {
+  camera: string;
+  u: number;
+  v: number;
+  label: string;
+}
+
+/** The `name` that is written at a place, and the one that is probably meant. */
+export interface Misspelt {
+  name: string;
+  meant: string;
+  field?: string;
+}
+
+/** The explanation of a name: its parameters and result, and its documentation. */
+export interface NameExplanation {
+  name: string;
+  detail: string;
+  documentation: string;
+}
+
+/** A servant that a ready state calls: its identity, and its interface. */
+export interface Need {
+  identity: string;
+  type: string;
+}
+
+/** An operation as a method of a proxy; its signature begins with `(self`. */
+export interface OperationDescription {
+  name: string;
+  signature: string;
+  result: string;
+  documentation: string;
+  streamed: boolean;
+}
+
+/** What figures are of, for who prints them. */
+export interface Origin {
+  document: string;
+  seed: number;
+  digest: string;
+  versions: Record<string, string>;
+  date: string;
+  commit: string;
+}
+
+/** A line that a component wrote, and the piece of code to which it refers, if any. */
+export interface OutputLine {
+  text: string;
+  stream: "err" | "out";
+  place: Place | null;
+  line: number;
+}
+
+/** Lines that a component wrote; `dropped` older ones were too many for this window. */
+export interface OutputPush {
+  push: "output";
+  tab: number;
+  lines: OutputLine[];
+  dropped: number;
+  whole: boolean;
+}
+
+/** The change of the file of a document by another program. */
+export interface OutsidePush {
+  push: "outside";
+  tab: number;
+  state: "changed" | "deleted" | "reloaded" | "same";
+  message: string;
+}
+
+/** A body of the user's own: the name and the text of its file, and how the robot is drawn. */
+export interface OwnRobot {
+  name: string;
+  text: string;
+  took?: string[];
+  notes?: string[];
+  problem?: string;
+  line?: number;
+  robot?: unknown | null;
+}
+
+/** A typed value: a parameter of a component (`self.name`, `--name`), an input or output of an automaton. */
+export interface Parameter {
+  name: string;
+  type: string;
+  default: string;
+  description: string;
+}
+
+/** A parameter of a component. */
+export interface ParameterStructure {
+  name: string;
+  type: string;
+  description: string;
+}
+
+/** The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers. */
+export interface Part {
+  label: string;
+  share: Share;
+  means: [string, number][];
+}
+
+/** A state or a transition that tests passed, how often, and whether one failed there. */
+export interface Passed {
+  automaton: number;
+  kind: "state" | "transition";
+  id: number;
+  count: number;
+  asked: number;
+  held: number;
+  failed: boolean;
+}
+
+/** The lines of a piece of code that tests passed, did not pass, and where one failed. */
+export interface PassedCode {
+  place: Place;
+  version: number;
+  passed: number[];
+  missed: number[];
+  failed: number[];
+}
+
+/** A place in a document. */
+export interface Place {
+  kind: "annotation" | "automaton" | "document" | "state" | "transition";
+  automaton?: number;
+  id?: number;
+  part?: string;
+  index?: number;
+  name?: string;
+  child?: number;
+}
+
+/** The places of a thing in m, with success and number of each trial, and lines on the floor. */
+export interface PlaceMap {
+  thing: string;
+  places: [number, number, boolean, number][];
+  trials: number;
+  lines: [number, number, number, number][];
+}
+
+/** New places of one automaton's states and handles, each `[id, x, y]`, and of its annotations. */
+export interface Placement {
+  automaton: number;
+  states?: [number, number, number][];
+  transitions?: [number, number, number][];
+  annotations?: [number, number, number, number, number][];
+}
+
+/** A plan in words; `file` is empty where there is none, so that everything has its default. */
+export interface PlanFacts {
+  file: string;
+  runs: number;
+  seed: number;
+  limit: number;
+  robot: string;
+  state: string;
+  varies: Fact[];
+  fixed: Fact[];
+  happens: Fact[];
+  counts: string[];
+  measures: string[];
+}
+
+/** One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`. */
+export interface Problem {
+  code: string;
+  severity: "error" | "warning" | "note";
+  message: string;
+  notes?: string[];
+  place?: Place | null;
+  line?: number;
+  column?: number;
+  length?: number;
+  file?: string;
+  source?: Place | null;
+  where?: string;
+  copies?: Place[];
+  owners?: Place[];
+  counterexample?: Counterexample | null;
+  misspelt?: Misspelt | null;
+  assumes?: string;
+}
+
+/** The problems of a revision of a document; of very many not all `items`, but the `counts` of all. */
+export interface ProblemsPush {
+  push: "problems";
+  tab: number;
+  revision: number;
+  items: Problem[];
+  counts: Record<string, number>;
+  imports: number;
+}
+
+/** A property of the automata that the model checker tries to prove. */
+export interface Property {
+  name: string;
+  kind: string;
+  within: string;
+  expression: string;
+}
+
+export type Push =
+  | ClosedPush
+  | DocumentPush
+  | OutputPush
+  | OutsidePush
+  | ProblemsPush
+  | RobotPush
+  | RunPush
+  | ShelfPush
+  | SnapshotPush
+  | StalePush
+  | StructurePush
+  | TestsPush
+  | TrialsPush
+  | WorkspacePush;
+
+/** A document of a shelf, as people see it there. */
+export interface ReadyState {
+  id: string;
+  path: string;
+  title: string;
+  category: string;
+  own: boolean;
+  summary: string;
+  text: string;
+  icon: string;
+  words: string;
+  inputs: ReadyValue[];
+  outputs: ReadyValue[];
+  needs: Need[];
+  postures: string[];
+  ends: boolean;
+  trouble: string;
+}
+
+/** What can be set of a ready state, or taken from it: an input or an output of its automaton. */
+export interface ReadyValue {
+  name: string;
+  type: string;
+  default: string;
+  description: string;
+}
+
+/** A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970. */
+export interface Recoverable {
+  journal: string;
+  name: string;
+  path: string;
+  changedAt: number;
+}
+
+/** What became of a component that was reloaded. */
+export interface ReloadReport {
+  generation: number;
+  held: number;
+  notKept: string[];
+}
+
+/** The fields of each request. */
+export interface Requests {
+  /** Draw a state of the shelf into an automaton, with a transition to it from `origin` if given. */
+  addReady: {
+    tab: number;
+    state: string;
+    automaton: number;
+    x: number;
+    y: number;
+    origin?: number | null;
+    trigger?: "condition" | "event" | "finished" | "time";
+    name?: string;
+  };
+  /** Follow a running component. */
+  attach: {component: string};
+  /** Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`. */
+  checkRobot: {name: string; text: string};
+  /** Close a tab; one with unsaved changes only with `discard`. */
+  close: {tab: number; discard?: boolean};
+  /** Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0. */
+  codeHelp: {
+    wanted: "complete" | "explain" | "lint" | "signature";
+    tab: number;
+    place: Place;
+    code: string;
+    line?: number;
+    column?: number;
+  };
+  /** Connect to a real robot at an address such as `nao.local`; `start` is its first action. */
+  connectRobot: {address: string; start?: "leave" | "stand" | "stiffen"};
+  /** Steer a running component: pause, step, force a transition and the like. */
+  control: {component: string; action: string; arguments?: Record<string, unknown>};
+  /** Put states, their sub-trees, the transitions among them and annotations into the window's clipboard. */
+  copy: {tab: number; automaton: number; states: number[]; annotations?: number[]};
+  /** Copy, and delete. */
+  cut: {tab: number; automaton: number; states: number[]; annotations?: number[]};
+  /** Stop following it; it keeps running. */
+  detach: {component: string};
+  /** Compare a document with another version: a file, or `saved`. */
+  diff: {tab: number; against: string};
+  /** Discard the changes of such a document. */
+  discard: {journal: string};
+  /** Apply a command of `visualhfsm._document.commands` to the document. */
+  do: {tab: number; command: Command; base?: string | null};
+  /** Copy and paste in one step, beside the clipboard. */
+  duplicate: {tab: number; automaton: number; states: number[]; annotations?: number[]};
+  /** End the simulation, or the connection to the real robot, that was started here. */
+  endRobot: {};
+  /** Ask for the document as its file would hold it, or as one `page` of HTML, to download it. */
+  export: {tab: number; page?: boolean};
+  /** Ask for the run of a followed component, or of an open recording, as one page of HTML, to download it. */
+  exportRun: {component: string; tab?: number};
+  /** Move an automaton with all below it to a new file, and import it from there. */
+  extract: {tab: number; automaton: number; path: string};
+  /** Generate the component's Python. */
+  generate: {tab: number};
+  /** Undo or redo up to a step of the document; `revision` is that of the step. */
+  goTo: {tab: number; revision: number};
+  /** Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be. */
+  guessRobot: {path: string};
+  /** Ask for the whole state, in a language such as `es`; the first request of a window. */
+  hello: {language?: string};
+  /** Ask for the content of the automata that a document imports from other files. */
+  imported: {tab: number};
+  /** Copy the content of an imported automaton into the document. */
+  inline: {tab: number; automaton: number};
+  /** Ask for the interfaces that documents may declare, with their operations. */
+  interfaces: {};
+  /** List a directory; the root for an empty one. */
+  listFiles: {directory?: string};
+  /** Ask which line of which piece of code a line of a log, or of an error's report, refers to. */
+  locate: {tab: number; text: string; automaton?: number; state?: number};
+  /** Ask for the tests of a document: the push `tests` names them. */
+  lookAtTests: {tab: number};
+  /** Ask for the plan of a document's trials, and what those that were run say: the push `trials`. */
+  lookAtTrials: {tab: number};
+  /** Move the balls of the simulation along their routes, or leave them where they are. */
+  moveBalls: {moving: boolean};
+  /** Create a document from a template. */
+  new: {template?: string};
+  /** Open a document in a tab. */
+  open: {path: string};
+  /** Open a document whose text the page has, such as a dropped file; it has no path yet. */
+  openText: {name: string; text: string};
+  /** Say that the last push `output` was shown, so that the next one may come. */
+  outputShown: {};
+  /** Paste into an automaton, with the upper left corner at `x`, `y` if given. */
+  paste: {tab: number; automaton: number; x?: number | null; y?: number | null};
+  /** Write states with all below them as a ready state of the project. */
+  putOnShelf: {
+    tab: number;
+    automaton: number;
+    states: number[];
+    title: string;
+    category?: string;
+    words?: string;
+    description?: string;
+  };
+  /** Record a followed component into a new file below the root, whose path is the answer; or end that. */
+  record: {component: string; pictures?: number | null};
+  /** Run one of the trials again, and record it; the push `trials` says when that is done, and where. */
+  recordTrial: {tab: number; number: number};
+  /** Open the recording of a run. */
+  recording: {path: string};
+  /** Open a document again whose session ended without closing; one of `recoverable`. */
+  recover: {journal: string};
+  /** Redo the step that was undone last. */
+  redo: {tab: number};
+  /** Decide about a document whose file another program changed: keep it, read the file, or merge both. */
+  resolve: {tab: number; choice: "merge" | "mine" | "theirs"};
+  /** Generate and start the component as a process; `arguments` are those of its command line. */
+  run: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string; beside?: string[]};
+  /** Run the tests of a document as it was saved, or some by name; the push `tests` has the results. */
+  runTests: {tab: number; names?: string[]};
+  /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */
+  runTrials: {
+    tab: number;
+    runs?: number | null;
+    state?: string;
+    robot?: "" | "fake" | "none" | "sim";
+    limit?: number | null;
+    again?: boolean;
+  };
+  /** Save to the file that the document came from, with `overwrite` also over an older dialect. */
+  save: {tab: number; overwrite?: boolean};
+  /** Save to another file, which is the document's from then on. */
+  saveAs: {tab: number; path: string; overwrite?: boolean};
+  /** Write the file of a robot in the folder `robots`, with `overwrite` also over another one. */
+  saveRobot: {name: string; text: string; overwrite?: boolean};
+  /** Write what a followed component, or a recorded one, did as a new test. */
+  saveTest: {tab: number; component: string};
+  /** Search names and code, in one document or in all open ones, for a text or a whole word. */
+  search: {text: string; whole?: boolean; tab?: number | null};
+  /** Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go. */
+  share: {shared?: boolean};
+  /** Start a simulated robot, or start it again with other options; what was started here before is ended. */
+  simulate: {world?: string; speed?: string; balls?: boolean; body?: string};
+  /** Stop the process of a component that was started here. */
+  stopRun: {tab: number};
+  /** Stop the tests of a document. */
+  stopTests: {tab: number};
+  /** Stop the trials of a document; what is done is kept. */
+  stopTrials: {tab: number};
+  /** Undo the last step. */
+  undo: {tab: number};
+}
+
+/** The `variable` of a state's automaton that takes the output `name` of one of the automata below. */
+export interface Result {
+  name: string;
+  child: number;
+  variable: string;
+}
+
+/** Constants: the cameras' names, and the limits of the joints once they are known. */
+export interface RobotFacts {
+  cameras: string[];
+  limits: JointLimits[];
+}
+
+/** The robot of the realm, and what the editor runs for it. */
+export interface RobotPush {
+  push: "robot";
+  status?: "lost" | "none" | "present" | "starting" | "stopping";
+  simulated?: boolean;
+  name?: string;
+  title?: string;
+  speed?: number;
+  since?: number;
+  stopped?: string;
+  started?: "" | "real" | "simulation";
+  simulation?: Simulation;
+  hasBalls?: boolean;
+  postures?: string[];
+  trouble?: string;
+}
+
+/** The state of the robot; fields that are unknown or too old are empty. */
+export interface RobotState {
+  joints: Record<string, number>;
+  pan: number | null;
+  tilt: number | null;
+  health: HealthReport | null;
+  torso: [number, number, number, number, number, number, number] | null;
+  objects: Record<string, [number, number, number, number, number, number, number]>;
+  trouble: string;
+  sliding: string[];
+  says: string;
+  sound: string;
+}
+
+/** A topic, service or action of ROS 2 that the component uses. */
+export interface RosInterface {
+  name: string;
+  kind: string;
+  target: string;
+  type: string;
+  qos: string;
+  stop: string;
+}
+
+/** The status of a component that was started here. */
+export interface RunPush {
+  push: "run";
+  tab: number;
+  component: string;
+  status: "ended" | "generating" | "started" | "starting" | "stopping";
+  exitCode: number | null;
+  message: string;
+  elsewhere: string;
+  place: Place | null;
+  line: number;
+}
+
+/** How many of some trials succeed, with the interval of the true rate. */
+export interface Share {
+  successes: number;
+  trials: number;
+  lowest: number;
+  highest: number;
+}
+
+/** What can be drawn as ready states: ours, then those of the project. */
+export interface ShelfPush {
+  push: "shelf";
+  states: ReadyState[];
+}
+
+/** A call that is being typed: its parameters, and the index of the one at the cursor, -1 for none. */
+export interface Signature {
+  name: string;
+  parameters: string[];
+  active: number;
+  result: string;
+  documentation: string;
+}
+
+/** A simulation as it is requested: options of `naoserver-sim`, and whether its balls move. */
+export interface Simulation {
+  world: string;
+  speed: string;
+  balls: boolean;
+  body: string;
+}
+
+/** The state of a running component at this moment. */
+export interface SnapshotPush {
+  push: "snapshot";
+  component: string;
+  value: LiveSnapshot;
+}
+
+/** A component has been silent since a moment (s of wall time); `since` is 0 when it sends again. */
+export interface StalePush {
+  push: "stale";
+  component: string;
+  since: number;
+}
+
+/** A state: its position on the canvas in pixels, its code, and the automata that it owns. */
+export interface State {
+  id: number;
+  name: string;
+  initial: boolean;
+  final: boolean;
+  x: number;
+  y: number;
+  children: number[];
+  history: string;
+  entry: string;
+  code: string;
+  exit: string;
+  arguments: Argument[];
+  results: Result[];
+}
+
+/** A state of an automaton. */
+export interface StateStructure {
+  id: number;
+  name: string;
+  initial: boolean;
+  final: boolean;
+  children: number[];
+  restart: boolean;
+}
+
+/** A step of a run, as `codegen.hfsm.model_checker.Step` has it; the rest are ids of the document. */
+export interface Step {
+  timeMs: number;
+  automaton: number;
+  kind: string;
+  text: string;
+  state: number;
+  origin?: number | null;
+  transition?: number | null;
+}
+
+/** The result of stopping the robot: the servants that have stopped, and why the others have not. */
+export interface StopReport {
+  stopped: string[];
+  failed: Record<string, string>;
+}
+
+/** The automata of a running component. */
+export interface StructurePush {
+  push: "structure";
+  component: string;
+  value: LiveStructure;
+}
+
+/** An open document. */
+export interface TabState {
+  tab: number;
+  title: string;
+  path: string;
+  component: string;
+  dirty: boolean;
+  outside: string;
+  changed: boolean;
+  recording: string;
+}
+
+/** A test as the page shows it; without an outcome it was not run yet. */
+export interface TestView {
+  name: string;
+  file: string;
+  outcome: "" | "failed" | "passed" | "skipped";
+  seconds: number;
+  reason: string;
+  timeline: string;
+}
+
+/** The tests of a tab's document, how they went, and what they passed. */
+export interface TestsPush {
+  push: "tests";
+  tab: number;
+  status: "idle" | "running" | "stopping";
+  tests: TestView[];
+  passed: Passed[];
+  code: PassedCode[];
+  unmeasured: string;
+  outdated: boolean;
+  error: string;
+}
+
+/** Everything that is kept: its time span, and the changes of state. */
+export interface Timeline {
+  start: number;
+  end: number;
+  changes: [number, number, number, number, number][];
+  spans: [number, number, boolean, number, number][];
+  numbers: string[];
+}
+
+/** What is left of a timed transition out of the current state. */
+export interface TimerSnapshot {
+  transition: number;
+  remaining: number;
+}
+
+/** A transition between two states of one automaton. */
+export interface Transition {
+  id: number;
+  name: string;
+  x: number;
+  y: number;
+  origin: number;
+  destination: number;
+  type: string;
+  trigger: string;
+  guard: string;
+  priority: string;
+  code: string;
+}
+
+/** Why a transition out of the current state has not fired. */
+export interface TransitionExplanation {
+  transition: number;
+  order: number;
+  asked: boolean;
+  value: boolean;
+  askedAt: number;
+  remaining: number;
+  reason: string;
+}
+
+/** A transition of an automaton. */
+export interface TransitionStructure {
+  id: number;
+  name: string;
+  origin: number;
+  destination: number;
+  kind: number;
+  seconds: number;
+  event: string;
+  condition: string;
+  order: number;
+}
+
+/** One of the worst trials; `page` is that of its recording, if there is one. */
+export interface Trial {
+  number: number;
+  success: boolean;
+  reason: string;
+  time: number;
+  states: string;
+  values: [string, string][];
+  timeline: TrialTimeline;
+  page: string;
+}
+
+/** The states of a trial up to its end. */
+export interface TrialTimeline {
+  number: number;
+  end: number;
+  changes: [time: number, states: string][];
+}
+
+/** The trials of a tab's document: their plan, and what those that have ended say. */
+export interface TrialsPush {
+  push: "trials";
+  tab: number;
+  status: "idle" | "reading" | "running" | "stopping";
+  plan: PlanFacts | null;
+  view: TrialsView | null;
+  workers: number;
+  left: number | null;
+  outdated: boolean;
+  error: string;
+  recording: number | null;
+  recorded: number | null;
+  file: string;
+}
+
+/** A series of trials; `planned` are more than `share.trials` while it runs. */
+export interface TrialsView {
+  name: string;
+  planned: number;
+  looks: number[];
+  share: Share;
+  histograms: Histogram[];
+  dependences: Dependence[];
+  maps: PlaceMap[];
+  ways: Way[];
+  worst: Trial[];
+  origin: Origin | null;
+}
+
+/** A step that can be undone or redone, and the revision of the document to which that leads. */
+export interface UndoStep {
+  name: string;
+  revision: number;
+}
+
+/** A way to fail: so many trials, the numbers of some, and the timeline of one. */
+export interface Way {
+  reason: string;
+  states: string;
+  count: number;
+  numbers: number[];
+  timeline: TrialTimeline;
+}
+
+/** The open documents, those that can be recovered, and the components of the realm. */
+export interface WorkspacePush {
+  push: "workspace";
+  tabs: TabState[];
+  recoverable: Recoverable[];
+  running: Record<string, unknown>[];
+}
+
+/** A world of the simulation; `balls` says whether it has balls that can be moved. */
+export interface World {
+  name: string;
+  description: string;
+  balls: boolean;
+}

@@ -1,0 +1,244 @@
+"""The state that all windows share: a project with its tabs, the clipboard, and the running components."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import secrets
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Final, Self
+
+from visualhfsm._editor.own_robots import OwnRobots
+from visualhfsm._monitor.messages import Components, Output, Robot
+from visualhfsm.project._document import OpenDocument
+from visualhfsm.project._project import Project
+from visualhfsm.project._session.journal import Abandoned
+
+from .check_scheduler import CheckScheduler
+from .code_questions import CodeQuestions
+from .limits import Limits
+from .news import News, Realm
+from .protocol import Shelf
+from .protocol import Workspace as WorkspacePush
+from .runs import Runs
+from .services import MakeServices, Services
+from .state import workspace_state
+from .tab import Tab, Threads
+from .tabs import Tabs
+from .window import Window
+from .windows import Windows
+
+_CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
+
+_logger = logging.getLogger(__name__)
+
+
+class Workspace:
+    """A project as the windows see it. Used on one event loop, as an asynchronous context.
+
+    Every window gets what changes. Leaving it ends running components, and keeps unsaved changes for
+    recovery. The project gets the services that check and read code.
+    """
+
+    services: Services
+    project: Project
+    code_questions: CodeQuestions
+    runs: Runs
+    own_robots: OwnRobots
+
+    def __init__(
+        self,
+        limits: Limits,
+        make_services: MakeServices,
+        make_project: Callable[[Services], Project],
+        *,
+        demo: bool = False,
+        share: Callable[[bool], str] = lambda _: "",
+    ) -> None:
+        self.limits = limits
+        self.share = share
+        """Returns the read-only address of the page, relative to it; with False, withdraws it."""
+        self.threads = Threads(limits.threads)
+        self.tabs = Tabs()
+        self.windows = Windows()
+        self.realm = Realm(Components([]), Robot())
+        self.run_id = secrets.token_hex(8)
+        """Distinguishes this run of the server from others, whose tabs had the same numbers."""
+        self.clipboard = ""
+        """The states that any window has copied last."""
+        self._make_services = make_services
+        self._make_project = make_project
+        self._demo = demo
+        self._recording = ""
+        self._checks = CheckScheduler(limits.quiet_seconds)
+        self._recoverable: list[Abandoned] = []
+        self._published: WorkspacePush | None = None
+        self._shelf = Shelf(states=[])
+        self._tasks: list[asyncio.Task[None]] = []
+
+    async def __aenter__(self) -> Self:
+        news = News(self.tabs, self.windows, self.realm, self.publish_state)
+        self.services = self._make_services(news.publish)
+        self.project = self._make_project(self.services)
+        self.project.subscribe(news.hear)
+        self.code_questions = CodeQuestions(self.project.code_help)
+        self.own_robots = OwnRobots(self.project.root)
+        self.runs = Runs(
+            self.services,
+            tabs=self.tabs,
+            windows=self.windows,
+            threads=self.threads,
+            root=self.project.root,
+            realm=self.realm,
+            end_limit=self.limits.component_end_seconds,
+            leaving_limit=self.limits.component_leaving_seconds,
+            changed=self.publish_state,
+        )
+        await self.look_for_recoverable()
+        await self._look_at_shelf()
+        self._tasks = [
+            asyncio.create_task(self._watch_files(), name="watch of the files"),
+            asyncio.create_task(self._checks.run(), name="checks"),
+        ]
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.to_thread(self.project.end_processes)
+        await self._checks.close()
+        services = self.services
+        for service in (services.tests, services.trials, services.running, services.robots, services.live):
+            try:
+                async with asyncio.timeout(_CLOSE_LIMIT):
+                    await service.close()
+            except Exception:
+                _logger.exception("%s did not close", type(service).__name__)
+        for tab in self.tabs:
+            try:
+                await tab.edit(OpenDocument.abandon)
+            except Exception:
+                _logger.exception("%s did not close", tab.shown.title)
+        await self.threads.close()
+        self.project.close()
+
+    # ---------------------------------------------------------------------------------------- documents
+
+    def show(self, document: OpenDocument, *, recording: Path | None = None) -> Tab:
+        """Return the tab of an open document, a new one if it has none."""
+        if (known := self.tabs.of_document(document)) is not None:
+            return known
+        tab = Tab(
+            self.tabs.next_number(),
+            document,
+            self.threads,
+            changed=self._show,
+            output=self.limits.room_for_output(),
+            recording=recording,
+        )
+        self.tabs.add(tab)
+        self._show(tab)
+        return tab
+
+    def _show(self, tab: Tab) -> None:
+        """Show the new version of a tab's document."""
+        if tab.id not in self.tabs:
+            return
+        self.publish_state()  # first: a window gets a tab before its document
+        self.windows.show(tab)
+        for dated in (tab.trials, tab.tests):
+            if (report := dated.compare(tab.shown.document, tab.content)) is not None:
+                self.windows.push(report)
+        self._checks.check(tab)
+
+    def remove(self, tab: Tab) -> None:
+        """Remove a tab, whose document is closed."""
+        self.tabs.remove(tab)
+        self._checks.forget(tab)
+        self.windows.close(tab.id)
+        self.publish_state()
+
+    def unsaved(self) -> list[str]:
+        """Return the names of the documents with unsaved changes."""
+        return [tab.shown.title for tab in self.tabs if tab.shown.is_unsaved]
+
+    def begin_demo(self) -> bool:
+        """Return whether a window is to run the demo: the first one, where neither document nor robot is."""
+        wanted, self._demo = self._demo, False
+        return wanted and not self.tabs and self.realm.robot.status == "none"
+
+    def offer_recording(self, path: str) -> None:
+        """Let the first window that comes show a recording."""
+        self._recording = path
+
+    def begin_recording(self) -> str:
+        """Return the recording that a window is to show; empty for all but the first one."""
+        wanted, self._recording = self._recording, ""
+        return wanted
+
+    async def look_for_recoverable(self) -> None:
+        """Find the documents that can be recovered."""
+        self._recoverable = await self.threads.do(self.project.recoverable)
+        self.publish_state()
+
+    async def _look_at_shelf(self) -> None:
+        """Find what is on the shelf, and send all windows what is new."""
+        shelf = Shelf(states=await self.threads.do(self.project.shelf))
+        if shelf != self._shelf:
+            self._shelf = shelf
+            self.windows.push(shelf)
+
+    async def _watch_files(self) -> None:
+        """Watch the files of the open documents, of their tests and of the shelf, until cancelled."""
+        while True:
+            await asyncio.sleep(self.limits.file_check_seconds)
+            try:
+                await self._look_at_shelf()
+            except Exception:
+                _logger.exception("the shelf cannot be read")
+            for tab in self.tabs:
+                try:
+                    await tab.edit(OpenDocument.refresh)
+                    if await tab.imports_changed():
+                        self._checks.check(tab)
+                    await self.services.tests.refresh(tab.source)
+                except Exception:
+                    if tab.id in self.tabs:
+                        _logger.exception("the files of %s cannot be watched", tab.shown.title)
+
+    # ---------------------------------------------------------------------------------------- windows
+
+    def greet(self, window: Window, language: str) -> None:
+        """Send a window everything, and from now on every change, in its language."""
+        self.windows.add(window)
+        window.greet(language)
+        window.push(self._state())
+        window.push(self._shelf)
+        window.push(self.realm.robot)
+        for tab in self.tabs:
+            window.show(tab)
+            for push in (tab.problems, tab.outside, tab.run, tab.trials.now, tab.tests.now):
+                if push is not None:
+                    window.push(push)
+            output = tab.output
+            window.push(Output(tab=tab.id, lines=list(output.lines), dropped=output.dropped, whole=True))
+
+    async def leave(self, window: Window) -> None:
+        """Forget a window; components that no other window follows are detached."""
+        self.windows.remove(window)
+        await self.runs.leave(window)
+
+    def publish_state(self) -> None:
+        """Send all windows the state of the workspace, if it changed."""
+        state = self._state()
+        if state != self._published:
+            self._published = state
+            self.windows.push(state)
+
+    def _state(self) -> WorkspacePush:
+        return workspace_state(self.tabs, self._recoverable, self.realm.components, self.project.root)

@@ -1,0 +1,90 @@
+"""Show the robot's cameras as JPEG: the newest image, encoded once for all viewers, and earlier ones."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import AsyncGenerator, Iterable
+from typing import Final, cast
+
+from codegen.messages import Message
+from interfaces.jderobot import CameraPrx, ImageData
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._monitor.realm.pictures import Pictures, encode_jpeg, require_pillow
+from visualhfsm._monitor.realm.realm import has_interface
+from zenoh_ice import Communicator, Sample, UserException, ZenohIceError
+from zenoh_ice.text import printable
+
+KEPT_APART: Final = 1.0
+"""Seconds between two images that are kept of a camera that no window shows."""
+MOST_CAMERAS: Final = 8
+"""Cameras of which pictures are kept, or recorded."""
+_IMAGE_LIMIT: Final = 1.0
+"""Seconds without an image after which the presence of the camera is checked again."""
+_PICTURE_LIMIT: Final = 1000
+"""Milliseconds for a picture."""
+
+_logger = logging.getLogger(__name__)
+
+
+async def take_picture(communicator: Communicator, camera: str) -> tuple[float, bytes] | None:
+    """Return the wall time and the JPEG of the present image of a camera; None when it gives none in time."""
+    proxy = communicator.stringToProxy(camera).ice_invocationTimeout(_PICTURE_LIMIT)
+    with contextlib.suppress(VisualHfsmError, ZenohIceError, UserException):  # the next one may succeed
+        image = await asyncio.wrap_future(CameraPrx.uncheckedCast(proxy).getImageData.begin("RGB8"))
+        at, shape = time.time(), image.description
+        return at, await asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)
+    return None
+
+
+class Cameras:
+    """The cameras of a realm; each is subscribed to while a window shows it."""
+
+    def __init__(self, communicator: Communicator) -> None:
+        self.former: Final = Pictures()
+        """Images that were sent to a window, or kept."""
+        self._communicator = communicator
+        self._encoded: dict[str, tuple[tuple[int, float], asyncio.Task[bytes]]] = {}
+
+    async def frames(self, name: str) -> AsyncGenerator[bytes, None]:
+        """Yield the newest image of a camera whenever there is a newer one; older ones are skipped.
+
+        Raises VisualHfsmError when there is no such camera, and MissingPackageError without Pillow.
+        """
+        if not has_interface(self._communicator, name, CameraPrx.ice_interface.type_id):
+            raise VisualHfsmError(Message("there is no camera {name}", name=printable(name)[:100]))
+        require_pillow()
+        stream = CameraPrx.uncheckedCast(self._communicator.stringToProxy(name)).getImageData
+        while True:
+            try:
+                samples = cast(
+                    "AsyncGenerator[Sample[ImageData]]", aiter(stream.samples(timeout=_IMAGE_LIMIT))
+                )
+                async with contextlib.aclosing(samples):  # the subscription ends when no window shows it
+                    async for sample in samples:
+                        try:
+                            jpeg = await self._encode(name, sample)
+                            self.former.add(name, time.time(), jpeg)
+                            yield jpeg
+                        except VisualHfsmError as error:
+                            _logger.warning("%s: %s", name, error)
+            except ZenohIceError:  # the camera is gone or sends nothing; it may come back
+                await asyncio.sleep(_IMAGE_LIMIT)
+
+    async def keep(self, names: Iterable[str]) -> None:
+        """Keep the present image of each camera of which none was kept within the last second."""
+        for name in names:
+            if self.former.due(name, time.time(), KEPT_APART):
+                picture = await take_picture(self._communicator, name)
+                if picture is not None:
+                    self.former.add(name, *picture)
+
+    async def _encode(self, name: str, sample: Sample[ImageData]) -> bytes:
+        which = sample.sequence, sample.wall_time
+        if name not in self._encoded or self._encoded[name][0] != which:
+            image, shape = sample.value, sample.value.description
+            work = asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)
+            self._encoded[name] = which, asyncio.create_task(work)
+        return await asyncio.shield(self._encoded[name][1])

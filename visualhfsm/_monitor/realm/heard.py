@@ -1,0 +1,210 @@
+"""What components and robots say over the network, as messages that a page says in its language.
+
+They are programs that speak English. A text that a template below gives is that message; any other, such as
+what a newer program says, stays as it is. The templates are those of `hfsm_runtime` (errors of a component,
+and why a transition does not fire), of `zenoh_ice` (a server that is offline) and those of robots in
+`robot_texts.py`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Final
+
+from msgspec.structs import replace
+
+from codegen.messages import Message, joined, number
+from codegen.reasons import known_text
+from interfaces.hfsm import Explanation
+from visualhfsm._monitor.realm.robot_texts import OF_ROBOTS, STANCES
+
+__all__ = ["heard", "heard_explanation"]
+
+_A: Final = "\N{HORIZONTAL ELLIPSIS}"
+"""A value of a template that stands for any text."""
+_BETWEEN: Final = re.compile(r"(?<=\.) (?=[^\W\d])")
+"""Where one sentence follows another."""
+_MEMBERS: Final = re.compile(r"(.+) (\(\w+='[^']*'\))", re.DOTALL)
+"""What an exception of an interface says, with its other members."""
+_REPEATED: Final = re.compile(r"(.+) \((\d+) more since the last report\)", re.DOTALL)
+"""An event of a robot that it had more than once."""
+_NUMBERS: Final = ("seconds", "value", "lower", "upper", "degrees")
+"""Values of templates that are numbers."""
+
+_WHY_NOT: Final = (
+    Message("the state is final: no transition is tried"),
+    Message("it is forced, and fires in the next cycle"),
+    Message("it is not tried before the entry code of the state has run to its end"),
+    Message("its time comes after {seconds} s more in the state", seconds=_A),
+    Message("its time has come: it fires in the next cycle"),
+    Message("it was not tried: {name}, which comes first, fired", name=_A),
+    Message("the event {event} waits in the queue for the next cycle", event=_A),
+    Message("no event {event} has come since the state was entered", event=_A),
+    Message("its guard has not been evaluated since the state was entered"),
+    Message("the state owns no automaton that could finish: it never fires"),
+    Message("all automata of the state have finished: it fires in the next cycle"),
+    Message("not all automata of the state have finished: {parts}", parts=_A),
+    Message("{reason}; now {values}", reason=_A, values=_A),
+    Message("{guard} was true when it was evaluated {seconds} s ago", guard=_A, seconds=_A),
+    Message("{guard} was false when it was evaluated {seconds} s ago", guard=_A, seconds=_A),
+    Message(
+        "{guard} was true though its time has come, when it was evaluated {seconds} s ago",
+        guard=_A,
+        seconds=_A,
+    ),
+    Message(
+        "{guard} was false though its time has come, when it was evaluated {seconds} s ago",
+        guard=_A,
+        seconds=_A,
+    ),
+    Message("{guard} was true when {event} came {seconds} s ago", guard=_A, event=_A, seconds=_A),
+    Message("{guard} was false when {event} came {seconds} s ago", guard=_A, event=_A, seconds=_A),
+)
+"""What `hfsm_runtime/debugger/_explanation.py` says of a transition."""
+_GUARD: Final = (Message("its guard"), Message("its guard `{condition}`", condition=_A))
+
+_WHERE: Final = (
+    Message("The component is paused."),
+    Message("{automaton} has not run yet: {why}.", automaton=_A, why=_A),
+    Message("{automaton} is a ghost in {state}: {why}.", automaton=_A, state=_A, why=_A),
+    Message("It has been active there for {seconds} s.", seconds=_A),
+    Message(
+        "{automaton} has finished in {state}, entered by {transition}.",
+        automaton=_A,
+        state=_A,
+        transition=_A,
+    ),
+    Message("{automaton} has finished in {state}.", automaton=_A, state=_A),
+    Message(
+        "{automaton} has been in {state} for {seconds} s, entered by {transition}.",
+        automaton=_A,
+        state=_A,
+        seconds=_A,
+        transition=_A,
+    ),
+    Message("{automaton} has been in {state} for {seconds} s.", automaton=_A, state=_A, seconds=_A),
+    Message("No transition leaves the state."),
+    Message("{automaton} has not completed the entry of {state}", automaton=_A, state=_A),
+    Message("{automaton} is in {state}, not in {other}", automaton=_A, state=_A, other=_A),
+    Message("the component has not started"),
+    Message("Waiting events: {count} ({events}).", count=_A, events=_A),
+    Message(
+        "Events dropped: {count}, the last one ({event}) {seconds} s ago: {why}.",
+        count=_A,
+        event=_A,
+        seconds=_A,
+        why=_A,
+    ),
+    Message("no transition out of the current state used it"),
+    Message("the automaton became a ghost before its turn"),
+    Message("the automaton has finished"),
+    Message("more than {count} events waited", count=_A),
+)
+"""What it says of an automaton."""
+
+_IN_STATE: Final = (Message("{automaton} is in {state}", automaton=_A, state=_A),)
+
+_ERRORS: Final = (
+    Message(
+        "still in a cycle 1 s after {automaton} left the state {state}: its code must not block, and others "
+        "drive the robot with it until it ends",
+        automaton=_A,
+        state=_A,
+    ),
+    Message("the event {event} is dropped: more than {count} events waited", event=_A, count=_A),
+    Message("the condition {condition} has no value: {reason}", condition=_A, reason=_A),
+    Message("there is no automaton {id}: there are {others}", id=_A, others=_A),
+    Message("the component is {status}: pause it first", status=_A),
+    Message(
+        "the server of {servant} is offline (connecting to {addresses}); calls continue when it is back",
+        servant=_A,
+        addresses=_A,
+    ),
+    Message("the server of {servant} is offline; calls continue when it is back", servant=_A),
+    Message("no servant {servant} in realm {realm}; there is {others}", servant=_A, realm=_A, others=_A),
+    Message(
+        "no servant {servant} in realm {realm}; the realm has no servants: is --realm right?",
+        servant=_A,
+        realm=_A,
+    ),
+    Message("{call} did not answer within {seconds} s", call=_A, seconds=_A),
+    Message("{call}: the server restarted during the call", call=_A),
+    Message("{call}: the connection was lost during the call", call=_A),
+    Message("{call}: its servant started during the call, and missed it", call=_A),
+    Message("{call} got no answer, and its process does not answer either", call=_A),
+    Message("{call}: {count} calls are already waiting; this one was not executed", call=_A, count=_A),
+    Message(
+        "{call} was not executed: {servant} exists, but access control does not let this component call it; "
+        "`security` in its settings, and in those of the router, says who may",
+        call=_A,
+        servant=_A,
+    ),
+    Message("no new sample of {stream} within {seconds} s", stream=_A, seconds=_A),
+)
+"""What `hfsm_runtime` says of an automaton, and `zenoh_ice` of a server."""
+
+_SAID: Final = (*_ERRORS, *OF_ROBOTS)
+
+
+def heard(text: str) -> Message:
+    """Return a text of a component or a robot as a message."""
+    if listed := _MEMBERS.fullmatch(text):
+        return joined(" ", [heard(listed[1]), listed[2]])
+    if repeated := _REPEATED.fullmatch(text):
+        event, count = heard(repeated[1]), repeated[2]
+        return Message("{event} ({count} more since the last report)", event=event, count=count)
+    found = known_text(text, _SAID)
+    for name in ("reason", "what"):
+        found = _filled(found, name, heard)
+    for name in ("stance", "needed"):
+        found = _filled(found, name, lambda stance: known_text(stance, STANCES))
+    return _with_number(found)
+
+
+def heard_explanation(explanation: Explanation) -> Explanation:
+    """Return an explanation whose texts are messages."""
+    said: list[Message] = []
+    rest = explanation.summary
+    for each in explanation.transitions:
+        before, colon, after = rest.partition(f": {each.reason}.")
+        if colon:
+            above, number, name = before.rpartition(f"{each.order}. ")
+            said += [_where(above.strip()), joined("", [f"{number}{name}: ", _why_not(each.reason), "."])]
+            rest = after
+    return replace(
+        explanation,
+        transitions=[replace(each, reason=_why_not(each.reason)) for each in explanation.transitions],
+        summary=joined(" ", list(filter(None, [*said, _where(rest.strip())]))),
+    )
+
+
+def _why_not(text: str) -> Message:
+    found = _with_number(_filled(known_text(text, _WHY_NOT), "reason", _why_not))
+    return _filled(_filled(found, "parts", _in_states), "guard", _guard)
+
+
+def _guard(text: str) -> Message:
+    return known_text(text, _GUARD)
+
+
+def _in_states(text: str) -> Message:
+    return joined(", ", [known_text(each, _IN_STATE) for each in text.split(", ")])
+
+
+def _where(text: str) -> Message:
+    """Return sentences about an automaton, or a part of one."""
+    found = [known_text(sentence, _WHERE) for sentence in _BETWEEN.split(text)]
+    return joined(" ", [_with_number(_filled(each, "why", _where)) for each in found])
+
+
+def _with_number(message: Message) -> Message:
+    for name in _NUMBERS:
+        message = _filled(message, name, number)
+    return message
+
+
+def _filled(message: Message, name: str, say: Callable[[str], Message]) -> Message:
+    """Return a message in which a value that is a sentence is a message, too."""
+    value = message.values.get(name)
+    return message if value is None else message.again({**message.values, name: say(str(value))})

@@ -1,0 +1,216 @@
+"""The state of the robot, as far as its servers stream it; any of them may be missing."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import msgspec
+
+from codegen.messages import NO_MESSAGE, Message
+from interfaces.jderobot import CameraPrx
+from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
+from visualhfsm._monitor.realm.audible import AudibleMonitor
+from visualhfsm._monitor.realm.description import DescribedRobot, DescriptionMonitor, nao
+from visualhfsm._monitor.realm.realm import Newest, PolledValue, has_interface
+from visualhfsm._monitor.realm.world import Placement, WorldMonitor
+from zenoh_ice import Communicator
+from zenoh_ice.text import printable
+
+STALE: Final = 0.8
+"""Wall seconds after which a value that is sent at least ten times a second is too old."""
+_STALE_HEALTH: Final = 2.0
+"""The same for reports of health and safety, which are sent twice a second."""
+_LONGEST_REASON: Final = 200
+_BODY: Final = "Body"
+_PARTS: Final = frozenset({_BODY, "Health", "Head"})
+"""Identities of which every robot has one."""
+
+
+class RobotState(msgspec.Struct, frozen=True, rename="camel"):
+    """The state of the robot; fields that are unknown or too old are empty."""
+
+    joints: dict[str, float] = {}
+    """Angles in rad by joint, and of those that slide, places in m."""
+    pan: float | None = None
+    """Yaw of the head in rad, positive to the left."""
+    tilt: float | None = None
+    """Pitch of the head in rad, positive downwards."""
+    health: HealthReport | None = None
+    torso: Placement | None = None
+    """The place of the torso, known only in a simulation."""
+    objects: dict[str, Placement] = {}
+    """The places of the balls and other movable objects, by name."""
+    trouble: str = ""
+    """Why the joints of a present robot are unknown."""
+    sliding: tuple[str, ...] = ()
+    """The joints that slide instead of turning."""
+    says: str = ""
+    """The text that is being said."""
+    sound: str = ""
+    """The name of the sound that is being played."""
+
+
+def posed_robot(joints: dict[str, float], described: DescribedRobot) -> RobotState:
+    """Return the state of a robot of which only the joints are known, such as the fake one of a dry run."""
+    return RobotState(joints, *described.head(joints), sliding=described.sliding)
+
+
+class RobotPresence(NamedTuple):
+    """Whether the realm has a robot, and what kind of robot it is."""
+
+    present: bool = False
+    simulated: bool = False
+    speed: float = 0.0
+    """Measured robot seconds per second of wall time, in tenths."""
+    has_balls: bool = False
+    """Whether it has balls that can be moved."""
+    stopped: str = ""
+    """Why its emergency stop is latched; empty while it is not."""
+    title: str = ""
+    """What a person calls it, as far as it is known."""
+    postures: tuple[str, ...] = ()
+    """Those that it can be brought into, as far as they are known."""
+
+
+class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
+    """Constants: the cameras' names, and the limits of the joints once they are known."""
+
+    cameras: list[str]
+    limits: list[JointLimits]
+
+
+class RobotMonitor:
+    """Listen to the robot of a realm; `update` it a few times a second."""
+
+    def __init__(self, communicator: Communicator) -> None:
+        self._communicator = communicator
+        proxy = communicator.stringToProxy
+        body = JointsPrx.uncheckedCast(proxy(_BODY))
+        self._head = Newest(PoseHeadPrx.uncheckedCast(proxy("Head")).getPose.latest)
+        self._joints = Newest(body.getJointState.latest)
+        self._health = Newest(HealthPrx.uncheckedCast(proxy("Health")).getHealth.latest)
+        self._safety = Newest(
+            SafetyPrx.uncheckedCast(proxy("Safety")).getSafetyState.latest, oldest=_STALE_HEALTH
+        )
+        self._clock = Newest(ClockPrx.uncheckedCast(proxy("Clock")).getTime.latest)
+        self._names = PolledValue(body.getJointNames.begin)
+        self._limits = PolledValue(body.getJointLimits.begin)
+        self._described = DescriptionMonitor(communicator)
+        self.world: Final = WorldMonitor(communicator)
+        self.audible: Final = AudibleMonitor(communicator)
+
+    def update(self) -> None:
+        """Request missing data; without a robot, request nothing."""
+        self.world.update()
+        self._described.update()
+        if _BODY in self._communicator.identities():
+            self._names.poll()
+            self._limits.poll()
+        elif self._names.value is not None:
+            self._names.forget()  # another robot may appear
+            self._limits.forget()
+
+    @property
+    def described(self) -> DescribedRobot | None:
+        """The robot as it is drawn; None for one whose body is not known, or not yet.
+
+        Without a robot it is the last one, or the Nao, as for a server of a Nao that describes none.
+        """
+        described = self._described
+        if described.is_present:
+            return described.robot
+        names = self._names.value
+        if _BODY not in self._communicator.identities():
+            return described.robot or nao()
+        return None if names is None or not nao().joints.issuperset(names) else nao()
+
+    @property
+    def undescribed(self) -> Message:
+        """Why a present robot cannot be drawn; empty for one that can, or that is not known yet."""
+        if self._described.is_present:
+            return Message.verbatim(self._described.trouble)
+        if self.described is None and self._names.value is not None:
+            return Message("This robot's server does not describe its body, so that it cannot be drawn.")
+        return NO_MESSAGE
+
+    def facts(self) -> RobotFacts:
+        """Return the constants."""
+        return RobotFacts(self.cameras(), list(self._limits.value or ()))
+
+    def cameras(self) -> list[str]:
+        """Return the identities of the present cameras."""
+        return [
+            identity
+            for identity in self._communicator.identities()
+            if has_interface(self._communicator, identity, CameraPrx.ice_interface.type_id)
+        ]
+
+    def joints(self, oldest: float = STALE) -> dict[str, float]:
+        """Return the angles of the joints in rad by name; none when unknown or older than `oldest` s."""
+        body, names = self._joints(), self._names.value
+        if body is None or names is None or body.age > oldest:
+            return {}
+        pairs = zip(names, body.value.positions, strict=False)
+        return {name: angle for name, angle in pairs if math.isfinite(angle)}
+
+    def tilt(self) -> float | None:
+        """Return the angle between the torso's z axis and the vertical in rad; None when it is unknown."""
+        health = self.read().health
+        return health.torsoTilt if health is not None and math.isfinite(health.torsoTilt) else None
+
+    def presence(self) -> RobotPresence:
+        """Return whether the realm has a robot, without waiting."""
+        identities = self._communicator.identities()
+        if _PARTS.isdisjoint(identities):
+            return RobotPresence()
+        clock, health = self._clock(), self._health()
+        simulated = clock is not None and clock.value.simulated
+        factor = math.nan if health is None else health.value.realTimeFactor
+        described = self.described
+        return RobotPresence(
+            present=simulated or factor != 0.0,  # the server stays present while a real robot is lost
+            simulated=simulated,
+            speed=round(factor, 1) if math.isfinite(factor) else 0.0,
+            has_balls="BallRedMotors" in identities,
+            stopped=self.stop_reason(),
+            title=described.title if described else "",
+            postures=described.postures if described else (),
+        )
+
+    def stop_reason(self) -> str:
+        """Return why the robot's emergency stop is latched; empty while it is not, as far as is known."""
+        safety = self._safety()
+        if safety is None or not safety.value.stopped:
+            return ""
+        return printable(safety.value.reason)[:_LONGEST_REASON] or "emergency stop"
+
+    def age(self) -> float:
+        """Return the wall seconds since the robot sent anything; infinite when it never did."""
+        samples = (self._head(), self._joints(), self._health())
+        return min((sample.age for sample in samples if sample is not None), default=math.inf)
+
+    def read(self, *, stale: bool = False) -> RobotState:
+        """Return the present state without waiting; with `stale`, include old values."""
+        oldest, oldest_health = (math.inf, math.inf) if stale else (STALE, _STALE_HEALTH)
+        head, health = self._head(), self._health()
+        pose = head.value if head is not None and head.age <= oldest else None
+        heard = self.audible.read()
+        return RobotState(
+            joints=self.joints(oldest),
+            pan=pose.pan if pose else None,
+            tilt=pose.tilt if pose else None,
+            health=health.value if health is not None and health.age <= oldest_health else None,
+            torso=self.world.torso(),
+            objects=self.world.objects(),
+            trouble=self._trouble(),
+            sliding=described.sliding if (described := self.described) else (),
+            says=heard.says,
+            sound=heard.sound,
+        )
+
+    def _trouble(self) -> str:
+        """Return why the joints of a present robot are unknown, such as an interface that differs."""
+        if _BODY not in self._communicator.identities():
+            return ""
+        return printable(self._joints.trouble or self._names.trouble)[:_LONGEST_REASON]

@@ -1,0 +1,116 @@
+"""Record a followed component for viewing: the data of its monitor, its robot, and pictures.
+
+It only listens, and writes the file here: nothing in the realm can start a recording, or name its file.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from codegen.messages import Message
+from codegen.reasons import reason
+from hfsm_runtime.recording_file.messages import Action, Description, Picture, RobotPose, Snapshot, World
+from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News
+from visualhfsm._monitor.realm.pictures import require_pillow
+from visualhfsm._monitor.realm.robot import RobotMonitor
+from visualhfsm._monitor.realm.run_log import Intervention, LiveSnapshot
+
+from .cameras import MOST_CAMERAS, take_picture
+from .recordings import STEERED
+
+_LONGEST_RECORDING: Final = 3600.0
+"""Seconds after which a recording ends by itself."""
+_KINDS: Final = {operation: kind for kind, operation in STEERED.items()}
+
+
+class Recorder:
+    """Record until `close`. Create it on the event loop. Raises VisualHfsmError.
+
+    `document` is the text of the running document, empty if unknown; `pictures` is the number of pictures per
+    second and camera, 0 for none.
+    """
+
+    def __init__(
+        self, follower: Follower, robot: RobotMonitor, path: Path, document: str, pictures: int
+    ) -> None:
+        newest, structure = follower.log.newest, follower.structure
+        if newest is None or structure is None:
+            raise VisualHfsmError(
+                Message("{component} has sent nothing yet: try again", component=follower.component)
+            )
+        if pictures:
+            require_pillow()
+        self._since = time.time()
+        self.shown: Final[dict[str, object]] = {"recording": path.name, "since": self._since}
+        """Fields for the page: the name of the file, and when the recording began, in s of wall time."""
+        self._follower = follower
+        self._communicator = follower.monitor.ice_getCommunicator()
+        self._robot = robot
+        self._run = newest.component.startedAt
+        try:
+            self._writer = RecordingWriter.watching(path, follower.component, document)
+        except RecordingFailedError as error:
+            raise VisualHfsmError(reason(error)) from error
+        self._writer.look("/world", World(list(robot.world.shapes)), self._since)
+        if (described := follower.described) is not None:
+            self._writer.look("/description", Description.of(described.body, described.looks), self._since)
+        self.take(structure)
+        self.take(newest)
+        self._task = asyncio.create_task(self._take_pictures(pictures))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has ended, or the recording is too long."""
+        newest = self._follower.log.newest
+        other = newest is not None and newest.component.startedAt != self._run
+        gone = self._follower.identity not in self._communicator.identities()
+        return other or gone or time.time() - self._since > _LONGEST_RECORDING
+
+    def take(self, news: News) -> None:
+        """Record news of the component; called from any thread."""
+        look = self._writer.look
+        match news:
+            case LiveStructure(structure=structure):
+                look("/actions", Action("structure", msgspec.to_builtins(structure)), time.time())
+            case LiveSnapshot(at=at, component=component, robot=robot) if component.startedAt == self._run:
+                objects = {name: [*place] for name, place in robot.objects.items()}
+                torso = None if robot.torso is None else [*robot.torso]
+                look("/robot", RobotPose(robot.joints, torso, objects, robot.says, robot.sound), at)
+                look("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(component))), at)
+            case Intervention():
+                done = {
+                    "automaton": news.automaton,
+                    "transition": news.transition,
+                    "name": news.name,
+                    "json": news.value,
+                    "since": news.since,
+                    "time": news.time,
+                    "confirmed": news.confirmed,
+                }
+                look("/actions", Action(_KINDS[news.action], done), time.time())
+
+    async def close(self) -> None:
+        """End the file."""
+        self._task.cancel()
+        await asyncio.wait({self._task})
+        await asyncio.to_thread(self._writer.close)
+
+    async def _take_pictures(self, rate: int) -> None:
+        """Record pictures of all cameras, until cancelled; where they take long there are fewer."""
+        while rate:
+            began = time.monotonic()
+            await asyncio.gather(*map(self._take_picture, self._robot.cameras()[:MOST_CAMERAS]))
+            await asyncio.sleep(max(0.0, began + 1.0 / rate - time.monotonic()))
+
+    async def _take_picture(self, name: str) -> None:
+        picture = await take_picture(self._communicator, name)
+        if picture is not None:
+            at, jpeg = picture
+            self._writer.look(f"/images/{name}", Picture.of(name, round(at * 1e9), jpeg), at)

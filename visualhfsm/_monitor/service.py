@@ -1,0 +1,436 @@
+"""Follow and steer the components and the robot of a realm, as the page requests it."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Final, NamedTuple
+
+import msgspec
+from msgspec import Meta
+
+from codegen.hfsm.document import Document
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
+from interfaces.hfsm import HfsmMonitorPrx
+from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
+from visualhfsm._monitor.messages import (
+    USUAL_LIMITS,
+    Components,
+    Publish,
+    ServiceLimits,
+    Snapshot,
+    Stale,
+    Structure,
+)
+from visualhfsm._monitor.realm.description import nao
+from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
+from visualhfsm._monitor.realm.heard import heard
+from visualhfsm._monitor.realm.moments import heard_moment, heard_snapshot
+from visualhfsm._monitor.realm.pictures import require_pillow
+from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, describe_component, missing_component
+from visualhfsm._monitor.realm.robot import RobotMonitor, RobotPresence
+from visualhfsm._monitor.realm.run_log import Interventions, LiveSnapshot, RunLog, Timeline
+from visualhfsm._monitor.run_page import MOST_PICTURES, Run, run_page
+from zenoh_ice import Communicator, Settings, ZenohIceError, initialize, typed
+from zenoh_ice.text import printable
+from zenoh_ice.transport import Target
+
+from .cameras import KEPT_APART, MOST_CAMERAS, Cameras
+from .open_recordings import OpenRecordings
+from .poses import PoseStream
+from .recorder import Recorder
+from .ros_graph import read_ros_graph
+from .steering import control, reset_robot, set_scene, stand_robot, steer
+from .stopping import stop_once, stop_robot
+
+_POLL_INTERVAL: Final = 0.01  # s
+_NEWS_LIMIT: Final = 5.0
+"""Seconds to wait for the first news of a component."""
+_BODY: Final = "Body"
+"""The servant that every robot has."""
+
+_logger = logging.getLogger(__name__)
+
+Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
+
+
+class _Moment(msgspec.Struct, forbid_unknown_fields=True):
+    time: Number
+
+
+class _Series(msgspec.Struct, forbid_unknown_fields=True):
+    names: Annotated[list[Annotated[str, Meta(max_length=1000)]], Meta(max_length=32)]
+    start: Number = 0.0
+    end: Number = 1e12
+    points: Annotated[int, Meta(ge=2, le=10_000)] = 1000
+
+
+class _Body(msgspec.Struct, forbid_unknown_fields=True):
+    hash: Annotated[str, Meta(max_length=64)]
+
+
+class _Picture(msgspec.Struct, forbid_unknown_fields=True):
+    camera: Annotated[str, Meta(max_length=200)]
+    at: Number
+
+
+class Past(NamedTuple):
+    """What a component did: each parameter, as it was at first, is Python's repr of its value.
+
+    A recording may not say which interventions there were: then they are None.
+    """
+
+    timeline: Timeline
+    parameters: Mapping[str, str]
+    interventions: Interventions | None
+
+
+_READS_NAO: Final = threading.Lock()
+
+
+@cache
+def _read_interfaces_of_nao() -> dict[str, list[str]]:
+    from visualhfsm.simulation import served_interfaces  # its libraries are needed only without a robot
+
+    return served_interfaces()
+
+
+def _interfaces_of_nao() -> dict[str, list[str]]:
+    with _READS_NAO:  # each window asks for them when it opens: one thread alone does the work
+        return _read_interfaces_of_nao()
+
+
+class Monitoring:
+    """Follows and steers components. Create it on the event loop; it listens until `close`.
+
+    Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
+    past by its component time), `series` (numbers over time), `picture` (the picture of a camera then),
+    `facts` of the robot, `body` (a robot as it is drawn, by its hash), `identities` in the realm,
+    `emergencyStop`, the red button of the operator, which also ends all components, `resetEmergencyStop`, and
+    of a simulation `standRobot`, which puts the robot on its feet, `placeObject`, `pushRobot` and
+    `sayToRobot`. Those from `facts` on need no component. The past of an open recording is requested by the
+    name that `recording` returned.
+    """
+
+    def __init__(
+        self,
+        publish: Publish,
+        settings: Settings,
+        observe: Callable[[RobotPresence], None] = lambda _: None,
+        *,
+        limits: ServiceLimits = USUAL_LIMITS,
+    ) -> None:
+        self._limits = limits
+        self._publish = publish
+        self._observe = observe
+        self._communicator: Final[Communicator] = initialize(settings)
+        self._communicator.presence.needs_links = False  # a robot may come and go; its loss is reported
+        self._robot = RobotMonitor(self._communicator)
+        self._cameras = Cameras(self._communicator)
+        self._poses = PoseStream(self._robot)
+        self._followers: dict[str, Follower] = {}
+        self._recordings: Final = OpenRecordings()
+        self._recorders: dict[str, Recorder] = {}
+        self._published: Components | None = None
+        self._tasks = {
+            asyncio.create_task(self._keep(), name="monitoring"),
+            asyncio.create_task(self._keep_pictures(), name="pictures"),
+        }
+
+    async def attach(self, component: str) -> dict[str, Any]:
+        """Follow a component; return its structure and timeline as far as known."""
+        follower = self._followers.get(component)
+        if follower is None:
+            if (missing := missing_component(self._communicator, component)) is not None:
+                raise missing
+            follower = self._followers[component] = Follower(
+                self._communicator,
+                component,
+                self._robot,
+                self._publisher(component),
+                silence=self._limits.silence,
+            )
+            follower.update()
+        return {
+            "structure": follower.structure,
+            "snapshot": follower.log.newest,
+            "timeline": follower.log.timeline(),
+            "since": follower.silence.since,
+            "facts": self._robot.facts(),
+        }
+
+    async def described(self, names: Sequence[str]) -> list[Message]:
+        """Return the names of components with their processes, and since when they run."""
+        return await asyncio.to_thread(
+            lambda: [describe_component(self._communicator, each) for each in names]
+        )
+
+    async def detach(self, component: str) -> None:
+        """Stop following and recording it, or close a recording."""
+        self._recordings.close(component)
+        follower = self._followers.pop(component, None)  # at once: who follows from now on gets another one
+        await self.end_record(component)
+        if follower is not None:
+            await asyncio.to_thread(follower.close)
+
+    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> Any:  # noqa: ANN401
+        """Steer a component, or ask for its past."""
+        try:
+            match action:
+                case "emergencyStop":
+                    return await self._emergency_stop()
+                case "resetEmergencyStop":
+                    return await reset_robot(self._communicator)
+                case "standRobot":
+                    return await stand_robot(self._communicator)
+                case "identities":
+                    return await asyncio.to_thread(self._identities)
+                case "ros":
+                    return await asyncio.to_thread(read_ros_graph, self._communicator.settings)
+                case "facts":
+                    return self._robot.facts()
+                case "body":
+                    return self._described(typed.convert(arguments, _Body).hash)
+                case "picture":
+                    wanted = typed.convert(arguments, _Picture)
+                    return await self._picture(component, wanted.camera, wanted.at)
+                case "placeObject" | "pushRobot" | "sayToRobot":
+                    return await set_scene(self._communicator, action, arguments)
+                case "timeline":
+                    return (await self._log(component)).timeline()
+                case "at":
+                    time = typed.convert(arguments, _Moment).time
+                    return heard_moment((await self._log(component)).at(time))
+                case "series":
+                    asked = typed.convert(arguments, _Series)
+                    log = await self._log(component)
+                    return await asyncio.to_thread(
+                        log.series, asked.names, asked.start, asked.end, asked.points
+                    )
+            follower = self._follower(component)
+            try:
+                return await steer(follower, action, arguments)
+            finally:
+                follower.forget_breakpoints()
+        except msgspec.ValidationError as error:
+            raise VisualHfsmError(
+                Message(
+                    "{action} cannot be requested like this: {reason}",
+                    action=printable(action)[:40],
+                    reason=reason(error),
+                )
+            ) from error
+        except ZenohIceError as error:
+            raise VisualHfsmError(heard(str(error))) from error
+
+    async def record(self, component: str, path: Path, document: str, pictures: int) -> None:
+        """Record a component into a new file, as `Recorder` does, at most as long as it is followed.
+
+        The first news of one that has just been started are waited for.
+        """
+        deadline = asyncio.get_running_loop().time() + _NEWS_LIMIT
+        while not self._follower(component).knows and asyncio.get_running_loop().time() < deadline:
+            await asyncio.sleep(_POLL_INTERVAL)
+        if component in self._recorders:
+            raise VisualHfsmError(Message("{component} is being recorded already", component=component))
+        follower = self._follower(component)
+        self._recorders[component] = Recorder(follower, self._robot, path, document, pictures)
+
+    async def end_record(self, component: str) -> None:
+        """End what `record` began, if it has not ended yet."""
+        if (recorder := self._recorders.pop(component, None)) is not None:
+            await recorder.close()
+
+    async def recording(self, path: Path) -> dict[str, Any]:
+        """Open the recording of a run; return its first data, and the name for requesting more."""
+        name, run = await self._recordings.open(path)
+        return {
+            "component": name,
+            "structure": LiveStructure(run.structure, 1),
+            "snapshot": heard_moment(run.log.at(0.0)),
+            "timeline": run.log.timeline(),
+            "document": run.document,
+            "shortened": run.shortened,
+            "world": run.world,
+            "cameras": run.pictures.cameras,
+            "body": run.described.hash,
+        }
+
+    async def exported(
+        self, component: str, document: Document | None, imported: Sequence[Mapping[str, Any]]
+    ) -> str:
+        """Return the run of a component that is followed, or of an open recording, as a page of HTML."""
+        recorded = await self._recordings.get(component)
+        if recorded is not None:
+            return await asyncio.to_thread(lambda: run_page(recorded.exported(document, imported)))
+        follower = self._follower(component)
+        if follower.structure is None:
+            raise VisualHfsmError(
+                Message("the automata of {component} are not known yet", component=component)
+            )
+        structure, shapes = follower.structure.structure, self._robot.world.shapes
+        pictures = self._cameras.former.spread(MOST_PICTURES)
+        body = (follower.described or nao()).page
+        run = Run(component, structure, follower.log, document, imported, shapes, pictures, body=body)
+        return await asyncio.to_thread(run_page, run)
+
+    def camera(self, name: str) -> AsyncGenerator[bytes, None]:
+        """Return the newest image of a camera, as JPEG, whenever there is a newer one."""
+        return self._cameras.frames(name)
+
+    def poses(self, language: str) -> AsyncGenerator[bytes, None]:
+        """Return which robot it is as JSON, then its state whenever that has changed."""
+        return self._poses.frames(language)
+
+    async def close(self) -> None:
+        """Stop listening, and close the session."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.wait(self._tasks)
+        for component in list(self._recorders):
+            await self.end_record(component)
+        await asyncio.to_thread(self._close)
+
+    def _close(self) -> None:
+        for follower in self._followers.values():
+            follower.close()
+        self._followers.clear()
+        self._communicator.destroy()
+
+    async def _keep(self) -> None:
+        """Update everything, by default ten times a second."""
+        while True:
+            try:
+                self._robot.update()
+                self._observe(self._robot.presence())
+                for name, recorder in list(self._recorders.items()):
+                    if recorder.is_over:
+                        await self.end_record(name)
+                running = [
+                    {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
+                    for name in components(self._communicator)
+                ]
+                news = Components(running)
+                if news != self._published:
+                    self._published = news
+                    self._publish(news)
+                for follower in list(self._followers.values()):
+                    follower.update()
+            except Exception:  # the next round may succeed, and without it nothing would be updated
+                _logger.exception("the components could not be updated")
+            await asyncio.sleep(self._limits.refreshment)
+
+    async def _keep_pictures(self) -> None:
+        """Keep pictures of all cameras while something that runs is followed, for looking back."""
+        with suppress(MissingPackageError):
+            require_pillow()
+            while True:
+                runs = any(not follower.silence.since for follower in self._followers.values())
+                cameras = self._robot.cameras()[:MOST_CAMERAS] if runs else []
+                await self._cameras.keep(cameras)
+                await asyncio.sleep(KEPT_APART if cameras else self._limits.refreshment)
+
+    def _publisher(self, component: str) -> Callable[[News], None]:
+        def publish(news: News) -> None:
+            if (recorder := self._recorders.get(component)) is not None:
+                recorder.take(news)
+            match news:
+                case LiveSnapshot():
+                    self._publish(Snapshot(component=component, value=heard_snapshot(news)))
+                case LiveStructure():
+                    self._publish(Structure(component=component, value=news))
+                case Silence(since):
+                    self._publish(Stale(component=component, since=since))
+
+        return publish
+
+    def _follower(self, component: str) -> Follower:
+        follower = self._followers.get(component)
+        if follower is None:
+            raise VisualHfsmError(
+                Message("{component} is not followed", component=printable(component)[:100])
+            )
+        return follower
+
+    async def past(self, component: str) -> Past:
+        """Return what a component that is followed, or a recording, did. Raises VisualHfsmError."""
+        run = await self._recordings.get(component)
+        if run is not None:
+            return Past(run.log.timeline(), run.parameters, run.interventions)
+        log = self._follower(component).log
+        return Past(log.timeline(), log.first_parameters, log.interventions)
+
+    async def _log(self, component: str) -> RunLog:
+        run = await self._recordings.get(component)
+        return run.log if run is not None else self._follower(component).log
+
+    def _identities(self) -> dict[str, list[str]]:
+        """Return what is served in the realm: identities, each with the type ids of its interfaces.
+
+        Without a robot there, what a Nao serves is among them: documents are written before robots are there.
+        """
+        communicator = self._communicator
+        found = {
+            identity: sorted(communicator.presence.interfaces(Target(communicator.realm, identity)))
+            for identity in communicator.identities()
+        }
+        return found if _BODY in found else {**_interfaces_of_nao(), **found}
+
+    async def _picture(self, component: str, camera: str, at: float) -> bytes | None:
+        """Return the picture of a camera at a wall time as JPEG; None when it was not kept or recorded."""
+        run = await self._recordings.get(component)
+        if run is None:
+            return self._cameras.former.at(camera, at)
+        return await asyncio.to_thread(run.pictures.at, camera, at)
+
+    def _described(self, wanted: str) -> msgspec.Raw | None:
+        """Return the robot of a hash as the page draws it; None when it is gone."""
+        shown = (
+            self._robot.described,
+            nao(),
+            *(follower.described for follower in self._followers.values()),
+            *self._recordings.described(),
+        )
+        found = (each.page for each in shown if each is not None and each.hash == wanted)
+        return next(map(msgspec.Raw, found), None)
+
+    async def _emergency_stop(self) -> object:
+        """Stop the robot and all components at once, and the robot until it is still when they have ended.
+
+        A component may be in the middle of a cycle that commands the robot after the first stop.
+        """
+        begun = asyncio.get_running_loop().time()
+        names = components(self._communicator)
+        if not names:
+            return await stop_robot(self._communicator, begun, self._limits)
+        ending = asyncio.gather(*(self._stop_component(name) for name in names))
+        await stop_once(self._communicator, self._limits)
+        problems = dict(zip(names, await ending, strict=True))
+        report = await stop_robot(self._communicator, begun, self._limits)
+        present = components(self._communicator)  # who has ended by now has ended
+        late = {name: problem for name, problem in problems.items() if problem and name in present}
+        report.stopped.extend(name for name in names if name not in late)
+        report.failed.update(late)
+        return report
+
+    async def _stop_component(self, component: str) -> Message:
+        """Stop a component, and wait until it has ended; return what went wrong."""
+        identity = f"{MONITOR_PREFIX}{component}"
+        try:
+            proxy = self._communicator.stringToProxy(identity)
+            await control(HfsmMonitorPrx.uncheckedCast(proxy), "stop", {})
+        except (VisualHfsmError, ZenohIceError) as error:
+            return reason(error)
+        limit = self._limits.component_end
+        deadline = asyncio.get_running_loop().time() + limit
+        while identity in self._communicator.identities():
+            if asyncio.get_running_loop().time() > deadline:
+                return Message("it has not ended within {stop_limit:g} s", stop_limit=limit)
+            await asyncio.sleep(_POLL_INTERVAL)
+        return NO_MESSAGE

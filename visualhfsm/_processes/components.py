@@ -1,0 +1,420 @@
+"""Run the components of the editor's tabs: generate, start, stop and restart them.
+
+Log lines and tracebacks lead back to the code of the document.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import shutil
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final, Literal
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import (
+    component_path,
+    extension_path,
+    interface_directories,
+    write_document,
+)
+from codegen.hfsm.document import Document
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
+from visualhfsm._base.environment import child_environment
+from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.watched_process import Lines, WatchedProcess
+from visualhfsm._document.generate import generate_component, summary
+from visualhfsm._document.origins import Origin, Origins, read_origins
+from visualhfsm._monitor.messages import (
+    USUAL_LIMITS,
+    Failed,
+    OfTabs,
+    Output,
+    OutputLine,
+    Publish,
+    RunPush,
+    ServiceLimits,
+    Source,
+    Stopper,
+    complete,
+    own_listener,
+)
+from visualhfsm._processes.bodies import body_option, require_body
+from visualhfsm._processes.ending import LastWords, describe_end
+from visualhfsm._processes.failures import Failure
+from zenoh_ice import Settings
+from zenoh_ice.application import last_cycle
+
+_Status = Literal["generating", "starting", "started", "stopping", "ended"]
+
+_CLOSE_LIMITS: Final = (3.0, 2.0)
+"""Seconds from SIGINT to SIGTERM, and from there to SIGKILL, when the editor ends."""
+
+_DRY_RUN: Final = "visualhfsm.simulation._dry_run"
+_WAIT: Final = ("--server-wait", "2")
+"""A run waits no longer for a robot: the page says that there is none, and starts one."""
+"""The module that runs a component without a robot."""
+
+
+class RunningComponents:
+    """At most one child process for each tab. All methods raise VisualHfsmError.
+
+    Work that has begun is completed, even if the window that requested it is closed. `include` are
+    directories with packages of interfaces, `folder` is that of documents without a file, by default the
+    current one. With a folder for `sockets`, the processes listen there, and nowhere else.
+    """
+
+    def __init__(
+        self,
+        publish: Publish,
+        settings: Settings | None = None,
+        include: Sequence[Path] = (),
+        folder: Path | None = None,
+        sockets: Path | None = None,
+        *,
+        limits: ServiceLimits = USUAL_LIMITS,
+    ) -> None:
+        self._limits = limits
+        self._publish = publish
+        self._include = tuple(include)
+        self._folder = folder or Path.cwd()
+        self._environment = settings.environment() if settings else {}
+        self._sockets = sockets
+        self._runs = OfTabs(self._run_of)
+
+    async def generate(self, source: Source) -> object:
+        """Write the component beside its document, or where the tab's component runs; return its path."""
+        if source.path is None and self._runs.get(source.tab) is None:
+            raise VisualHfsmError(Message("save the document first: its component is written beside it"))
+        generated = await complete(self._runs.of(source.tab).generate(source))
+        return {"path": str(generated.component)}
+
+    async def run(
+        self, source: Source, arguments: Sequence[str], *, dry_run: str | None = None
+    ) -> dict[str, str]:
+        """Generate and start; the tab's former process is stopped first. Return the name of the component.
+
+        A `dry_run` has a fake robot with the body of this name instead of the realm's robot.
+
+        Nobody could distinguish two components of the same name: the second one is refused.
+        """
+        name = source.component
+        for run in self._runs:
+            if run is not self._runs.get(source.tab) and run.component == name:
+                raise VisualHfsmError(
+                    Message(
+                        "another document runs as {name}: stop it first, or save this one under another name",
+                        name=name,
+                    )
+                )
+        if dry_run is not None:
+            dry_run = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, dry_run))
+        await complete(self._runs.of(source.tab).start(source, arguments, dry_run=dry_run))
+        return {"component": name}
+
+    async def stop(self, tab: int, by: Stopper | None = None) -> object:
+        """Stop the tab's process, if one runs; `by` says who wants that."""
+        run = self._runs.get(tab)
+        if run is not None:
+            run.announce_stop(by)
+            await complete(run.stop())
+        return None
+
+    def announce_stop(self, by: Stopper | None = None) -> None:
+        """Report that all processes are being stopped, before they are; `by` says who wants that."""
+        for run in self._runs:
+            run.announce_stop(by)
+
+    async def stop_all(self) -> None:
+        """Stop all processes, also those that are being started."""
+        await asyncio.gather(*(complete(run.stop()) for run in self._runs))
+
+    async def forget(self, tab: int) -> None:
+        """Stop the process of a tab that is closed for good, and delete its temporary files."""
+        run = self._runs.forget(tab)
+        if run is not None:
+            await complete(run.close())
+
+    async def locate(self, source: Source, text: str, automaton: int = 0, state: int = 0) -> object:
+        """Return the place and the line of the code to which a line of a log or a report refers, or None.
+
+        A report has the `automaton` and the `state`, which distinguish pieces that share a line. It may come
+        from a component that runs elsewhere, from the same file.
+        """
+        run = self._runs.get(source.tab)
+        origins = run.origins if run is not None else None
+        if origins is None and source.path is not None:
+            path = source.path
+            origins = await asyncio.to_thread(read_origins, path, component_path(path, None), self._include)
+        found = None if origins is None else origins.find(text, automaton=automaton, state=state)
+        return None if found is None else {"place": found.place, "line": found.line}
+
+    async def close(self) -> None:
+        """Stop everything that runs."""
+        await asyncio.gather(*(run.close(_CLOSE_LIMITS) for run in self._runs.close()))
+
+    def _run_of(self, tab: int) -> _Run:
+        return _Run(
+            tab,
+            self._publish,
+            {**self._environment, **own_listener(self._sockets)},
+            _Directory(self._include, self._folder),
+            (self._limits.interruption, self._limits.termination),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Generated:
+    """A component that was written: its file, its source map, and whether it has unsaved changes."""
+
+    component: Path
+    origins: Origins | None
+    unsaved: bool
+
+
+class _Run:
+    """The component of the document of a tab as a child process, which can be restarted any number of times.
+
+    Its output and its changes are published on the event loop. `close` ends it in every case.
+    """
+
+    def __init__(
+        self,
+        tab: int,
+        publish: Publish,
+        environment: Mapping[str, str],
+        directory: _Directory,
+        patience: Sequence[float],
+    ) -> None:
+        self._tab = tab
+        self._patience = patience
+        self._publish = publish
+        self._environment = environment
+        self._directory = directory
+        self._generated: _Generated | None = None
+        self._process = WatchedProcess(self._take, self._end)
+        self._words = LastWords()
+        self._last_cycle: Path | None = None
+        """The file in which the component keeps what it executes."""
+        self._busy = asyncio.Lock()
+        self._stopping = False
+        self._stopped_by: Stopper | None = None
+        self.component = ""
+        """The name of the component that starts or runs; empty when there is none."""
+
+    @property
+    def origins(self) -> Origins | None:
+        """The source map of the running component, or of the last one if it has unsaved changes."""
+        generated = self._generated
+        if generated is None or not (self._process.is_running or generated.unsaved):
+            return None
+        return generated.origins
+
+    async def generate(self, source: Source) -> _Generated:
+        """Write the component, for a start or for a reload of the one that runs. Raises VisualHfsmError.
+
+        The component of a document that has a file is written beside it, unless one runs elsewhere.
+        """
+        async with self._busy:
+            return await self._generate(source, beside=True)
+
+    async def start(
+        self, source: Source, arguments: Sequence[str] = (), *, dry_run: str | None = None
+    ) -> None:
+        """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
+        async with self._busy:
+            await self._stop(self._patience)
+            self._directory.close()
+            self.component = source.component
+            self._stopping = False
+            self._stopped_by = None
+            self._report("generating")
+            try:
+                generated = await self._generate(source)
+                self._report("starting")
+                runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
+                command = [sys.executable, *runner, str(generated.component), *_WAIT, *arguments]
+                await self._launch(command)
+            except BaseException as error:
+                message = Message("it could not be started")
+                if isinstance(error, VisualHfsmError):
+                    message = error.message
+                self._report("ended", None, message)
+                raise
+            self._report("started")
+
+    def announce_stop(self, by: Stopper | None = None) -> None:
+        """Report that the process, if there is one, is being stopped, and who was the first to want that."""
+        if self.component:
+            self._stopped_by = self._stopped_by or by
+        if self._process.is_running and not self._stopping:
+            self._stopping = True
+            self._report("stopping")
+
+    async def stop(self, patience: Sequence[float] = ()) -> None:
+        """End the process, if there is one."""
+        async with self._busy:
+            await self._stop(patience or self._patience)
+
+    async def close(self, patience: Sequence[float] = ()) -> None:
+        """End the process, and delete its temporary files."""
+        try:
+            await self.stop(patience)
+        finally:
+            self._process.kill()
+            self._directory.close()
+
+    async def _generate(self, source: Source, *, beside: bool = False) -> _Generated:
+        self._generated = await asyncio.to_thread(self._directory.generate, source, beside=beside)
+        return self._generated
+
+    async def _launch(self, command: Sequence[str]) -> None:
+        self._words = LastWords()
+        try:
+            kept = self._last_cycle = self._directory.file_for_last_cycle()
+            environment = {**child_environment(), **self._environment, last_cycle.VARIABLE: str(kept)}
+            await self._process.start(command, environment)
+        except OSError as error:
+            raise VisualHfsmError(
+                Message("the component cannot be started: {reason}", reason=reason(error))
+            ) from error
+
+    async def _stop(self, patience: Sequence[float]) -> None:
+        if self._process.is_running:
+            self.announce_stop()
+            await self._process.stop(patience)
+
+    def _end(self, code: int, stopped: bool) -> None:
+        kept = last_cycle.read(self._last_cycle) if self._last_cycle else None
+        origins = self._generated.origins if self._generated else None
+        describe = partial(describe_end, code, self._words, kept, origins, stopped=stopped or self._stopping)
+        end, by = describe(), self._stopped_by
+        self._report_failures(self._words.failures.end(*end))
+        self._report("ended", code, end.message, end.origin, describe(by=by).message if by else NO_MESSAGE)
+
+    def _report(
+        self,
+        status: _Status,
+        exit_code: int | None = None,
+        message: Message = NO_MESSAGE,
+        origin: Origin | None = None,
+        elsewhere: Message = NO_MESSAGE,
+    ) -> None:
+        self._publish(
+            RunPush(
+                tab=self._tab,
+                component=self.component,
+                status=status,
+                exit_code=exit_code,
+                message=message,
+                elsewhere=elsewhere,
+                place=origin.place if origin else None,
+                line=origin.line if origin else 0,
+            )
+        )
+        if status == "ended":
+            self.component = ""
+
+    def _report_failures(self, found: Iterable[Failure]) -> None:
+        origins = self._generated.origins if self._generated else None
+        for each in found:
+            texts = origins.texts(each.origin.place) if origins else ()
+            self._publish(Failed(tab=self._tab, origin=each.origin, message=each.message, texts=texts))
+
+    def _take(self, written: Lines) -> None:
+        lines = [self._line(stream, text) for stream, text in written.lines]
+        self._publish(Output(tab=self._tab, lines=lines, dropped=written.dropped))
+
+    def _line(self, stream: Literal["out", "err"], text: str) -> OutputLine:
+        origins = self._generated.origins if self._generated else None
+        origin = origins.find(text) if origins else None
+        if stream == "err":
+            self._report_failures(self._words.hear(text, origin))
+        if origin is None:
+            return OutputLine(text=text, stream=stream)
+        return OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)
+
+
+class _Directory:
+    """The place where the component of a document is generated, again after each change.
+
+    The component of a document that is saved is written beside it, as `codegen` does. A document with unsaved
+    changes is generated from a copy in a temporary directory, which `close` deletes; its component is written
+    there, too, unless one beside the file is to be updated.
+    """
+
+    def __init__(self, include: tuple[Path, ...], folder: Path) -> None:
+        self._include = include
+        self._folder = folder
+        self._aside: TemporaryDirectory[str] | None = None
+        self._notes: TemporaryDirectory[str] | None = None
+        self._target: Path | None = None
+
+    def generate(self, source: Source, *, beside: bool = False) -> _Generated:
+        """Write the component. Raises VisualHfsmError, which names the first error and counts the others.
+
+        `beside` writes it beside the file also when that lacks the changes. After that the place stays the
+        same: a running component reloads its file.
+        """
+        diagnostics = Diagnostics()
+        path = source.path
+        include: Sequence[Path] = self._include
+        if path is not None and not source.dirty:
+            file = path
+        else:
+            file = self._copy(source.document, path.name if path else f"{source.component}.xml")
+            include = interface_directories(path or self._folder / file.name, include)
+        target = self._target or (path.parent if beside and path else file.parent)
+        if path is not None and self._aside is not None and target == Path(self._aside.name):
+            _copy_extension(path, target / file.name)
+        component = generate_component(file, target, diagnostics, include)
+        if component is None:
+            raise VisualHfsmError(summary(diagnostics))
+        self._target = target
+        origins = read_origins(file, component, include, home=path)
+        return _Generated(component, origins, unsaved=file != path)
+
+    def file_for_last_cycle(self) -> Path:
+        """Make the file in which a component that starts keeps what it executes. Raises OSError."""
+        if self._notes is None:
+            self._notes = TemporaryDirectory(prefix="visualhfsm-run-", ignore_cleanup_errors=True)
+        path = Path(self._notes.name) / "last_cycle"
+        last_cycle.create(path)
+        return path
+
+    def close(self) -> None:
+        """Delete the temporary files."""
+        for directory in (self._aside, self._notes):
+            if directory is not None:
+                directory.cleanup()
+        self._aside = self._notes = self._target = None
+
+    def _copy(self, document: Document, name: str) -> Path:
+        try:
+            if self._aside is None:
+                self._aside = TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True)
+            source = Path(self._aside.name) / name
+            source.write_text(write_document(document), encoding="utf-8")
+        except OSError as error:
+            raise VisualHfsmError(
+                Message(
+                    "nothing was generated: {reason}: {filename}",
+                    reason=reason(error),
+                    filename=error.filename,
+                )
+            ) from error
+        return source
+
+
+def _copy_extension(path: Path, copy: Path) -> None:
+    """Copy the handwritten files beside a document to its copy."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.copyfile(
+            extension_path(component_path(path, None)), extension_path(component_path(copy, None))
+        )

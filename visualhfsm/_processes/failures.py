@@ -1,0 +1,149 @@
+"""What fails while a component runs: what its output says of errors, and where in the document they are."""
+
+from __future__ import annotations
+
+import re
+from typing import Final, NamedTuple
+
+from codegen.messages import Message
+from codegen.reasons import known_text
+from visualhfsm._document.origins import Origin
+
+_RECORD: Final = re.compile(r"[\d-]+ [\d:.]+ ([A-Z]+) ")
+"""The beginning of a record of the log, with its level."""
+_ERROR: Final = re.compile(
+    r"[\d-]+ [\d:.]+ (?:ERROR|CRITICAL) +[^:]+: (?P<where>.+?): (?P<what>.+) at \S+:\d+ \([^()]+:\d+\)"
+    r"(?: \(\d+ times more since it was last logged\))?",
+    re.DOTALL,
+)
+"""A record of an error in the code of a state, `where`; `hfsm_runtime/_supervision.py` writes it."""
+_REFUSED: Final = re.compile(
+    r"[^ :]+: error: (?:[^ :]+:\d+: )?(?P<what>.+?)(?: at \S+:\d+ \([^()]+:\d+\))?", re.DOTALL
+)
+"""The last line of a component that could not start."""
+_TRACEBACK: Final = "Traceback (most recent call last):"
+_CRASH: Final = "Fatal Python error: "
+_EXCEPTION: Final = re.compile(
+    r"(?P<kind>[A-Za-z_][\w.]*(?:Error|Exception|Interrupt|Exit))\b(?:: (?P<what>.*))?"
+)
+_ENDS: Final = re.compile(r"(?P<call>[\w.]+\(.*?\)) ends the ")
+"""The beginning of what the runtime says of code that ends the process."""
+_LONGEST_TEXT: Final = 4000
+"""Characters of a message that is collected from several lines."""
+_MOST_FAILURES: Final = 50
+"""Failures of a run that are kept; each place and message counts once."""
+
+
+class Failure(NamedTuple):
+    """An error while a component ran: where, in which state, and what it says."""
+
+    origin: Origin
+    state: str
+    """The name of the state whose code, or a transition out of which, failed; empty if it is unknown."""
+    message: Message
+
+    @property
+    def where(self) -> str:
+        """What people call the state or the transition; empty if it is unknown."""
+        return self.origin.transition or self.state
+
+    @property
+    def in_short(self) -> Message:
+        """What happened, and in which state or transition, in short: `float division by zero in left`."""
+        found, ends = _EXCEPTION.fullmatch(self.message), _ENDS.match(self.message)
+        what = self.message
+        if ends is not None:
+            what = Message.verbatim(ends["call"])
+        elif found is not None and " " in (found["what"] or ""):
+            what = known_text(found["what"].partition("; ")[0])
+        where = self.where
+        if not where:
+            return what
+        if "," in what:
+            return Message("{what}, in {state}", what=what, state=where)
+        return Message("{what} in {state}", what=what, state=where)
+
+
+class Failures:
+    """Finds the errors in the lines that one run of a component writes to stderr."""
+
+    def __init__(self) -> None:
+        self.last: Failure | None = None
+        """The newest one."""
+        self.printed: Failure | None = None
+        """The newest traceback outside of the log: what ended the component, or what code has caught."""
+        self._known: set[tuple[Origin, str]] = set()
+        self._text = ""
+        """The beginning of a message that has several lines."""
+        self._reported: Failure | None = None
+        """The error whose traceback may follow."""
+        self._frames: list[Origin] | None = None
+        """The code that a traceback has led through; None outside of one."""
+
+    def hear(self, line: str, origin: Origin | None) -> list[Failure]:
+        """Take a line of stderr, and the code to which it refers; return the failures that it completes."""
+        if self._frames is not None:
+            return self._in_traceback(line, origin)
+        if line.startswith(_TRACEBACK):
+            self._frames, self._text = [], ""
+            return []
+        if line.startswith(_CRASH):
+            self._text = line.removeprefix(_CRASH)
+            return []
+        record = _RECORD.match(line)
+        if record is not None or _REFUSED.match(line):
+            self._text, self._reported = line, None
+        elif self._text:
+            self._text = f"{self._text}\n{line}"[:_LONGEST_TEXT]
+        if (
+            not self._text
+            or origin is None
+            or (record is not None and record[1] not in ("ERROR", "CRITICAL"))
+        ):
+            return []
+        return self._complete(origin)
+
+    def end(self, message: Message, origin: Origin | None, state: str) -> list[Failure]:
+        """Take how the run ended, and where, unless its output has said what was wrong there."""
+        if origin is None or (self.last is not None and origin.place.part):
+            return []
+        if self.printed is not None and self.printed.origin == origin:
+            return self._add(self.printed)
+        return self._add(Failure(origin, state, Message("the component ended here: {how}", how=message)))
+
+    def _complete(self, origin: Origin) -> list[Failure]:
+        """Return the failure of a text whose last line has its place."""
+        text, self._text = self._text, ""
+        found = _ERROR.fullmatch(text)
+        if found is not None:
+            self._reported = Failure(origin, found["where"].rpartition("/")[2], known_text(found["what"]))
+            return self._add(self._reported)
+        refused = _REFUSED.fullmatch(text)
+        what = refused["what"] if refused else text.partition("\n")[0]
+        return [] if _RECORD.match(text) else self._add(Failure(origin, "", known_text(what)))
+
+    def _in_traceback(self, line: str, origin: Origin | None) -> list[Failure]:
+        assert self._frames is not None
+        reported = self._reported
+        if origin is not None:
+            self._frames.append(origin)
+            if reported is not None and len(self._frames) == 1 and origin.place != reported.origin.place:
+                # The code of a state has called a function, which failed.
+                what = Message("this calls code that fails: {what}", what=reported.message)
+                return self._add(Failure(origin, reported.state, what), is_last=False)
+            return []
+        if line.startswith((" ", "\t")) or not line:
+            return []
+        frames, self._frames = self._frames, None
+        if reported is None and frames and _EXCEPTION.match(line):
+            self.printed = Failure(frames[-1], "", known_text(line))
+        return []
+
+    def _add(self, failure: Failure, *, is_last: bool = True) -> list[Failure]:
+        if is_last:
+            self.last = failure
+        key = failure.origin, failure.message
+        if key in self._known or len(self._known) >= _MOST_FAILURES:
+            return []
+        self._known.add(key)
+        return [failure]

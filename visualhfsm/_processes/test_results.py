@@ -1,0 +1,121 @@
+"""What pytest reports of the tests of a document, and what the page gets of it."""
+
+from __future__ import annotations
+
+import zlib
+from typing import Literal
+
+import msgspec
+
+from codegen.messages import NO_MESSAGE, Message
+from visualhfsm._document.places import Place
+from visualhfsm._monitor.messages import Push
+
+
+def version_of(text: str) -> int:
+    """Return a number by which the text of a piece of code is known again."""
+    return zlib.crc32(text.encode())
+
+
+class Hit(msgspec.Struct, frozen=True, array_like=True):
+    """How often a state was `entered`, a transition `fired`, or its guard `true` or `false`, in a test."""
+
+    document: str
+    """The absolute path of the document."""
+    automaton: int
+    kind: str
+    id: int
+    count: int
+
+
+class CodeRun(msgspec.Struct, frozen=True, array_like=True):
+    """The lines of a piece of code that hold a statement, from 1, and which of them a test ran."""
+
+    document: str
+    """The absolute path of the document."""
+    place: Place
+    version: int
+    """That of the text of the code."""
+    lines: tuple[int, ...]
+    ran: tuple[int, ...]
+    failed: tuple[int, ...] = ()
+    """Those through which the exception went by which the test failed."""
+
+
+class TestResult(msgspec.Struct, frozen=True, kw_only=True):
+    """How a test went: a line of the file that the plugin of pytest writes."""
+
+    __test__ = False  # pytest would take it for tests
+
+    name: str
+    """Of its file and function, as pytest calls it."""
+    outcome: Literal["passed", "failed", "skipped"]
+    seconds: float = 0.0
+    reason: str = ""
+    timeline: str = ""
+    hits: tuple[Hit, ...] = ()
+    ended: tuple[Hit, ...] = ()
+    """The states that were current when it failed."""
+    code: tuple[CodeRun, ...] = ()
+    """Code that ran nowhere is said by the first test that might have run it."""
+    unmeasured: Message = NO_MESSAGE
+    """Why it is not known which lines ran."""
+
+
+class TestView(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    """A test as the page shows it; without an outcome it was not run yet."""
+
+    __test__ = False
+
+    name: str
+    file: str
+    outcome: Literal["", "passed", "failed", "skipped"] = ""
+    seconds: float = 0.0
+    reason: Message = NO_MESSAGE
+    timeline: str = ""
+
+
+class Passed(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    """A state or a transition that tests passed, how often, and whether one failed there.
+
+    Of a transition that was never passed it says how often its guard was `asked`, and how often that held.
+    """
+
+    automaton: int
+    kind: Literal["state", "transition"]
+    id: int
+    count: int
+    asked: int = 0
+    held: int = 0
+    failed: bool = False
+
+
+class PassedCode(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    """The lines of a piece of code that tests passed, did not pass, and where one failed."""
+
+    place: Place
+    version: int
+    """That of the text that was tested."""
+    passed: tuple[int, ...]
+    missed: tuple[int, ...]
+    failed: tuple[int, ...] = ()
+
+
+class TestsPush(Push, tag="tests"):
+    """The tests of a tab's document, how they went, and what they passed.
+
+    `outdated` says that the document has changed since.
+    """
+
+    __test__ = False
+
+    tab: int
+    status: Literal["idle", "running", "stopping"] = "idle"
+    tests: tuple[TestView, ...] = ()
+    passed: tuple[Passed, ...] = ()
+    code: tuple[PassedCode, ...] = ()
+    """Of code as it is now: what has changed since is left out."""
+    unmeasured: Message = NO_MESSAGE
+    """Why it is not known which lines ran."""
+    outdated: bool = False
+    error: Message = NO_MESSAGE

@@ -1,0 +1,411 @@
+"""Run the tests of the editor's documents by pytest, in a process that ends with the editor.
+
+The tests of a document are those in files that name it, beside it or in a folder `tests`. What they report is
+data of users' code: its size is limited, and it is checked.
+"""
+
+from __future__ import annotations
+
+import ast
+import asyncio
+import contextlib
+import importlib.util
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import msgspec
+
+from codegen.hfsm.code.names import component_name
+from codegen.hfsm.code.text import parse_python
+from codegen.messages import NO_MESSAGE, Message
+from codegen.reasons import reason
+from visualhfsm._base.environment import child_environment
+from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
+from visualhfsm._base.languages import decode_message
+from visualhfsm._document.places import Place
+from visualhfsm._monitor.messages import OfTabs, Source, complete
+from visualhfsm._processes.test_reasons import reason_of
+from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView
+from zenoh_ice import typed
+from zenoh_ice.application.child import ChildProcess
+
+Publish = Callable[[TestsPush], None]
+Files = dict[Path, tuple[int, int]]
+"""Files with the time of their last change, in nanoseconds, and their size in bytes."""
+
+_FOLDER: Final = "tests"
+_PATTERN: Final = "test_*.py"
+_CONFIGURATIONS: Final = ("pyproject.toml", "pytest.ini", "tox.ini", "setup.cfg")
+_MOST_FILES: Final = 200
+_LARGEST_FILE: Final = 1 << 20  # bytes
+_MOST_TESTS: Final = 300
+_MOST_CODE: Final = 5000
+"""Pieces of code of which the page gets the lines."""
+_KINDS: Final = {"entered": "state", "fired": "transition", "true": "transition", "false": "transition"}
+_MOST_RESULTS: Final = 8 << 20  # bytes
+_LONGEST_REASON: Final = 800
+_LONGEST_TIMELINE: Final = 2000
+_LONGEST_WORDS: Final = 2000  # characters of what pytest says
+_ONE_PROCESS: Final = ("-n0",) if importlib.util.find_spec("xdist") else ()
+"""What runs all tests in one process, whatever a project prefers: it writes the results."""
+_LOOK_PERIOD: Final = 0.3  # s
+_STOP_LIMITS: Final = (3.0, 2.0)
+"""Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""
+
+
+class RunningTests:
+    """At most one run of tests for each tab, used on the event loop. All methods raise VisualHfsmError."""
+
+    def __init__(self, publish: Publish, root: Path, include: Sequence[Path] = ()) -> None:
+        self._root = root
+        self._tabs = OfTabs(lambda tab: _TabTests(tab, publish, root, tuple(include)))
+
+    async def look(self, source: Source) -> None:
+        """Find the tests of a document, unless they run."""
+        await complete(self._tabs.of(source.tab).look(source))
+
+    async def refresh(self, source: Source) -> None:
+        """Find the tests of a document again if they were looked for and their files have changed since."""
+        if (tests := self._tabs.get(source.tab)) is not None and source.path is not None:
+            await complete(tests.look(source, unless_same=True))
+
+    async def run(self, source: Source, names: Sequence[str] = ()) -> None:
+        """Begin to run all tests of a document, or those of some names."""
+        await complete(self._tabs.of(source.tab).run(source, names))
+
+    async def add(self, source: Source, text: Callable[[str], str]) -> str:
+        """Write a new file of tests for a document, and return the name of its first test.
+
+        `text` returns its content, given the path by which the test finds the document.
+        """
+        path = _saved(source)
+        return await asyncio.to_thread(_add, path, _top(path, self._root), text)
+
+    async def stop(self, tab: int) -> None:
+        """End the tests of a tab, also those that are being started."""
+        if (tests := self._tabs.get(tab)) is not None:
+            await complete(tests.stop())
+
+    async def forget(self, tab: int) -> None:
+        """End the tests of a tab that is closed."""
+        if (tests := self._tabs.forget(tab)) is not None:
+            await complete(tests.stop())
+
+    async def close(self) -> None:
+        """End all tests."""
+        await asyncio.gather(*(tests.stop() for tests in self._tabs.close()))
+
+
+class _TabTests:
+    """The tests of the document of a tab, and how they went."""
+
+    def __init__(self, tab: int, publish: Publish, root: Path, include: tuple[Path, ...]) -> None:
+        self._state = TestsPush(tab=tab)
+        self._publish = publish
+        self._root = root
+        self._include = include
+        self._busy = asyncio.Lock()
+        self._child: ChildProcess | None = None
+        self._following: asyncio.Task[None] | None = None
+        self._words = ""
+        self._stopped = False
+        self._results: dict[str, TestResult | None] = {}
+        """By name; None for those that run again, which keep their place."""
+        self._files: Files = {}
+        """The files of tests when they were last looked for."""
+
+    async def look(self, source: Source, *, unless_same: bool = False) -> None:
+        """Find the tests, and forget how those went whose files have changed."""
+        async with self._busy:
+            if self._child is None:
+                path = _saved(source)
+                files = await asyncio.to_thread(_test_files, path, self._root)
+                if unless_same and files == self._files:
+                    return
+                found = await asyncio.to_thread(_find, files, path, self._root)
+                self._forget_changed(files, _top(path, self._root), found)
+                self._show(path, found)
+
+    async def run(self, source: Source, names: Sequence[str]) -> None:
+        """Begin to run them."""
+        async with self._busy:
+            if self._child is not None:
+                raise VisualHfsmError(Message("the tests run already"))
+            if importlib.util.find_spec("pytest") is None:
+                raise MissingPackageError("pytest", "test")
+            path = _saved(source)
+            files = await asyncio.to_thread(_test_files, path, self._root)
+            found = await asyncio.to_thread(_find, files, path, self._root)
+            chosen = [name for name in names if _plain(name) in found] if names else found
+            if not chosen:
+                raise VisualHfsmError(
+                    Message(
+                        "no file {pattern} beside {path} or in {folder} names it",
+                        pattern=_PATTERN,
+                        path=path.name,
+                        folder=_FOLDER,
+                    )
+                )
+            folder = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
+            results = Path(folder.name, "results")
+            results.touch()
+            top = _top(path, self._root)
+            places = (names and chosen) or dict.fromkeys(name.partition("::")[0] for name in chosen)
+            command = [
+                *(sys.executable, "-P", "-m", "pytest", "-q", *_ONE_PROCESS),
+                *(f"--rootdir={top}", f"--hfsm-results={results}", *(str(top / place) for place in places)),
+            ]
+            self._words, self._stopped = "", False
+            self._forget_changed(files, top, found)
+            again = set(names) if names else {_plain(name) for name in chosen}
+            for name in self._results:
+                if {name, _plain(name)} & again:
+                    self._results[name] = None
+            child = ChildProcess(self._hear)
+            try:
+                await child.start(command, {**child_environment(self._include), "TMPDIR": folder.name})
+            except OSError as error:
+                folder.cleanup()
+                raise VisualHfsmError(
+                    Message("pytest cannot be started: {reason}", reason=reason(error))
+                ) from error
+            self._child = child
+            self._report(status="running", error="")
+            self._show(path, found)
+            self._following = asyncio.create_task(self._follow(child, path, found, folder), name="tests")
+
+    async def stop(self) -> None:
+        """End them."""
+        async with self._busy:
+            if self._child is not None and self._following is not None:
+                self._stopped = True
+                self._report(status="stopping")
+                await self._child.stop(_STOP_LIMITS)
+                await self._following
+
+    async def _follow(
+        self, child: ChildProcess, path: Path, found: Sequence[str], folder: TemporaryDirectory[str]
+    ) -> None:
+        """Show results as they come, until the process has ended."""
+        results = Path(folder.name, "results")
+        ended = asyncio.create_task(child.wait())
+        read = 0
+        while not ended.done():
+            await asyncio.wait({ended}, timeout=_LOOK_PERIOD)
+            data = await asyncio.to_thread(_new_lines, results, read)
+            if data:
+                read += len(data)
+                self._take(data)
+                self._show(path, found)
+            if read > _MOST_RESULTS:
+                child.kill()
+        code = ended.result()
+        await asyncio.to_thread(folder.cleanup)
+        self._child = None
+        self._results = {name: each for name, each in self._results.items() if each is not None}
+        self._show(path, found)
+        error = ""
+        if code not in (0, 1) and not self._stopped:  # 1: some tests have failed
+            error = f"pytest ended with {code}:\n{self._words.strip()}"
+        self._report(status="idle", error=error)
+
+    def _forget_changed(self, files: Files, top: Path, found: Sequence[str]) -> None:
+        """Keep only results of tests that are there as they were; `files` are those that are there now."""
+        changed = {
+            file.relative_to(top).as_posix()
+            for file in self._files.keys() & files.keys()
+            if self._files[file] != files[file]
+        }
+        self._files = files
+        self._results = {
+            name: each
+            for name, each in self._results.items()
+            if _plain(name) in found and name.partition("::")[0] not in changed
+        }
+
+    def _hear(self, _: int, data: bytes) -> None:
+        self._words = (self._words + data.decode(errors="replace"))[-_LONGEST_WORDS:]
+
+    def _take(self, data: bytes) -> None:
+        for line in data.splitlines():
+            with contextlib.suppress(msgspec.DecodeError, RecursionError):  # a test wrote it
+                result = typed.from_json(line, TestResult, dec_hook=decode_message)
+                former = self._results.get(result.name)
+                if former is None or former.outcome != "failed":  # a failed call, not its clean end
+                    self._results[result.name] = result
+
+    def _show(self, path: Path, found: Sequence[str]) -> None:
+        ran: dict[str, list[str]] = {}
+        for name in self._results:
+            ran.setdefault(_plain(name), []).append(name)  # one for each set of parameters
+        results = [each for each in self._results.values() if each is not None]
+        names = dict.fromkeys(name for each in (*found, *ran) for name in ran.get(each, [each]))
+        self._report(
+            tests=tuple(self._view(name) for name in islice(names, _MOST_TESTS)),
+            passed=tuple(_passed(path, results)),
+            code=tuple(islice(_passed_code(path, results), _MOST_CODE)),
+            unmeasured=next((each.unmeasured for each in results if each.unmeasured), NO_MESSAGE),
+        )
+
+    def _view(self, name: str) -> TestView:
+        file, _, function = name.partition("::")
+        result = self._results.get(name)
+        if result is None:
+            return TestView(name=function or file, file=file)
+        return TestView(
+            name=function or file,
+            file=file,
+            outcome=result.outcome,
+            seconds=result.seconds,
+            reason=reason_of(result.reason[:_LONGEST_REASON]),
+            timeline=result.timeline[-_LONGEST_TIMELINE:],
+        )
+
+    def _report(self, **changes: object) -> None:
+        self._state = msgspec.structs.replace(self._state, **changes)
+        self._publish(self._state)
+
+
+def _plain(name: str) -> str:
+    return name.partition("[")[0]
+
+
+def _saved(source: Source) -> Path:
+    if source.path is None:
+        raise VisualHfsmError(Message("save the document first: tests run its file"))
+    return source.path
+
+
+def _test_files(path: Path, root: Path) -> Files:
+    """Return the files that may contain tests of a document."""
+    top = _top(path, root)
+    folders = dict.fromkeys((path.parent, path.parent / _FOLDER, path.parent.parent / _FOLDER, top / _FOLDER))
+    inside = [folder for folder in folders if folder.is_relative_to(top)]
+    files = (file for folder in inside for file in sorted(folder.glob(_PATTERN)))
+    states: Files = {}
+    for file in islice(dict.fromkeys(files), _MOST_FILES):
+        with contextlib.suppress(OSError):  # it has just gone
+            status = file.stat()
+            states[file] = (status.st_mtime_ns, status.st_size)
+    return states
+
+
+def _find(files: Files, path: Path, root: Path) -> list[str]:
+    """Return the names of the tests of a document: their file below the top of the project, and function."""
+    top = _top(path, root)
+    found: list[str] = []
+    for file in files:
+        found += (f"{file.relative_to(top).as_posix()}::{name}" for name in _functions(file, path.name))
+    return found[:_MOST_TESTS]
+
+
+def _add(path: Path, top: Path, text: Callable[[str], str]) -> str:
+    content = text(path.relative_to(top).as_posix())
+    folders = (path.parent / _FOLDER, path.parent.parent / _FOLDER, top / _FOLDER)
+    inside = (each for each in folders if each.is_relative_to(top) and each.is_dir())
+    folder = next(inside, path.parent)
+    for number in range(1, _MOST_FILES):
+        file = folder / f"test_{component_name(path.stem)}_run{'' if number == 1 else number}.py"
+        try:
+            with file.open("x", encoding="utf-8") as opened:
+                opened.write(content)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise VisualHfsmError(
+                Message("{file} cannot be written: {reason}", file=str(file), reason=reason(error))
+            ) from error
+        return f"{file.relative_to(top).as_posix()}::{next(_functions(file, path.name))}"
+    raise VisualHfsmError(
+        Message("{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=_MOST_FILES)
+    )
+
+
+def _functions(file: Path, document: str) -> Iterator[str]:
+    """Yield the tests of a file that names a document."""
+    try:
+        if not file.is_file() or file.stat().st_size > _LARGEST_FILE:
+            return
+        text = file.read_text("utf-8")
+        if document not in text:
+            return
+        tree = parse_python(text)
+    except (OSError, SyntaxError, ValueError, RecursionError):  # pytest says what is wrong with it
+        return
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test"):
+            yield node.name
+        elif isinstance(node, ast.ClassDef) and node.name.startswith("Test"):
+            methods = [each for each in node.body if isinstance(each, ast.FunctionDef)]
+            yield from (f"{node.name}::{each.name}" for each in methods if each.name.startswith("test"))
+
+
+def _top(path: Path, root: Path) -> Path:
+    """Return the folder of a project: the nearest one with a configuration of pytest, or the root."""
+    for folder in path.parents:
+        if not folder.is_relative_to(root):
+            break
+        if any((folder / name).is_file() for name in _CONFIGURATIONS):
+            return folder
+    return root if path.is_relative_to(root) else path.parent
+
+
+def _new_lines(file: Path, begin: int) -> bytes:
+    """Return the whole lines from a place of a file."""
+    try:
+        with file.open("rb") as opened:
+            opened.seek(begin)
+            data = opened.read(_MOST_RESULTS + 1)
+    except FileNotFoundError:  # a test has deleted it, of which pytest tells
+        return b""
+    return data[: data.rfind(b"\n") + 1]
+
+
+def _passed(path: Path, results: Iterable[TestResult]) -> Iterator[Passed]:
+    """Yield what tests passed in a document."""
+    document = str(path.resolve())
+    counts: Counter[tuple[int, str, int]] = Counter()
+    failed = set()
+    for result in results:
+        for hit in result.hits:
+            if hit.document == document:
+                counts[hit.automaton, hit.kind, hit.id] += hit.count
+        failed |= {(hit.automaton, hit.id) for hit in result.ended if hit.document == document}
+    elements = {(automaton, _KINDS[kind], id_) for automaton, kind, id_ in counts if kind in _KINDS}
+    for automaton, kind, id_ in sorted(elements | {(automaton, "state", id_) for automaton, id_ in failed}):
+        is_state = kind == "state"
+        held = counts[automaton, "true", id_]
+        yield Passed(
+            automaton=automaton,
+            kind="state" if is_state else "transition",
+            id=id_,
+            count=counts[automaton, "entered" if is_state else "fired", id_],
+            asked=0 if is_state else held + counts[automaton, "false", id_],
+            held=0 if is_state else held,
+            failed=is_state and (automaton, id_) in failed,
+        )
+
+
+def _passed_code(path: Path, results: Iterable[TestResult]) -> Iterator[PassedCode]:
+    """Yield which lines of a document's code tests passed; the same code in another version is other code."""
+    document = str(path.resolve())
+    lines: dict[tuple[Place, int], tuple[set[int], set[int], set[int]]] = {}
+    for result in results:
+        for code in result.code:
+            if code.document == document:
+                found = lines.setdefault((code.place, code.version), (set(), set(), set()))
+                for known, new in zip(found, (code.lines, code.ran, code.failed), strict=True):
+                    known.update(new)
+    for (place, version), (there, ran, failed) in lines.items():
+        yield PassedCode(
+            place=place,
+            version=version,
+            passed=tuple(sorted((there & ran) - failed)),
+            missed=tuple(sorted(there - ran - failed)),
+            failed=tuple(sorted(there & failed)),
+        )

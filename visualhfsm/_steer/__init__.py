@@ -1,1 +1,0 @@
-"""Steer a running component from the command line."""

@@ -1,0 +1,72 @@
+"""The process that checks the documents of the editor, in which no code of a document is run."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from codegen.diagnostics import Severity
+from codegen.hfsm.document import Document
+from codegen.messages import Message
+from visualhfsm._base.errors import EditError
+from visualhfsm._base.languages import decode_message
+from visualhfsm._base.line_process import LineProcess, NoAnswerError
+from visualhfsm._document import problems
+from visualhfsm._document.problems import UNTITLED, Findings, Problem, Question
+from visualhfsm._document.serialization import written
+from zenoh_ice import typed
+
+_CHECK_LIMIT: Final = 20.0
+"""Limit of a check in seconds, and again without the model checker."""
+
+
+class CheckProcess:
+    """A process that checks documents, one after the other; started on first use.
+
+    `folder` is that of documents without a file, by default the current one: interfaces beside it are found.
+    Thread-safe: callers wait for their turn.
+    """
+
+    def __init__(self, *, patience: float = _CHECK_LIMIT, folder: Path | None = None) -> None:
+        self._patience = patience
+        self._folder = folder or Path.cwd()
+        self._process = LineProcess(problems.__name__)
+        self._closed = threading.Event()
+
+    def check(self, document: Document, path: Path | None, include: Sequence[Path] = ()) -> Findings:
+        """Check a document. Raises EditError when it cannot be written, or the process has been ended."""
+        text = written(document)
+        for limit in (None, 0):
+            if self._closed.is_set():
+                raise EditError(Message("Cannot check the document"), Message("the checks have been ended"))
+            question = Question(text, str(path or self._folder / UNTITLED), [*map(str, include)], limit)
+            try:
+                answer = self._process.ask(msgspec.json.encode(question), self._patience)
+                found = typed.from_json(answer, Findings, dec_hook=decode_message)
+            except (NoAnswerError, msgspec.MsgspecError):
+                continue
+            if limit is None:
+                return found
+            return _with_warning(
+                found,
+                Message("this revision is not checked by the model checker, which took too long or failed"),
+            )
+        return _with_warning(
+            Findings(), Message("this revision is not checked by the checks, which took too long or failed")
+        )
+
+    def close(self) -> None:
+        """End the process; a check that is running ends without a result."""
+        self._closed.set()
+        self._process.close()
+
+
+def _with_warning(found: Findings, message: Message) -> Findings:
+    warning = Problem(code="", severity=Severity.WARNING, message=message)
+    counts = Counter(found.counts) + Counter([warning.severity])
+    return msgspec.structs.replace(found, problems=(*found.problems, warning), counts=counts)

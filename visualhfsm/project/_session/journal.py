@@ -1,0 +1,312 @@
+"""Keep every change of a document on disk until it is closed, so that a crash loses nothing.
+
+A journal is a file of JSON lines: the document as it was opened, then every command. It is locked while its
+session lives, and the system releases the lock when the process dies, for whatever reason. A power failure
+may lose the last seconds. A file that grows large is replaced by one that begins with the document as it was
+saved, and as it is now: a day of typing takes no more than that.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import os
+import secrets
+import shutil
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Final
+
+import msgspec
+
+from codegen.messages import Message
+from codegen.reasons import reason
+from visualhfsm._base.errors import EditError
+from zenoh_ice import typed
+from zenoh_ice.application.directories import state_directory
+
+_logger = logging.getLogger(__name__)
+
+_VERSION: Final = 1
+_SUFFIX: Final = ".journal"
+_UNREADABLE: Final = ".unreadable"
+LARGEST_JOURNAL: Final = 64 << 20
+"""Bytes beyond which a journal restarts."""
+_BLOCK: Final = 1 << 16  # bytes
+
+
+class Header(msgspec.Struct, frozen=True, tag="open", tag_field="entry"):
+    """The document as it was opened; `content` is that of its file, or the text of a new document."""
+
+    path: str | None
+    name: str
+    content: bytes
+    digest: str
+    version: int = _VERSION
+
+
+class Done(msgspec.Struct, frozen=True, tag="do", tag_field="entry"):
+    """A command as JSON, and whether it continued the step before."""
+
+    command: msgspec.Raw
+    merged: bool = False
+
+
+class Undone(msgspec.Struct, frozen=True, tag="undo", tag_field="entry"):
+    """One step was undone."""
+
+
+class Redone(msgspec.Struct, frozen=True, tag="redo", tag_field="entry"):
+    """One step was done again."""
+
+
+class Saved(msgspec.Struct, frozen=True, tag="saved", tag_field="entry"):
+    """The document was saved, or its file turned out to hold `content` meanwhile."""
+
+    path: str
+    digest: str
+    content: bytes | None = None
+
+
+Entry = Done | Undone | Redone | Saved
+
+_decode_header: Final = typed.json_decoder(Header)
+_decode_entry: Final = typed.json_decoder(Entry)
+_SAVED: Final = b'{"entry":"saved"'
+
+
+@dataclass(frozen=True, slots=True)
+class Abandoned:
+    """The journal of a session that ended without closing; times are in s since 1970."""
+
+    file: Path
+    path: Path | None
+    name: str
+    changed_at: float
+
+
+def journal_directory() -> Path:
+    """Return the directory of the journals: `visualhfsm/journals` in the user's directory of states."""
+    return state_directory() / "journals"
+
+
+class Journal:
+    """The journal of one session; its file is created with the first entry."""
+
+    def __init__(self, directory: Path, header: Header, largest: int = LARGEST_JOURNAL) -> None:
+        self._directory = directory
+        self._header = header
+        self._largest = largest
+        self._restarted = False
+        self._file: Path | None = None
+        self._descriptor = -1
+        self._has_gap = False
+
+    @classmethod
+    def take_over(cls, file: Path) -> tuple[Journal, Iterator[tuple[Entry, int]]]:
+        """Return a journal to be continued, and its entries, each with its place for `cut`.
+
+        Raises EditError when it cannot be read, or belongs to a session that is alive.
+        """
+        what = Message("Cannot recover from {file}", file=file.name)
+        try:
+            descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
+        except OSError as error:
+            raise EditError(what, reason(error), Message("it may have been recovered already")) from error
+        try:
+            if not _lock(descriptor):
+                raise EditError(
+                    what, Message("its document is open in another process"), Message("edit it there")
+                )
+            if not os.fstat(descriptor).st_nlink:  # that process has just closed it
+                raise EditError(
+                    what, Message("it was removed"), Message("it may have been recovered already")
+                )
+            with _reader(descriptor) as stream:
+                first = stream.readline()
+            try:
+                header = _decode_header(first)
+            except msgspec.MsgspecError as error:
+                raise EditError(what, Message("it contains no document"), Message("remove it")) from error
+            if header.version != _VERSION:
+                raise EditError(
+                    what,
+                    Message("it is of version {version}", version=header.version),
+                    Message("open it with a newer release"),
+                )
+            # A line that was cut off by the crash is removed, so that the next one does not continue it.
+            os.ftruncate(descriptor, _end_of_lines(descriptor))
+        except BaseException:
+            os.close(descriptor)
+            raise
+        journal = cls(file.parent, header)
+        journal._file, journal._descriptor = file, descriptor
+        return journal, journal._entries(len(first))
+
+    @property
+    def header(self) -> Header:
+        """The document as it was opened."""
+        return self._header
+
+    @property
+    def file(self) -> Path | None:
+        """The file, or None before the first entry."""
+        return self._file
+
+    def add(self, entry: Entry, whole: Callable[[], Entry], saved: Header | None = None) -> None:
+        """Write an entry; when that fails, such as on a full disk, it is logged and editing continues.
+
+        Entries after a missing one could not be replayed: from then on `whole`, the change to the present
+        document, is written instead. A journal that has grown large restarts with `saved`, the document
+        as it was saved, if that is known.
+        """
+        lacks = self._has_gap or (self._restarted and isinstance(entry, Undone | Redone))
+        entries = [entry] if not lacks else [whole(), *([entry] if isinstance(entry, Saved) else [])]
+        size = 0
+        try:
+            if self._descriptor < 0:
+                self._begin()
+            size = os.fstat(self._descriptor).st_size
+            if size > self._largest and saved is not None:
+                self._restart(saved, whole())
+                return
+            _write(self._descriptor, b"".join(msgspec.json.encode(each) + b"\n" for each in entries))
+        except OSError as error:
+            _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
+            self._has_gap = True
+            if self._descriptor >= 0:
+                with suppress(OSError):  # the disk may have been removed
+                    os.ftruncate(self._descriptor, size)
+
+    def begin(self) -> None:
+        """Create the file, so that the document can be recovered although it was not changed."""
+        if self._descriptor < 0:
+            try:
+                self._begin()
+            except OSError as error:
+                _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
+
+    def cut(self, place: int, why: Exception) -> None:
+        """Drop the invalid entry at a place, and all that follow; a copy of the file is kept."""
+        assert self._file is not None
+        copy = self._file.with_name(self._file.name + _UNREADABLE)
+        _logger.warning("%s: what follows is dropped, and kept in %s: %s", self._file, copy, why)
+        try:
+            shutil.copyfile(self._file, copy)
+            os.ftruncate(self._descriptor, place)
+        except OSError as error:
+            _logger.warning("%s cannot be continued: %s", self._file, error.strerror or error)
+
+    def close(self, *, keep: bool = False) -> None:
+        """End the journal and remove its file, unless it is kept to be recovered later."""
+        if self._descriptor >= 0:
+            if not keep and self._file is not None:
+                self._file.unlink(missing_ok=True)
+            os.close(self._descriptor)
+        self._descriptor, self._file = -1, None
+
+    def _restart(self, saved: Header, present: Entry) -> None:
+        """Replace the file by one with two entries; raises OSError, and then leaves it as it was."""
+        other = Journal(self._directory, saved)
+        try:
+            other._begin()
+            _write(other._descriptor, msgspec.json.encode(present) + b"\n")
+        except BaseException:
+            other.close()
+            raise
+        self.close()
+        self._header, self._file, self._descriptor = saved, other._file, other._descriptor
+        self._restarted, self._has_gap = True, False
+        self._largest = max(self._largest, 4 * os.fstat(self._descriptor).st_size)
+
+    def _begin(self) -> None:
+        self._directory.mkdir(parents=True, exist_ok=True, mode=0o700)
+        file = self._directory / f"{secrets.token_hex(8)}{_SUFFIX}"
+        flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        descriptor = os.open(file, flags, 0o600)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)  # a search for abandoned journals holds it briefly
+            _write(descriptor, msgspec.json.encode(self._header) + b"\n")
+        except BaseException:
+            file.unlink(missing_ok=True)
+            os.close(descriptor)
+            raise
+        self._file, self._descriptor = file, descriptor
+
+    def _entries(self, place: int) -> Iterator[tuple[Entry, int]]:
+        with _reader(self._descriptor) as stream:
+            stream.seek(place)
+            for line in stream:
+                try:
+                    entry = _decode_entry(line)
+                except msgspec.MsgspecError as error:
+                    self.cut(place, error)
+                    return
+                yield entry, place
+                place += len(line)
+
+
+def find_abandoned(directory: Path) -> list[Abandoned]:
+    """Return the journals in a directory whose sessions are dead, the latest first."""
+    found: list[Abandoned] = []
+    for file in directory.glob(f"*{_SUFFIX}"):
+        try:
+            descriptor = os.open(file, os.O_RDONLY | os.O_CLOEXEC)
+        except OSError:  # another process has just recovered it
+            continue
+        with os.fdopen(descriptor, "rb") as stream:
+            if not _lock(descriptor):
+                continue
+            try:
+                header = _decode_header(stream.readline())
+            except msgspec.MsgspecError:
+                _logger.warning("%s contains no document", file)
+                continue
+            path, name = None if header.path is None else Path(header.path), header.name
+            for saved in _saves(stream):
+                path = Path(saved.path)
+                name = path.stem
+            found.append(Abandoned(file, path, name, os.fstat(descriptor).st_mtime))
+    return sorted(found, key=lambda each: each.changed_at, reverse=True)
+
+
+def _saves(entries: Iterable[bytes]) -> Iterator[Saved]:
+    """Yield the entries that say where the document was saved; the last line may have been cut off."""
+    for line in entries:
+        if line.startswith(_SAVED):
+            with suppress(msgspec.MsgspecError):
+                yield typed.from_json(line, Saved)
+
+
+def _lock(descriptor: int) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _reader(descriptor: int) -> BinaryIO:
+    """Return a reader of an open file from its beginning; closing it leaves the file open."""
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    return os.fdopen(descriptor, "rb", closefd=False)
+
+
+def _end_of_lines(descriptor: int) -> int:
+    """Return where the last whole line of a file ends; the size of one without any, which holds a header."""
+    size = end = os.fstat(descriptor).st_size
+    while end:
+        begin = max(0, end - _BLOCK)
+        place = os.pread(descriptor, end - begin, begin).rfind(b"\n")
+        if place >= 0:
+            return begin + place + 1
+        end = begin
+    return size
+
+
+def _write(descriptor: int, content: bytes) -> None:
+    left = memoryview(content)
+    while left:
+        left = left[os.write(descriptor, left) :]

@@ -1,0 +1,577 @@
+"""One open document: its present state, its steps, which can be undone, its file, and its journal."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from codegen.hfsm.document import Automaton, Document
+from codegen.messages import NO_MESSAGE, Message
+from visualhfsm._base.errors import ChangedOutsideError, EditError, OldFormatError
+from visualhfsm._document.commands import Command, decode_command
+from visualhfsm._document.commands.base import AS_FILE, MERGED
+from visualhfsm._document.commands.items import DeleteItems
+from visualhfsm._document.commands.paste import ReplaceDocument
+from visualhfsm._document.diff import Difference, diff_documents
+from visualhfsm._document.places import TEXTS, Place
+from visualhfsm._document.serialization import MAX_SIZE, NATIVE, copy_states, parse_file, written
+
+from .files import FileVersion, read_file, write_file
+from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
+from .merge import merge_documents, merge_typing
+
+_GROWTH: Final = 2048
+"""Limit of the bytes by which a command may let a document grow, beyond its own size."""
+_ESCAPED: Final = 6
+"""Bytes that one byte of a command may take in a document."""
+MERGE_WITHIN: Final = 2.0
+"""Seconds without a change after which the same kind of change is a new step."""
+
+_MOST_STEPS: Final = 5000
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """What is new in one automaton, by id; the automaton itself may be new."""
+
+    automaton: int
+    states: tuple[int, ...]
+    transitions: tuple[int, ...]
+    annotations: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A change of a document: `before` and `after` share everything that did not change."""
+
+    name: Message
+    revision: int
+    before: Document
+    after: Document
+    conflict: bool = False
+    """Whether somebody else had replaced the same words; the text then contains both versions."""
+
+    @property
+    def added(self) -> tuple[Added, ...]:
+        """The new elements, for example to select them; empty when there are none."""
+        return tuple(_added(self.before, self.after))
+
+    @property
+    def place(self) -> Place | None:
+        """The first place that differs and is still there, to show it; None when there is none."""
+        for difference in diff_documents(self.before, self.after):
+            place, part = difference.place, difference.part
+            if difference.kind == "removed":
+                place = Place(kind="automaton" if place.automaton else "document", automaton=place.automaton)
+            elif place.part:
+                place = msgspec.structs.replace(place, name=place.name or part)
+            elif part in TEXTS:
+                place = msgspec.structs.replace(place, part=part)
+            if not place.automaton or self.after.automaton(place.automaton) is not None:
+                return place
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """The target of undoing or redoing: a document, and the revision at which it was made."""
+
+    name: Message
+    document: Document
+    revision: int
+
+
+class UndoStack:
+    """The present document, with the former ones and those that were undone.
+
+    Documents share unchanged parts, so that a step takes little memory; of more than 5000 the oldest is
+    dropped.
+    """
+
+    def __init__(self, document: Document, clock: Callable[[], float] = time.monotonic) -> None:
+        self.document = document
+        self.revision = 0
+        """The revision at which the present document was made: going back to it keeps that number."""
+        self._clock = clock
+        self.past: deque[Step] = deque(maxlen=_MOST_STEPS)
+        self.future: deque[Step] = deque()
+        self._key: Hashable | None = None
+        self._changed_at = 0.0
+
+    def merges(self, key: Hashable | None, within: float) -> bool:
+        """Return whether a change with this key continues the last step, which is at most `within` s old."""
+        recent = self._clock() - self._changed_at <= within
+        return key is not None and key == self._key and recent and bool(self.past)
+
+    def add(
+        self, name: Message, document: Document, revision: int, key: Hashable | None, *, merge: bool
+    ) -> None:
+        """Make a document the present one, as a separate step or as part of the last one."""
+        if not merge:
+            self.past.append(Step(name, self.document, self.revision))
+        self.future.clear()
+        self.document, self.revision = document, revision
+        self._key = key
+        self._changed_at = self._clock()
+
+    def seal(self) -> None:
+        """Make the next change a separate step, as it is after undoing and redoing."""
+        self._key = None
+
+    def undo(self) -> Message | None:
+        """Go back one step and return its name, or None when there is none."""
+        return self._move(self.past, self.future)
+
+    def redo(self) -> Message | None:
+        """Do the step again that was undone last, and return its name, or None when there is none."""
+        return self._move(self.future, self.past)
+
+    def _move(self, source: deque[Step], target: deque[Step]) -> Message | None:
+        if not source:
+            return None
+        step = source.pop()
+        target.append(Step(step.name, self.document, self.revision))
+        self.document, self.revision = step.document, step.revision
+        self.seal()
+        return step.name
+
+
+def _refusal(what: Message, why: Message) -> EditError:
+    return EditError(what, why, Message("change something first"))
+
+
+def _bound(document: Document, before: int, size: int) -> int:
+    """Return a bound of the size of a document after a command of `size` bytes; `before` is the former one.
+
+    Raises EditError when the document is too large.
+    """
+    bound = before + _GROWTH + _ESCAPED * size
+    return bound if bound <= MAX_SIZE else len(written(document).encode())
+
+
+def _added(before: Document, after: Document) -> Iterator[Added]:
+    former = {automaton.id: automaton for automaton in before.automata}
+    for automaton in after.automata:
+        old = former.get(automaton.id)
+        if old is automaton:
+            continue
+        known = old or Automaton(id=automaton.id)
+        states = {state.id for state in known.states}
+        transitions = {transition.id for transition in known.transitions}
+        annotations = {annotation.id for annotation in known.annotations}
+        added = Added(
+            automaton.id,
+            tuple(state.id for state in automaton.states if state.id not in states),
+            tuple(each.id for each in automaton.transitions if each.id not in transitions),
+            tuple(each.id for each in automaton.annotations if each.id not in annotations),
+        )
+        if old is None or added.states or added.transitions or added.annotations:
+            yield added
+
+
+def _merged_with_others(command: Command, base: str, document: Document) -> tuple[Command, bool]:
+    """Return a command with its typed text merged with that of the document, and whether they conflict."""
+    match diff_documents(command.with_text(base).apply(document), document):
+        case [Difference(kind="changed", after=theirs)]:
+            typed = merge_typing(base, command.text_typed, theirs)
+            return command.with_text(typed.text), typed.conflict
+    return command, False
+
+
+class Choice(StrEnum):
+    """The ways to resolve a change of a document's file by another program."""
+
+    MINE = "mine"
+    THEIRS = "theirs"
+    MERGE = "merge"
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """The change of a document whose file was changed, and the conflicts."""
+
+    change: Change | None
+    conflicts: tuple[str, ...] = ()
+
+
+class DocumentSession:
+    """An open document with undo, redo, file and journal. All calls come from one thread.
+
+    `revision` counts changes. `dialect` is the format of the file that it was opened from: in one that is not
+    the native one it is saved over that file only with `overwrite`.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        journal: Journal,
+        version: FileVersion | None,
+        size: int,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        header = journal.header
+        self.path = None if header.path is None else Path(header.path)
+        self.name = header.name
+        self.dialect = NATIVE if self.path is None else document.format
+        self.revision = 0
+        self.merge_within = MERGE_WITHIN
+        self._steps = UndoStack(document, clock)
+        self._saved = None if self.path is None else document
+        self._version = version
+        self._journal = journal
+        self._size_bound = size
+        self._original: tuple[Document, bytes] | None = None
+        self._kept: Header | None = header
+        """The document as it was opened or saved last, with which a journal begins; None if nowhere."""
+
+    @classmethod
+    def open(
+        cls, path: Path, *, journals: Path | None = None, clock: Callable[[], float] = time.monotonic
+    ) -> DocumentSession:
+        """Open a document in any dialect. `journals` is the directory of the autosave journals.
+
+        Raises EditError.
+        """
+        path = path.absolute()
+        content, version = read_file(path)
+        document = parse_file(content, path)
+        header = Header(str(path), path.stem, content, version.digest)
+        journal = Journal(journals or journal_directory(), header)
+        session = cls(document, journal, version, len(content) * 2, clock)
+        session._keep_original(document, content)
+        return session
+
+    @classmethod
+    def new(
+        cls,
+        document: Document,
+        name: str,
+        *,
+        journals: Path | None = None,
+        kept: bool = False,
+    ) -> DocumentSession:
+        """Begin with a document that has no file yet; `kept` says that it is kept elsewhere as it is."""
+        content = written(document).encode()
+        journal = Journal(journals or journal_directory(), Header(None, name, content, ""))
+        session = cls(document, journal, None, len(content))
+        session._saved = document if kept else None
+        return session
+
+    @classmethod
+    def recover(cls, file: Path) -> DocumentSession:
+        """Open the document of a session that ended without closing, with all its steps.
+
+        Raises EditError when its journal cannot be read, or its session is alive.
+        """
+        journal, entries = Journal.take_over(file)
+        header = journal.header
+        path = None if header.path is None else Path(header.path)
+        try:
+            document = parse_file(header.content, path or Path(header.name))
+        except EditError:
+            journal.close(keep=True)
+            raise
+        version = None if path is None else FileVersion(0, len(header.content), header.digest)
+        session = cls(document, journal, version, MAX_SIZE)
+        session._keep_original(document, header.content)
+        session._replay(entries)
+        session._steps.seal()
+        session._notice_saved()
+        return session
+
+    @property
+    def document(self) -> Document:
+        """The document as it is now."""
+        return self._steps.document
+
+    @property
+    def dirty(self) -> bool:
+        """Whether the document differs from what was saved; a new one does until it is saved."""
+        return self.document is not self._saved
+
+    @property
+    def is_unsaved(self) -> bool:
+        """Whether closing would lose changes; an unchanged new document has none."""
+        return self.dirty and (self.path is not None or bool(self._steps.past or self._steps.future))
+
+    @property
+    def undo_steps(self) -> list[Step]:
+        """The steps that can be undone, the latest first."""
+        return [*reversed(self._steps.past)]
+
+    @property
+    def redo_steps(self) -> list[Step]:
+        """The steps that can be done again, the next first."""
+        return [*reversed(self._steps.future)]
+
+    @property
+    def saved_document(self) -> Document | None:
+        """The document as it was read or saved last, or None when it never was."""
+        return self._saved
+
+    def do(self, command: Command, base: str | None = None, by: Hashable = None) -> Change:
+        """Apply a command. Raises EditError and leaves the document as it was when that is not possible.
+
+        `base` is the text in which the command's text was typed; if given, changes of others to it are
+        merged. Typing is one step as long as nobody else than `by` changes anything.
+        """
+        before = self.document
+        conflict = False
+        if base is not None:
+            command, conflict = _merged_with_others(command, base, before)
+        key = command.merge_key and (by, command.merge_key)
+        merged = self._steps.merges(key, self.merge_within)
+        name = command.title(before)
+        encoded = msgspec.json.encode(command)
+        self._take(command.apply(before), name, key, merge=merged, size=len(encoded))
+        if self.document is not before:
+            self._note(Done(msgspec.Raw(encoded), merged), name)
+        return Change(name, self.revision, before, self.document, conflict)
+
+    def require_all(self, commands: Iterable[Command]) -> None:
+        """Raise EditError if commands cannot all be applied, one after the other."""
+        document, bound = self.document, self._size_bound
+        for command in commands:
+            after = command.apply(document)
+            if after != document:
+                bound = _bound(after, bound, len(msgspec.json.encode(command)))
+            document = after
+
+    def undo(self) -> Change:
+        """Undo the last step. Raises EditError when there is none."""
+        return self._move(
+            self._steps.undo, Undone(), _refusal(Message("Cannot undo"), Message("there is nothing to undo"))
+        )
+
+    def redo(self) -> Change:
+        """Do the step again that was undone last. Raises EditError when there is none."""
+        return self._move(
+            self._steps.redo, Redone(), _refusal(Message("Cannot redo"), Message("there is nothing to redo"))
+        )
+
+    def go_to(self, revision: int) -> Change:
+        """Undo or redo until the document is the one that was made at a revision.
+
+        Raises EditError when no step leads there any more.
+        """
+        if revision == self._steps.revision:
+            return Change(NO_MESSAGE, self.revision, self.document, self.document)
+        for steps, move in ((self.undo_steps, self.undo), (self.redo_steps, self.redo)):
+            for count, step in enumerate(steps, 1):
+                if step.revision == revision:
+                    before = self.document
+                    changes = [move() for _ in range(count)]
+                    return replace(changes[-1], before=before)
+        why = Message("the document was changed since the list was shown")
+        raise EditError(Message("Cannot go to this step"), why, Message("choose it in the list as it is now"))
+
+    def cut(
+        self, automaton: int, states: tuple[int, ...], annotations: tuple[int, ...] = ()
+    ) -> tuple[str, Change]:
+        """Return states as text for the clipboard, and delete them. Raises EditError."""
+        text = copy_states(self.document, automaton, states, annotations)
+        gone = DeleteItems(automaton=automaton, states=states, annotations=annotations, cut=True)
+        return text, self.do(gone)
+
+    def text(self) -> str:
+        """Return the document as its file would hold it. Raises EditError."""
+        return written(self.document)
+
+    def save(self, path: Path | None = None, *, overwrite: bool = False) -> Path:
+        """Save the document, by default to its own file, and return the path.
+
+        Raises EditError when there is no name yet, when the file was in an older dialect, or when another
+        file is there; ChangedOutsideError when another program has changed the file. `overwrite` ignores the
+        last three.
+        """
+        target = self.path if path is None else path.absolute()
+        if target is None:
+            raise EditError(
+                Message("Cannot save"), Message("the document has no file yet"), Message("use `Save as`")
+            )
+        if target == self.path:
+            self._may_save_over(target, overwrite=overwrite)
+        elif target.exists() and not overwrite:
+            raise EditError(
+                Message("Cannot save as {target}", target=target.name),
+                Message("the file exists"),
+                Message("confirm to overwrite it"),
+            )
+        if target.suffix.lower() != ".xml":
+            raise EditError(
+                Message("Cannot save as {target}", target=target.name),
+                Message("documents end with .xml"),
+                Message("choose such a name"),
+            )
+        content = self._content()
+        self._version = write_file(target, content)
+        self._saved = self.document
+        self.path = target
+        self.name = target.stem
+        self.dialect = NATIVE
+        self._steps.seal()
+        self._kept = Header(str(target), self.name, content, self._version.digest)
+        self._note(Saved(str(target), self._version.digest))
+        return target
+
+    def is_changed_outside(self) -> bool:
+        """Return whether another program has changed or removed the file since it was read or saved."""
+        return self.path is not None and self._version is not None and not self._version.is_current(self.path)
+
+    def resolve(self, choice: Choice) -> Resolution:
+        """Resolve a change of the file by another program: keep mine, take theirs, or merge both.
+
+        Afterwards the document differs from the file by my changes. Raises EditError when the file cannot be
+        read.
+        """
+        if self.path is None:
+            raise EditError(
+                Message("Cannot compare with the file"),
+                Message("the document has no file yet"),
+                Message("save it first"),
+            )
+        if choice is Choice.MINE and not self.path.exists():
+            self._version, self._saved, self._kept = None, None, None
+            self._journal.begin()
+            return Resolution(None)
+        content, version = read_file(self.path)
+        theirs = parse_file(content, self.path)
+        change: Change | None = None
+        conflicts: tuple[str, ...] = ()
+        if choice is Choice.THEIRS:
+            change = self.do(ReplaceDocument(content=written(theirs), name=str(AS_FILE)))
+        elif choice is Choice.MERGE:
+            merged = merge_documents(self._saved or theirs, self.document, theirs)
+            conflicts = merged.conflicts
+            change = self.do(ReplaceDocument(content=written(merged.document), name=str(MERGED)))
+        self._version = version
+        self.dialect = theirs.format
+        self._saved = self.document if self.document == theirs else theirs
+        self._keep_original(theirs, content)
+        self._kept = Header(str(self.path), self.name, content, version.digest)
+        self._note(Saved(str(self.path), version.digest, content))
+        return Resolution(change, conflicts)
+
+    def close(self, *, discard: bool = False) -> None:
+        """End the session and remove its journal. Raises EditError when changes would be lost.
+
+        `discard` allows that.
+        """
+        if self.is_unsaved and not discard:
+            raise EditError(
+                Message("Cannot close {name}", name=self.name),
+                Message("it has changes that are not saved"),
+                Message("save or discard them"),
+            )
+        self._journal.close()
+
+    def abandon(self) -> None:
+        """End the session and keep its journal, so that its changes can be recovered."""
+        self._journal.close(keep=self.dirty)
+
+    def _may_save_over(self, target: Path, *, overwrite: bool) -> None:
+        if overwrite:
+            return
+        if self.dialect != NATIVE:
+            why = Message(
+                "it is in the format of {dialect}, and would be replaced by the current format",
+                dialect=self.dialect,
+            )
+            raise OldFormatError(
+                Message("Cannot save {target}", target=target.name),
+                why,
+                Message("save it as another file, or replace it"),
+            )
+        if self.is_changed_outside():
+            what = Message("Cannot save {target}", target=target.name)
+            if target.exists():
+                why = Message("another program has changed it")
+                raise ChangedOutsideError(what, why, Message("merge both, take theirs, or keep yours"))
+            why = Message("another program has deleted it")
+            raise ChangedOutsideError(what, why, Message("write it again, or save it elsewhere"))
+
+    def _take(
+        self, document: Document, name: Message, key: Hashable | None, *, merge: bool, size: int
+    ) -> None:
+        """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
+        if document == self.document:  # cheap: what they share is identical
+            return
+        self._size_bound = _bound(document, self._size_bound, size)
+        self.revision += 1
+        self._steps.add(name, document, self.revision, key, merge=merge)
+
+    def _move(self, move: Callable[[], Message | None], entry: Entry, refusal: EditError) -> Change:
+        before = self.document
+        name = move()
+        if name is None:
+            raise refusal
+        self.revision += 1
+        self._note(entry, name)
+        return Change(name, self.revision, before, self.document)
+
+    def _note(self, entry: Entry, name: Message = NO_MESSAGE) -> None:
+        """Write an entry into the journal; `name` is that of the step, if it is one."""
+
+        def whole() -> Done:
+            return Done(
+                msgspec.Raw(msgspec.json.encode(ReplaceDocument(content=self.text(), name=str(name))))
+            )
+
+        self._journal.add(entry, whole, self._kept)
+
+    def _keep_original(self, document: Document, content: bytes) -> None:
+        """Keep the bytes of the file: an unchanged document is written back byte for byte."""
+        self._original = (document, content) if document.format == NATIVE else None
+
+    def _content(self) -> bytes:
+        """Return the new content of the file. Raises EditError."""
+        if self._original is not None and self._original[0] == self.document:
+            return self._original[1]
+        return self.text().encode()
+
+    def _notice_saved(self) -> None:
+        """Detect that the document was saved though its journal lacks the entry, after a crash in between."""
+        if self.path is None or not self.is_changed_outside():
+            return
+        try:
+            content, version = read_file(self.path)
+            held = parse_file(content, self.path)
+        except EditError:  # it is reported when it is saved
+            return
+        if held == self.document:
+            self._saved, self._version = self.document, version
+            self.dialect = held.format
+            self._keep_original(held, content)
+
+    def _replay(self, entries: Iterator[tuple[Entry, int]]) -> None:
+        for entry, place in entries:
+            try:
+                match entry:
+                    case Done(command=raw, merged=merged):
+                        command = decode_command(bytes(raw))
+                        name = command.title(self.document)
+                        document = command.apply(self.document)
+                        self._take(document, name, None, merge=merged, size=len(bytes(raw)))
+                    case Undone():
+                        self._steps.undo()
+                    case Redone():
+                        self._steps.redo()
+                    case Saved(path=path, digest=digest, content=content):
+                        self.path, self.name = Path(path), Path(path).stem
+                        self._version = FileVersion(0, -1, digest)
+                        theirs = self.document if content is None else parse_file(content, self.path)
+                        self.dialect = NATIVE if content is None else theirs.format
+                        self._saved = self.document if self.document == theirs else theirs
+                        if content is not None:
+                            self._keep_original(theirs, content)
+                        self._kept = Header(path, self.name, content or self._content(), digest)
+            except EditError as error:
+                self._journal.cut(place, error)
+                return
