@@ -148,8 +148,8 @@ def measure(page: Page, gestures: list[str]) -> dict[str, float]:
     page.get_by_role("button", name="Open a document").wait_for()
     found: dict[str, float] = page.evaluate(
         f"""async () => {{ {MODULE}
-            const {{openPath}} = await module('files');
-            const {{page}} = await module('page');
+            const {{openPath}} = await module('data/files');
+            const {{page}} = await module('data/page');
             const drawn = async () => {{
                 while (!document.querySelector('hfsm-canvas .state')) await painted();
                 await painted();

@@ -59,7 +59,7 @@ requestAnimationFrame(look);
 """
 MODULE: Final = """
 const module = (name) => import([...document.querySelectorAll('link[rel=modulepreload]')]
-    .find((link) => link.href.endsWith('/commands.js')).href.replace('/commands.js', `/${name}.js`));
+    .find((link) => link.href.endsWith('/data/commands.js')).href.replace('data/commands.js', `${name}.js`));
 const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
 """
 
@@ -147,7 +147,7 @@ def measure_drawing(page: Page) -> dict[str, float]:
     page.wait_for_timeout(2000)  # until the first checks have finished
     times: list[tuple[float, float]] = page.evaluate(
         f"""async () => {{ {MODULE}
-            const {{apply}} = await module('commands');
+            const {{apply}} = await module('data/commands');
             const circles = document.querySelector('.circles');
             const times = [];
             for (let number = 0; number < {COMMANDS}; number++) {{
@@ -230,7 +230,7 @@ def measure_opening(page: Page, states: int) -> dict[str, float]:
     page.get_by_role("button", name="Open a document").wait_for()
     duration: float = page.evaluate(
         f"""async () => {{ {MODULE}
-            const {{openPath}} = await module('files');
+            const {{openPath}} = await module('data/files');
             const began = performance.now();
             await openPath('large.xml');
             const {{drawing}} = document.querySelector('hfsm-canvas');

@@ -38,9 +38,9 @@ WARM_UP: Final = 3.0
 
 _FOLLOW: Final = """async (seconds) => {
   const module = (name) => import([...document.querySelectorAll('link[rel=modulepreload]')]
-    .find((link) => link.href.endsWith('/commands.js')).href.replace('/commands.js', `/${name}.js`));
-  const {monitor} = await module('monitor/monitor');
-  const {page} = await module('page');
+    .find((link) => link.href.endsWith('/data/commands.js')).href.replace('data/commands.js', `${name}.js`));
+  const {monitor} = await module('run/monitor');
+  const {page} = await module('data/page');
   page.open(2);
   const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
   const late = [];

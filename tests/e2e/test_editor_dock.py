@@ -241,7 +241,7 @@ def test_what_the_robot_says_and_plays_is_seen_and_heard_if_somebody_wants_to(
 
 SAYS = """async () => {
     const entry = document.querySelector('script[src$="/app.js"]').src;
-    const {monitor} = await import(entry.replace('app.js', 'monitor/monitor.js'));
+    const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
     const {robot, component} = monitor.newest;
     if (!robot.says || !robot.sound) return false;
     window.since ??= component.time;
@@ -250,8 +250,8 @@ SAYS = """async () => {
 """Whether the moments that are recorded have contained what is said and played for a second, longer than a step."""
 IS_THERE = """async () => {
     const entry = document.querySelector('script[src$="/app.js"]').src;
-    const {monitor} = await import(entry.replace('app.js', 'monitor/monitor.js'));
-    const {scrubbing} = await import(entry.replace('app.js', 'monitor/scrubbing.js'));
+    const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
+    const {scrubbing} = await import(entry.replace('shell/app.js', 'run/scrubbing.js'));
     const {component} = await monitor.control('at', {time: scrubbing.time});
     return component.time === monitor.looking?.component.time;
 }"""

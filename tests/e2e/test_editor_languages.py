@@ -342,7 +342,7 @@ def test_the_language_does_not_change_while_typed_text_waits_for_the_server(
 
 def test_the_page_of_trials_speaks_the_language_of_its_reader(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "run.html"
-    path.write_text(html_file("run", "trials-page.js", (), json.dumps(TRIALS).encode()), "utf-8")
+    path.write_text(html_file("run", "onefile/trials-page.js", (), json.dumps(TRIALS).encode()), "utf-8")
     for language, words in (("es", "1 de 2 ensayos lo consiguen"), ("en", "1 of 2 trials succeed")):
         with new_context(browser, language) as context:
             page = context.new_page()

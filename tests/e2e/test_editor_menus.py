@@ -99,7 +99,7 @@ def test_the_newest_errors_are_shown_until_they_are_dismissed_and_the_others_cou
     shown.page.clock.install()
     shown.page.evaluate(
         """async () => {
-            const path = document.querySelector("script[src$='/app.js']").src.replace("app.js", "notices.js");
+            const path = document.querySelector("script[src$='/app.js']").src.replace("shell/app.js", "kit/notices.js");
             const {notify} = await import(path);
             for (let each = 1; each <= 5; each++) notify(`Error ${each}`, "error");
             notify("Done");
@@ -129,7 +129,7 @@ def test_a_stop_that_is_not_confirmed_says_so_until_it_is(shown: EditorPage) -> 
     shown.page.evaluate(
         """async () => {
             const entry = document.querySelector("script[src$='/app.js']").src;
-            const {monitor} = await import(entry.replace("app.js", "monitor/monitor.js"));
+            const {monitor} = await import(entry.replace("shell/app.js", "run/monitor.js"));
             monitor.control = () => new Promise((answer) => Object.assign(window, {answer}));
         }"""
     )

@@ -435,7 +435,7 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
 
     gone_on = """async () => {
       const entry = document.querySelector('script[src$="/app.js"]').src;
-      const {past} = (await import(entry.replace('app.js', 'monitor/monitor.js'))).monitor;
+      const {past} = (await import(entry.replace('shell/app.js', 'run/monitor.js'))).monitor;
       return past.end - past.changes.at(-1).time > 1;
     }"""
     comes_true(shown, gone_on)  # what was just now counts as now
@@ -489,8 +489,8 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
 
     there = """async () => {
       const entry = document.querySelector('script[src$="/app.js"]').src;
-      const {monitor} = await import(entry.replace('app.js', 'monitor/monitor.js'));
-      const {scrubbing} = await import(entry.replace('app.js', 'monitor/scrubbing.js'));
+      const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
+      const {scrubbing} = await import(entry.replace('shell/app.js', 'run/scrubbing.js'));
       const {component} = await monitor.control('at', {time: scrubbing.time});
       return component.time === monitor.looking?.component.time;
     }"""

@@ -107,7 +107,7 @@ def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
     shown = fresh
     # What is typed before the panel is there is typed into it.
     shown.state("wait").locator(".body").click()
-    asked = shown.held("**/panels/editor.js", lambda: shown.press("Shift+Enter"))
+    asked = shown.held("**/code/editor.js", lambda: shown.press("Shift+Enter"))
     shown.type("sti = 1\n")  # each of which does something on the canvas
     asked.continue_()
     code = shown.page.get_by_role("textbox", name="Code of the state wait")

@@ -40,8 +40,8 @@ TOUCH = """([from, to]) => {
 
 
 SERVED = """async ([names, postures]) => {
-    const base = document.querySelector('script[src$="/app.js"]').src.replace("app.js", "");
-    const {store} = await import(`${base}store.js`);
+    const base = document.querySelector('script[src$="/app.js"]').src.replace("shell/app.js", "");
+    const {store} = await import(`${base}data/store.js`);
     const request = store.request.bind(store);
     store.request = (op, fields) => fields?.action === "identities"
         ? Promise.resolve(Object.fromEntries(names.map((name) => [name, [`::nao::${name}`]])))

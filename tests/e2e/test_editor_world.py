@@ -27,11 +27,11 @@ BALL = """async () => {
 }"""
 NOW = """async () => {
   const entry = document.querySelector('script[src$="/app.js"]').src;
-  return (await import(entry.replace("app.js", "monitor/monitor.js"))).monitor.newest.component.time;
+  return (await import(entry.replace("shell/app.js", "run/monitor.js"))).monitor.newest.component.time;
 }"""
 LOOK_BACK = """async time => {
   const entry = document.querySelector('script[src$="/app.js"]').src;
-  const {scrubbing} = await import(entry.replace("app.js", "monitor/scrubbing.js"));
+  const {scrubbing} = await import(entry.replace("shell/app.js", "run/scrubbing.js"));
   await scrubbing.to(time);
 }"""
 

@@ -56,7 +56,7 @@ LIFT = Body(
 """A lift that slides forwards, because it is turned, with a tray that is turned about that direction."""
 POSE = """async ([described, state]) => {
   const entry = document.querySelector('script[src$="/app.js"]').src;
-  const {Body} = await import(entry.replace("app.js", "monitor/body.js"));
+  const {Body} = await import(entry.replace("shell/app.js", "robot3d/body.js"));
   const body = new Body(described);
   body.pose(state);
   return Object.fromEntries([...body.links].map(([name, link]) => [name, link.matrixWorld.elements]));
@@ -65,7 +65,7 @@ POSE = """async ([described, state]) => {
 
 EXTENT = """async (described) => {
   const entry = document.querySelector('script[src$="/app.js"]').src;
-  const {RobotDrawing} = await import(entry.replace("app.js", "monitor/robot-drawing.js"));
+  const {RobotDrawing} = await import(entry.replace("shell/app.js", "robot3d/robot-drawing.js"));
   const {Box3} = await import("three");
   const drawing = new RobotDrawing(document.createElement("div"));
   drawing.build(described);

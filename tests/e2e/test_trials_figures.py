@@ -51,7 +51,7 @@ NUMBERS: Final[dict[str, Draw]] = {
 """The kinds of numbers that a plan may note: of each series some, each missing in some trials."""
 
 READ: Final = """async (view) => {
-  const {unpacked} = await import("unpacked.js");
+  const {unpacked} = await import("onefile/unpacked.js");
   const shown = document.querySelector("hfsm-trials");
   shown.view = unpacked(view);
   await shown.updateComplete;

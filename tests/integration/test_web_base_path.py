@@ -101,7 +101,7 @@ def test_a_browser_that_comes_from_elsewhere_is_led_to_the_path(running: Editor,
 
 
 def test_a_token_below_the_page_leads_back_to_it(running: Editor, host: str) -> None:
-    asked = f"{BASE}static/0/app.js{query(running)}"
+    asked = f"{BASE}static/0/shell/app.js{query(running)}"
     assert urljoin(asked, get(host, asked)[1]["location"]) == BASE
 
 

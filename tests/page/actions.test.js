@@ -6,13 +6,14 @@ import {Socket, STATIC} from "./page.js";
 
 globalThis.addEventListener ??= () => {};
 
-const {MENUS, RUN_MENU, selectionActions, selectionTitle} = await import(new URL("actions.js", STATIC).href);
+const {RUN_MENU} = await import(new URL("run/actions.js", STATIC).href);
+const {MENUS, selectionActions, selectionTitle} = await import(new URL("shell/actions.js", STATIC).href);
 const {keyTable} = await import(new URL("dialogs/key-table.js", STATIC).href);
-const {listenForKeys, spoken, written} = await import(new URL("keys.js", STATIC).href);
-const {page} = await import(new URL("page.js", STATIC).href);
-const {actions, findActions, isEnabled, perform} = await import(new URL("registry.js", STATIC).href);
-const {store} = await import(new URL("store.js", STATIC).href);
-const {containsWords} = await import(new URL("words.js", STATIC).href);
+const {listenForKeys, spoken, written} = await import(new URL("kit/keys.js", STATIC).href);
+const {page} = await import(new URL("data/page.js", STATIC).href);
+const {actions, findActions, isEnabled, perform} = await import(new URL("kit/registry.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
+const {containsWords} = await import(new URL("kit/words.js", STATIC).href);
 
 const state = (id, fields = {}) => ({id, name: `s${id}`, initial: false, final: false, children: [], ...fields});
 const transition = (id, origin, destination, priority = "") => ({id, name: `t${id}`, origin, destination, priority});

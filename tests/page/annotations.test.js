@@ -4,9 +4,9 @@ import {test} from "node:test";
 import {STATIC} from "./page.js";
 
 const {fitTitle, linesOf, neededHeight, occupied, titleSize, SIZE} = await import(
-  new URL("canvas/annotation-text.js", STATIC).href
+  new URL("measures/annotation-text.js", STATIC).href
 );
-const {areaOf} = await import(new URL("canvas/areas.js", STATIC).href);
+const {areaOf} = await import(new URL("measures/areas.js", STATIC).href);
 
 const note = (text, more = {}) => ({id: 1, kind: "note", x: 0, y: 0, width: 150, height: 33, color: "", text, ...more});
 const FRAME = {left: 0, top: 0, right: 400, bottom: 300};

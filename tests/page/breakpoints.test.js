@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {Breakpoints} = await import(new URL("monitor/breakpoints.js", STATIC).href);
+const {Breakpoints} = await import(new URL("run/breakpoints.js", STATIC).href);
 
 /** Sets breakpoints a moment after it was asked to. */
 class Monitor extends EventTarget {

@@ -3,9 +3,9 @@ import {before, beforeEach, test} from "node:test";
 
 import {Socket, STATIC} from "./page.js";
 
-const {canStep, step} = await import(new URL("commands.js", STATIC).href);
-const {page} = await import(new URL("page.js", STATIC).href);
-const {store} = await import(new URL("store.js", STATIC).href);
+const {canStep, step} = await import(new URL("data/commands.js", STATIC).href);
+const {page} = await import(new URL("data/page.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 
 const TAB = 1;
 /** @type {Socket} */

@@ -5,7 +5,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {covered, gapsIn, highlightOf, linesInWords, summary, versionOf} = await import(`${STATIC}trials/covered.js`);
+const {covered, gapsIn, highlightOf, linesInWords, summary, versionOf} = await import(`${STATIC}data/covered.js`);
 
 const PASSED = [
   {automaton: 1, kind: "state", id: 1, count: 3, failed: false},

@@ -3,8 +3,8 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {lostIn, outgoing, ownerOf, pathTo, rootOf, titleOf} = await import(new URL("outline.js", STATIC).href);
-const {problemOf, problemOfAutomaton, sameProblem} = await import(new URL("problems.js", STATIC).href);
+const {lostIn, outgoing, ownerOf, pathTo, rootOf, titleOf} = await import(new URL("data/outline.js", STATIC).href);
+const {problemOf, problemOfAutomaton, sameProblem} = await import(new URL("data/problems.js", STATIC).href);
 
 const automaton = (id, father, ...states) => ({
   id,

@@ -25,8 +25,8 @@ const element = () => {
 Object.assign(globalThis.document, {createElement: element, body: element()});
 globalThis.Text ??= class {};
 
-const {Draft, flushEdits} = await import(new URL("panels/draft.js", STATIC).href);
-const {store} = await import(new URL("store.js", STATIC).href);
+const {Draft, flushEdits} = await import(new URL("code/draft.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 
 /** @type {Socket} */
 let socket;

@@ -4,7 +4,7 @@ import {test} from "node:test";
 import {STATIC} from "./page.js";
 
 const {fold} = await import(new URL("canvas/folding.js", STATIC).href);
-const {arc, boxOf, distance, pointsOf, RADIUS} = await import(new URL("canvas/geometry.js", STATIC).href);
+const {arc, boxOf, distance, pointsOf, RADIUS} = await import(new URL("measures/geometry.js", STATIC).href);
 
 const BESIDE = 250;
 const numbers = (count) => Array.from({length: count}, (_, index) => index + 1);

@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {Followed} = await import(new URL("monitor/followed.js", STATIC).href);
+const {Followed} = await import(new URL("run/followed.js", STATIC).href);
 
 /** Let an automaton run for some seconds with so many cycles a second, of which a part is too long. */
 function run(followed, {from = 0, seconds, cycles, overruns}) {

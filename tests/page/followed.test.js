@@ -3,8 +3,8 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {Followed} = await import(new URL("monitor/followed.js", STATIC).href);
-const {Starts} = await import(new URL("monitor/starts.js", STATIC).href);
+const {Followed} = await import(new URL("run/followed.js", STATIC).href);
+const {Starts} = await import(new URL("run/starts.js", STATIC).href);
 
 const automaton = (id, fields = {}) => ({
   id,

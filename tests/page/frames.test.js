@@ -7,8 +7,8 @@ import {Socket, STATIC} from "./page.js";
 const waiting = [];
 globalThis.setTimeout = (run) => waiting.push(run);
 globalThis.clearTimeout = () => {};
-const {store} = await import(new URL("store.js", STATIC).href);
-const {receiveFrames} = await import(new URL("monitor/frames.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
+const {receiveFrames} = await import(new URL("robot3d/frames.js", STATIC).href);
 
 const later = () => waiting.splice(0).forEach((run) => run());
 

@@ -4,7 +4,7 @@ import {test} from "node:test";
 import {STATIC} from "./page.js";
 
 const {arc, bounds, contains, distance, drawnArc, handles, neighbor, pointsOf, LOOP, RADIUS} = await import(
-  new URL("canvas/geometry.js", STATIC).href
+  new URL("measures/geometry.js", STATIC).href
 );
 const {placeLabels, HANDLE} = await import(new URL("canvas/labels.js", STATIC).href);
 

@@ -69,8 +69,8 @@ class Text {}
 const body = new Element();
 Object.assign(globalThis, {Text, document: {...globalThis.document, createElement: () => new Element(), body}});
 
-const {clearErrors, notify, notifyError, OFFLINE, showNoticesOf} = await import(new URL("notices.js", STATIC).href);
-const {RequestError} = await import(new URL("store.js", STATIC).href);
+const {clearErrors, notify, notifyError, OFFLINE, showNoticesOf} = await import(new URL("kit/notices.js", STATIC).href);
+const {RequestError} = await import(new URL("data/store.js", STATIC).href);
 
 /** What is shown. */
 const shown = () =>

@@ -5,7 +5,7 @@ import test from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {triggerFrom} = await import(new URL("outline.js", STATIC).href);
+const {triggerFrom} = await import(new URL("data/outline.js", STATIC).href);
 
 /** A document whose root has a state 1 with automata; each has a final state or not. @param {boolean[]} finals */
 function documentOf(finals, transitions = []) {

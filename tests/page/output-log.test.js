@@ -3,8 +3,8 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {store} = await import(new URL("store.js", STATIC).href);
-const {outputLog} = await import(new URL("panels/output-log.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
+const {outputLog} = await import(new URL("data/output-log.js", STATIC).href);
 
 const write = (tab, ...lines) => store.dispatchEvent(new CustomEvent("output", {detail: {tab, lines}}));
 

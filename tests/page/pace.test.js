@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {Pace} = await import(new URL("monitor/pace.js", STATIC).href);
+const {Pace} = await import(new URL("robot3d/pace.js", STATIC).href);
 
 const FRAMES = 8;
 

@@ -37,7 +37,7 @@ const SAME = new Set(
 /** The modules of the page, without the libraries. */
 export function modules() {
   return readdirSync(STATIC, {recursive: true, encoding: "utf-8"})
-    .filter((name) => name.endsWith(".js") && !name.startsWith("vendor") && name !== "texts.js")
+    .filter((name) => name.endsWith(".js") && !name.startsWith("vendor") && name !== "kit/texts.js")
     .sort();
 }
 

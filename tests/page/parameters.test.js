@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {parameterOptions} = await import(new URL("monitor/parameters.js", STATIC).href);
+const {parameterOptions} = await import(new URL("run/parameters.js", STATIC).href);
 
 const declared = [
   {name: "top_speed", type: "float", default: "0.3", description: ""},

@@ -5,7 +5,7 @@ import {createInterface} from "node:readline";
 
 import {Socket, STATIC} from "./page.js";
 
-const {store} = await import(new URL("store.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 
 store.connect();
 const socket = Socket.made[0];

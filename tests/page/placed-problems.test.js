@@ -5,7 +5,7 @@ import test from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {placed, problemOf} = await import(new URL("problems.js", STATIC).href);
+const {placed, problemOf} = await import(new URL("data/problems.js", STATIC).href);
 
 const owner = {kind: "state", automaton: 1, id: 1};
 const code = (automaton) => ({kind: "state", automaton, id: 2, part: "code"});

@@ -44,8 +44,8 @@ globalThis.addEventListener ??= () => {};
 
 const {Pointer, wheelSetting} = await import(new URL("canvas/pointer.js", STATIC).href);
 const {Viewport} = await import(new URL("canvas/viewport.js", STATIC).href);
-const {page} = await import(new URL("page.js", STATIC).href);
-const {store} = await import(new URL("store.js", STATIC).href);
+const {page} = await import(new URL("data/page.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 
 const STATES = [
   {id: 1, name: "one", x: 100, y: 100, children: []},

@@ -3,9 +3,9 @@ import {test} from "node:test";
 
 import {Socket, STATIC} from "./page.js";
 
-const {store} = await import(new URL("store.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 const {chooseBody, chosenBody, isElsewhere, isReadyFor, needsRobot, robotComes, shownOf, simulate, simulationFor} =
-  await import(new URL("robot.js", STATIC).href);
+  await import(new URL("data/robot.js", STATIC).href);
 
 store.connect();
 const socket = Socket.made.at(-1);

@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {Sequence} = await import(new URL("sequence.js", STATIC).href);
+const {Sequence} = await import(new URL("kit/sequence.js", STATIC).href);
 
 test("each piece of work begins after the one before it, and its caller gets the result", async () => {
   const sequence = new Sequence();

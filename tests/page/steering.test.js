@@ -21,8 +21,8 @@ Object.assign(globalThis, {
   document: {...globalThis.document, createElement: element, body: {append() {}}},
 });
 
-const {monitor} = await import(new URL("monitor/monitor.js", STATIC).href);
-const {store} = await import(new URL("store.js", STATIC).href);
+const {monitor} = await import(new URL("run/monitor.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 
 const settled = () => new Promise((resolve) => setImmediate(resolve));
 

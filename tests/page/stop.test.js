@@ -6,8 +6,8 @@ import {Socket, STATIC} from "./page.js";
 const window = new EventTarget();
 Object.assign(globalThis, {window});
 
-const {listenForStop} = await import(new URL("monitor/stop.js", STATIC).href);
-const {store} = await import(new URL("store.js", STATIC).href);
+const {listenForStop} = await import(new URL("run/stop.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 
 /** @type {Socket} */
 let socket;

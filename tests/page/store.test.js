@@ -3,7 +3,7 @@ import {afterEach, beforeEach, test} from "node:test";
 
 import {Channel, Socket, STATIC} from "./page.js";
 
-const {store} = await import(new URL("store.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 
 const state = (id, name = `s${id}`) => ({id, name, children: []});
 const transition = (id, origin, destination) => ({id, origin, destination});

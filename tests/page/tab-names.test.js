@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {partsOf} = await import(new URL("tab-names.js", STATIC).href);
+const {partsOf} = await import(new URL("data/tab-names.js", STATIC).href);
 
 const parts = (...titles) => {
   const tabs = titles.map((title, tab) => ({tab, title, path: `${title}.xml`}));

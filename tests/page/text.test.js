@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {fitCircle, shortened, width, wrapped} = await import(new URL("canvas/text.js", STATIC).href);
+const {fitCircle, shortened, width, wrapped} = await import(new URL("measures/text.js", STATIC).href);
 
 test("widths count every character, and accents take no room", () => {
   assert.equal(width("", 12), 0);

@@ -15,7 +15,7 @@ async function loaded(languages, browser, texts = {}) {
   const document = {documentElement: root, querySelector: () => attribute, getElementById: () => inFile};
   Object.assign(globalThis, {document});
   Object.assign(navigator, {languages: browser});
-  const module = await import(new URL(`texts.js?${Math.random()}`, STATIC).href);
+  const module = await import(new URL(`kit/texts.js?${Math.random()}`, STATIC).href);
   Object.assign(globalThis, {document: former});
   return {...module, lang: root.lang};
 }

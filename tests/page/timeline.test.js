@@ -3,11 +3,11 @@ import {beforeEach, test} from "node:test";
 
 import {Socket, STATIC} from "./page.js";
 
-const {seen, stepOf, wasActive} = await import(new URL("monitor/lanes.js", STATIC).href);
-const {monitor} = await import(new URL("monitor/monitor.js", STATIC).href);
-const {Past} = await import(new URL("monitor/past.js", STATIC).href);
-const {scrubbing} = await import(new URL("monitor/scrubbing.js", STATIC).href);
-const {store} = await import(new URL("store.js", STATIC).href);
+const {seen, stepOf, wasActive} = await import(new URL("run/lanes.js", STATIC).href);
+const {monitor} = await import(new URL("run/monitor.js", STATIC).href);
+const {Past} = await import(new URL("run/past.js", STATIC).href);
+const {scrubbing} = await import(new URL("run/scrubbing.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
 
 const now = (id, state, fields = {}) => ({id, state, ghost: false, enteredAt: 0, lastTransition: 0, ...fields});
 const span = (state, start, end, ghost = false) => ({state, ghost, start, end});

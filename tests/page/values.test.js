@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {spokenAngle, spokenPlace, valueIn} = await import(new URL("monitor/values.js", STATIC).href);
+const {spokenAngle, spokenPlace, valueIn} = await import(new URL("run/values.js", STATIC).href);
 
 test("values are read as Python or JSON write them", () => {
   for (const [written, value] of /** @type {[string, unknown][]} */ ([

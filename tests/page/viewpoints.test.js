@@ -9,7 +9,7 @@ const three = JSON.stringify({url: new URL("vendor/three.js", STATIC).href, shor
 const hook = `export const resolve = (name, context, next) => (name === "three" ? ${three} : next(name, context));`;
 register(`data:text/javascript,${encodeURIComponent(hook)}`);
 const {Object3D, Vector3} = await import("three");
-const {Viewpoints} = await import(new URL("monitor/viewpoints.js", STATIC).href);
+const {Viewpoints} = await import(new URL("robot3d/viewpoints.js", STATIC).href);
 
 /** An element that is dragged on. */
 class Surface extends EventTarget {

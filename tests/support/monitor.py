@@ -130,7 +130,7 @@ def run_again(shown: EditorPage) -> None:
     """Press F5 while the component runs, and wait until another one is followed."""
     started = (
         "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src"
-        ".replace('app.js', 'monitor/monitor.js'))).monitor.newest?.component.startedAt"
+        ".replace('shell/app.js', 'run/monitor.js'))).monitor.newest?.component.startedAt"
     )
     before = shown.page.evaluate(started)
     shown.press("F5")

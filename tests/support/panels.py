@@ -82,7 +82,7 @@ def add(shown: EditorPage, noun: str, name: str) -> Locator:
 def undo_names(shown: EditorPage) -> list[str]:
     """Return the steps that can be undone, the most recent first."""
     names: list[str] = shown.page.evaluate(
-        "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src.replace('app.js', 'page.js'))).page.document.undo.map(each => each.name)"
+        "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src.replace('shell/app.js', 'data/page.js'))).page.document.undo.map(each => each.name)"
     )
     return names
 

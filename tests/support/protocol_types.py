@@ -39,7 +39,7 @@ from visualhfsm.project._code_help.answers import Explanation as NameExplanation
 
 __all__ = ["FILE", "protocol_types"]
 
-FILE: Final = STATIC / "protocol.d.ts"
+FILE: Final = STATIC / "data" / "protocol.d.ts"
 
 _HEAD: Final = """// Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
 """

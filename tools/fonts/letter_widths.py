@@ -23,7 +23,7 @@ _HEAD: Final = "Written by `python -m tools.fonts.letter_widths` from DejaVu San
 _ABOUT: Final = "Letters without accents by their width, in thousandths of their size."
 FILES: Final = (
     _ROOT / "visualhfsm/_drawing/letter_widths.py",
-    _ROOT / "visualhfsm/_editor/static/canvas/letter-widths.js",
+    _ROOT / "visualhfsm/_editor/static/measures/letter-widths.js",
 )
 """What is written: the same table, for Python and for the page."""
 

@@ -1,7 +1,7 @@
 """A drawing as one HTML file, to send it: all automata with their code, notes and frames, without a server.
 
-The file contains the modules of the editor's page that `_editor/static/drawing-page.js` imports, and the
-document. Nothing of the document is executed.
+The file contains the modules of the editor's page that `_editor/static/onefile/drawing-page.js` imports, and
+the document. Nothing of the document is executed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from codegen.hfsm.document import Document
 from visualhfsm._base.html_file import html_file
 from visualhfsm._document.views import view
 
-_ENTRY: Final = "drawing-page.js"
+_ENTRY: Final = "onefile/drawing-page.js"
 _STYLES: Final = tuple(
     f"styles/{name}" for name in ("theme", "shell", "canvas", "panels", "run-page", "drawing-page")
 )

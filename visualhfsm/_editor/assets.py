@@ -35,7 +35,7 @@ _IMPORT_MAP: Final = "%IMPORT_MAP%"
 _PRELOADS: Final = "%PRELOADS%"
 _LANGUAGES: Final = "%LANGUAGES%"
 _NONCE: Final = b"%NONCE%"
-_ENTRY: Final = "app.js"
+_ENTRY: Final = "shell/app.js"
 
 _COMPRESSED: Final = frozenset({".css", ".html", ".js", ".json", ".svg", ".txt"})
 _LIBRARIES: Final = "vendor/"

@@ -1,6 +1,7 @@
 """A run as one HTML file, to hand it in: automata, variables, timeline, robot in 3D and pictures.
 
-The file contains the modules of the editor's page that `_editor/static/run-page.js` imports, and the run.
+The file contains the modules of the editor's page that `_editor/static/onefile/run-page.js` imports, and the
+run.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ _LARGEST_MOMENTS: Final = 64 << 20
 fewer a second."""
 _SAYS: Final = re.compile(rb'"message":|"refusal":"[^"]')
 """What is in each moment with errors, a refusal or events of the robot."""
-_ENTRY: Final = "run-page.js"
+_ENTRY: Final = "onefile/run-page.js"
 _STYLES: Final = (
     "vendor/uplot",
     *(f"styles/{name}" for name in ("theme", "shell", "canvas", "panels", "monitor", "run-page")),

@@ -27,7 +27,7 @@ from ._view import view_of
 _DIGITS: Final = 12
 """Characters of a digest that are shown."""
 _GIT_LIMIT: Final = 10.0  # s
-_ENTRY: Final = "trials-page.js"
+_ENTRY: Final = "onefile/trials-page.js"
 _STYLES: Final = tuple(f"styles/{name}" for name in ("theme", "shell", "panels", "monitor", "trials"))
 
 

@@ -24,6 +24,13 @@ PAGE_IMPORT: Final = re.compile(
 """An import of a module of the page, at its beginning or when it is first needed."""
 
 
+PAGE_FLOORS: Final = (
+    *("kit", "measures", "data", "code", "canvas", "run", "robot3d"),
+    *("dialogs panels shelf trials", "shell", "onefile"),
+)
+"""The folders of the page from below. What is imported when it is first needed, such as a dialog, may stand above."""
+
+
 def circles(graph: grimp.ImportGraph) -> list[list[str]]:
     """Return the groups of modules each of which imports all others, directly or not, if only for types."""
     found: list[list[str]] = []
@@ -37,15 +44,25 @@ def circles(graph: grimp.ImportGraph) -> list[list[str]]:
     return [circle for circle in found if len(circle) > 1]
 
 
-def page_graph(modules: Mapping[str, str]) -> grimp.ImportGraph:
-    """Return who imports whom in modules of the page, whose texts are given by their paths."""
+def page_graph(modules: Mapping[str, str], *, on_need: bool = True) -> grimp.ImportGraph:
+    """Return who imports whom in modules of the page, whose texts are given by their paths.
+
+    Without `on_need` only the imports at their beginning count.
+    """
     graph = grimp.ImportGraph()
     for name, text in modules.items():
         graph.add_module(name)
-        for targets in PAGE_IMPORT.findall(PAGE_COMMENT.sub("", text)):
-            target = posixpath.normpath(posixpath.join(posixpath.dirname(name), "".join(targets)))
-            graph.add_import(importer=name, imported=target)
+        for first, later in PAGE_IMPORT.findall(PAGE_COMMENT.sub("", text)):
+            if target := first or (on_need and later):
+                target = posixpath.normpath(posixpath.join(posixpath.dirname(name), target))
+                graph.add_import(importer=name, imported=target)
     return graph
+
+
+def page_modules() -> dict[str, str]:
+    """Return the texts of the modules of the page, by their paths."""
+    paths = [path for path in STATIC.rglob("*.js") if "vendor" not in path.parts]
+    return {path.relative_to(STATIC).as_posix(): path.read_text("utf-8") for path in paths}
 
 
 def test_circles_of_imports_are_small() -> None:
@@ -62,10 +79,22 @@ def test_a_circle_through_several_modules_is_found() -> None:
 
 
 def test_circles_of_the_page_are_small() -> None:
-    paths = [path for path in STATIC.rglob("*.js") if "vendor" not in path.parts]
-    graph = page_graph({path.relative_to(STATIC).as_posix(): path.read_text("utf-8") for path in paths})
+    graph = page_graph(page_modules())
     assert graph.count_imports() > 400
     assert [circle for circle in circles(graph) if len(circle) > LARGEST_CIRCLE] == []
+
+
+def test_the_folders_of_the_page_stand_on_one_another() -> None:
+    graph = page_graph(page_modules(), on_need=False)
+    floor = {folder: number for number, folders in enumerate(PAGE_FLOORS) for folder in folders.split()}
+    up = [
+        f"{importer} imports {imported}"
+        for importer in sorted(graph.modules)
+        for imported in sorted(graph.find_modules_directly_imported_by(importer))
+        if (above := importer.split("/")[0]) != (below := imported.split("/")[0])
+        and floor[above] <= floor[below]
+    ]
+    assert up == [], f"the floors are, from below: {', '.join(PAGE_FLOORS)}"
 
 
 def test_imports_of_the_page_are_found_where_they_are_needed_too() -> None:
@@ -79,3 +108,5 @@ def test_imports_of_the_page_are_found_where_they_are_needed_too() -> None:
     assert graph.modules == {*modules}
     assert graph.find_modules_directly_imported_by("a/one.js") == {"two.js", "a/three.js"}
     assert circles(graph) == [["a/one.js", "app.js", "two.js"]]
+    first = page_graph(modules, on_need=False)
+    assert first.find_modules_directly_imported_by("a/one.js") == {"a/three.js"}

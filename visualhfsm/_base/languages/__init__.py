@@ -65,7 +65,7 @@ def said(message: Message, language: str) -> str:
 def in_all_languages(message: object) -> object:
     """Return a message in each language that says it differently, for a file of unknown readers.
 
-    It is the `enc_hook` with which `msgspec` writes what `unpacked.js` reads.
+    It is the `enc_hook` with which `msgspec` writes what `onefile/unpacked.js` reads.
     """
     if not isinstance(message, Message):
         raise NotImplementedError(f"a file cannot contain {type(message).__name__}")

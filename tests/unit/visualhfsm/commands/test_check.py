@@ -176,7 +176,7 @@ def test_what_is_certain_in_any_case_assumes_nothing(tmp_path: Path) -> None:
 
 
 def test_the_page_has_the_same_assumptions_of_a_proof() -> None:
-    script = (ROOT / "visualhfsm/_editor/static/panels/verdicts.js").read_text(encoding="utf-8")
+    script = (ROOT / "visualhfsm/_editor/static/code/verdicts.js").read_text(encoding="utf-8")
     (literals,) = re.findall(r"ASSUMPTIONS = t\(\n((?: +\"[^\"]*\"[ +,]*\n)+)", script)
     assert "".join(re.findall(r'"([^"]*)"', literals)) == ASSUMPTIONS
 

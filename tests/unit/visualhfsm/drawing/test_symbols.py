@@ -26,8 +26,8 @@ def light_colors() -> dict[str, str]:
 
 
 def measures(module: str) -> dict[str, float]:
-    """Return the numbers that a module of the canvas defines."""
-    found = _NUMBER.findall((STATIC / "canvas" / module).read_text("utf-8"))
+    """Return the numbers that a module of the page defines."""
+    found = _NUMBER.findall((STATIC / module).read_text("utf-8"))
     return {name: float(value) for name, value in found}
 
 
@@ -48,7 +48,7 @@ def test_the_colors_are_those_of_the_light_theme() -> None:
 
 
 def test_the_measures_are_those_of_the_canvas() -> None:
-    page = measures("geometry.js")
+    page = measures("measures/geometry.js")
     assert (page["RADIUS"], page["FAN"], page["LOOP"]) == (arcs.RADIUS, geometry.FAN, geometry.LOOP)
-    assert measures("labels.js")["HANDLE"] == labels.HANDLE
-    assert text.fit_circle("two words").line_height == 13 * measures("text.js")["LINE"]
+    assert measures("canvas/labels.js")["HANDLE"] == labels.HANDLE
+    assert text.fit_circle("two words").line_height == 13 * measures("measures/text.js")["LINE"]

@@ -17,22 +17,22 @@ from tests.support.places import ROOT
 from visualhfsm._base.html_file import STATIC
 from visualhfsm._editor.assets import Assets, without_comments
 
-PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="./static/%VERSION%/app.js"></script>'
+PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="./static/%VERSION%/shell/app.js"></script>'
 LIGHT = 150_000
 """The most bytes that the page, its styles and first modules may have, compressed as they are sent."""
 
 
 @pytest.fixture
 def static(tmp_path: Path) -> Path:
-    for folder in ("canvas", "vendor"):
+    for folder in ("canvas", "shell", "vendor"):
         (tmp_path / folder).mkdir()
     (tmp_path / "index.html").write_text(PAGE)
-    (tmp_path / "app.js").write_text(
-        'import { html } from "lit";\nimport {\n  Canvas,\n} from "./canvas/canvas.js";\nimport "./keys.js";\n'
-        'const later = () => import("./monitor.js");\n'
+    (tmp_path / "shell" / "app.js").write_text(
+        'import { html } from "lit";\nimport {\n  Canvas,\n} from "../canvas/canvas.js";\nimport "../keys.js";\n'
+        'const later = () => import("../monitor.js");\n'
     )
     (tmp_path / "canvas" / "canvas.js").write_text(
-        'export * from \'../geometry.js\';\nexport { store } from "../app.js";\nexport const from = "./nothing.js";\n'
+        'export * from \'../geometry.js\';\nexport { store } from "../shell/app.js";\nexport const from = "./nothing.js";\n'
     )
     for name in ("geometry.js", "keys.js", "monitor.js", "vendor/lit.js"):
         (tmp_path / name).write_text("export {};\n")
@@ -40,7 +40,7 @@ def static(tmp_path: Path) -> Path:
 
 
 def version(assets: Assets) -> str:
-    found = re.search(rb"\./static/([0-9a-f]{12})/app\.js", assets.page().html)
+    found = re.search(rb"\./static/([0-9a-f]{12})/shell/app\.js", assets.page().html)
     assert found
     return found[1].decode()
 
@@ -61,7 +61,7 @@ def test_the_page_asks_at_once_for_all_modules_that_it_begins_with(static: Path)
     assets = Assets(static)
     base = f"./static/{version(assets)}/"
     preloaded = re.findall(r'modulepreload" href="([^"]+)"', assets.page().html.decode())
-    names = ["app.js", "canvas/canvas.js", "geometry.js", "keys.js", "vendor/lit.js"]
+    names = ["canvas/canvas.js", "geometry.js", "keys.js", "shell/app.js", "vendor/lit.js"]
     assert sorted(preloaded) == [base + name for name in names]
 
 
@@ -97,7 +97,7 @@ def test_what_the_page_loads_before_the_first_need_stays_light() -> None:
     assets = Assets()
     html = assets.page().html
     loaded = set(re.findall(r'(?:href|src)="\./static/[0-9a-f]{12}/([^"]+)"', html.decode()))
-    assert {"app.js", "unexpected.js", "vendor/lit.js", "styles/theme.css"} <= loaded
+    assert {"shell/app.js", "kit/unexpected.js", "vendor/lit.js", "styles/theme.css"} <= loaded
     sizes = {name: len(sent(assets, name)) for name in loaded}
     total = sum(sizes.values()) + len(gzip.compress(html, 6))
     heaviest = sorted(sizes.items(), key=lambda item: -item[1])[:10]

@@ -62,7 +62,7 @@ def test_the_page_has_every_module_that_its_modules_import() -> None:
             r'^(?:import|export)\s(?:[^"\';]*?\sfrom\s)?\s*"([^"]+)"', text, re.MULTILINE
         )
     }
-    assert {"lit", "three", "uplot", "canvas/drawing.js", "monitor/timeline.js"} <= wanted
+    assert {"lit", "three", "uplot", "canvas/drawing.js", "run/timeline.js"} <= wanted
     assert wanted <= found.keys()
     assert "codemirror" not in found
 

@@ -1,16 +1,16 @@
 /**
  * The actions on the drawing; part of the table of all actions.
  *
- * @import {Context} from "../registry.js"
- * @import {Automaton, Commands} from "../protocol.js"
+ * @import {Context} from "../kit/registry.js"
+ * @import {Automaton, Commands} from "../data/protocol.js"
  */
 
-import * as commands from "../commands.js";
-import {notify} from "../notices.js";
-import {outgoing} from "../outline.js";
-import {page} from "../page.js";
-import {required} from "../required.js";
-import {t} from "../texts.js";
+import * as commands from "../data/commands.js";
+import {notify} from "../kit/notices.js";
+import {outgoing} from "../data/outline.js";
+import {page} from "../data/page.js";
+import {required} from "../kit/required.js";
+import {t} from "../kit/texts.js";
 import {annotatedSelection, annotationActions} from "./annotation-actions.js";
 import {wheelSetting} from "./pointer.js";
 import {StateTool, TransitionTool} from "./tools.js";
@@ -85,7 +85,7 @@ const align = (side) => () => {
 /** @param {"x" | "y"} along */
 const distribute = (along) => () => commands.applyHere("distributeStates", {states: [...page.states], along});
 
-/** @type {import("../registry.js").Action[]} */
+/** @type {import("../kit/registry.js").Action[]} */
 export const canvasActions = [
   {
     id: "select",

@@ -1,15 +1,15 @@
 /**
  * The actions on notes and frames; part of the table of all actions.
  *
- * @import {Action} from "../registry.js"
- * @import {Commands} from "../protocol.js"
+ * @import {Action} from "../kit/registry.js"
+ * @import {Commands} from "../data/protocol.js"
  */
 
-import {applyHere} from "../commands.js";
-import {holdKeys} from "../holding.js";
-import {page} from "../page.js";
-import {t} from "../texts.js";
-import {colorOf, COLORS} from "./areas.js";
+import {applyHere} from "../data/commands.js";
+import {holdKeys} from "../kit/holding.js";
+import {page} from "../data/page.js";
+import {t} from "../kit/texts.js";
+import {colorOf, COLORS} from "../measures/areas.js";
 
 const editing = () => import("./annotations.js");
 const drawable = () => page.automaton !== undefined && !page.automaton.imported;

@@ -3,13 +3,13 @@
  * nearest to, and nothing covers them.
  *
  * @import {graphlib} from "dagre"
- * @import {Annotation, Automaton} from "../protocol.js"
- * @import {Box} from "./geometry.js"
+ * @import {Annotation, Automaton} from "../data/protocol.js"
+ * @import {Box} from "../measures/geometry.js"
  * @typedef {[id: number, x: number, y: number, width: number, height: number]} Area
  */
 
-import {areaOf, isFrame} from "./areas.js";
-import {contains, distance} from "./geometry.js";
+import {areaOf, isFrame} from "../measures/areas.js";
+import {contains, distance} from "../measures/geometry.js";
 
 /** Room in a frame beside what it holds, and above it for its title. */
 const SIDE = 24;

@@ -2,13 +2,13 @@
  * Notes and frames in the drawing, below states and transitions. They are made, written and resized in annotations.js,
  * which is loaded when somebody does.
  *
- * @import {Annotation} from "../protocol.js"
- * @import {Box, Point} from "./geometry.js"
+ * @import {Annotation} from "../data/protocol.js"
+ * @import {Box, Point} from "../measures/geometry.js"
  */
 
-import {t} from "../texts.js";
-import {fitTitle, LINE, linesOf, occupied, PADDING, SIZE, titleSize} from "./annotation-text.js";
-import {areaOf, colorOf, FARTHEST, grown, isFrame, within} from "./areas.js";
+import {t} from "../kit/texts.js";
+import {fitTitle, LINE, linesOf, occupied, PADDING, SIZE, titleSize} from "../measures/annotation-text.js";
+import {areaOf, colorOf, FARTHEST, grown, isFrame, within} from "../measures/areas.js";
 import {touches} from "./plane.js";
 import {make} from "./svg.js";
 

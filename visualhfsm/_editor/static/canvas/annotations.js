@@ -2,18 +2,18 @@
  * Make notes and frames, write on them, and drag their edges.
  *
  * @import {HfsmCanvas} from "./canvas.js"
- * @import {Annotation} from "../protocol.js"
+ * @import {Annotation} from "../data/protocol.js"
  * @import {AnnotationView} from "./annotation-view.js"
- * @import {Box, Point} from "./geometry.js"
+ * @import {Box, Point} from "../measures/geometry.js"
  */
 
-import {applyHere} from "../commands.js";
-import {page} from "../page.js";
-import {t} from "../texts.js";
-import {LINE, neededHeight, PADDING, SIZE} from "./annotation-text.js";
-import {areaOf, grown, isFrame, SMALLEST} from "./areas.js";
+import {applyHere} from "../data/commands.js";
+import {page} from "../data/page.js";
+import {t} from "../kit/texts.js";
+import {LINE, neededHeight, PADDING, SIZE} from "../measures/annotation-text.js";
+import {areaOf, grown, isFrame, SMALLEST} from "../measures/areas.js";
 import {make} from "./svg.js";
-import {wrapped} from "./text.js";
+import {wrapped} from "../measures/text.js";
 import {ARROWS, freePlace, STEP} from "./tools.js";
 
 const TOUCH = 24; // pixels of the window around an edge that is dragged

@@ -1,26 +1,26 @@
 /**
  * The canvas: shows the automaton of the page and lets it be drawn.
  *
- * @import {Target} from "../events.js"
- * @import {FieldsOf} from "../messages.js"
- * @import {Automaton, Commands} from "../protocol.js"
+ * @import {Target} from "../kit/events.js"
+ * @import {FieldsOf} from "../data/messages.js"
+ * @import {Automaton, Commands} from "../data/protocol.js"
  * @import {Annotating} from "./annotations.js"
  * @import {Comparison} from "./comparison.js"
- * @import {Box, Point} from "./geometry.js"
+ * @import {Box, Point} from "../measures/geometry.js"
  * @import {Live} from "./live-marks.js"
  * @import {DrawingTool} from "./tools.js"
  * @typedef {"state" | "transition" | "annotation"} Kind of what is drawn
  */
 
-import {applyHere, selectAdded} from "../commands.js";
-import {holdKeys} from "../holding.js";
-import {keyOf} from "../keys.js";
-import {isImporting} from "../outline.js";
-import {page} from "../page.js";
-import {problemOf} from "../problems.js";
-import {store} from "../store.js";
-import {t} from "../texts.js";
-import {contains, distance, RADIUS} from "./geometry.js";
+import {applyHere, selectAdded} from "../data/commands.js";
+import {holdKeys} from "../kit/holding.js";
+import {keyOf} from "../kit/keys.js";
+import {isImporting} from "../data/outline.js";
+import {page} from "../data/page.js";
+import {problemOf} from "../data/problems.js";
+import {store} from "../data/store.js";
+import {t} from "../kit/texts.js";
+import {contains, distance, RADIUS} from "../measures/geometry.js";
 import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
 import {Pointer} from "./pointer.js";

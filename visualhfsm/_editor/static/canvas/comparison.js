@@ -1,32 +1,32 @@
 /**
  * Show the differences from another version on the canvas: added, removed, changed and moved elements.
  *
- * @import {Difference} from "../messages.js"
- * @import {Automaton} from "../protocol.js"
+ * @import {Difference} from "../data/messages.js"
+ * @import {Automaton} from "../data/protocol.js"
  */
 
 import {html, nothing, render} from "lit";
 
-import {askTab} from "../commands.js";
-import {confirm} from "../dialogs/dialog.js";
-import {chooseFile} from "../dialogs/files.js";
-import {ownerOf} from "../outline.js";
-import {page} from "../page.js";
-import {wordOf} from "../panels/places.js";
-import {store} from "../store.js";
-import {n, t} from "../texts.js";
+import {askTab} from "../data/commands.js";
+import {confirm} from "../kit/dialog.js";
+import {chooseFile} from "../data/file-dialog.js";
+import {ownerOf} from "../data/outline.js";
+import {page} from "../data/page.js";
+import {wordOf} from "../code/places.js";
+import {store} from "../data/store.js";
+import {n, t} from "../kit/texts.js";
 import {MARKS} from "./glyphs.js";
 
 /** @type {Record<string, number>} */
 const RANK = {added: 4, removed: 4, changed: 3, inside: 2, moved: 1};
 
-/** Ask for the version to compare with, and show the differences. @param {import("../registry.js").Context} context */
+/** Ask for the version to compare with, and show the differences. @param {import("../kit/registry.js").Context} context */
 export async function compare({canvas}) {
   if (canvas.comparison) {
     canvas.comparison.end();
     return;
   }
-  /** @type {import("../dialogs/dialog.js").Choice[]} */
+  /** @type {import("../kit/dialog.js").Choice[]} */
   const saved = page.tabState?.path ? [["saved", t("The saved version"), "primary"]] : [];
   const choice = await confirm({
     title: t("Compare with"),

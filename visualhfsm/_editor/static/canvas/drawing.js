@@ -5,10 +5,10 @@
  * hundreds of states is drawn at once. Which views are on the page is up to the stage.
  */
 
-import {outgoing} from "../outline.js";
-import {required} from "../required.js";
+import {outgoing} from "../data/outline.js";
+import {required} from "../kit/required.js";
 import {AnnotationLayer} from "./annotation-view.js";
-import {bounds, contains, handles, pointsOf, RADIUS, wider} from "./geometry.js";
+import {bounds, contains, handles, pointsOf, RADIUS, wider} from "../measures/geometry.js";
 import {placeLabels, roomOf} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
 import {touches} from "./plane.js";
@@ -23,10 +23,10 @@ const BESIDE_ARC = 200; // pixels around an arc within which its name may be
 const MARKED = 200; // views with marks that are drawn one by one in any case
 
 /**
- * @import {Automaton, Problem, State, Transition} from "../protocol.js"
+ * @import {Automaton, Problem, State, Transition} from "../data/protocol.js"
  * @import {AnnotationView} from "./annotation-view.js"
  * @import {View} from "./crowd.js"
- * @import {Box, Point} from "./geometry.js"
+ * @import {Box, Point} from "../measures/geometry.js"
  * @import {Live} from "./live-marks.js"
  * @typedef {{imported: (state: State) => boolean, problem: (kind: "state" | "transition", id: number) => Problem |
  *   undefined, marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`

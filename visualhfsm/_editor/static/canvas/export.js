@@ -1,13 +1,13 @@
 /**
  * Self-contained pictures of automata: every style is written into the SVG.
  *
- * @import {Automaton} from "../protocol.js"
+ * @import {Automaton} from "../data/protocol.js"
  */
 
-import {isImporting} from "../outline.js";
-import {page} from "../page.js";
-import {required} from "../required.js";
-import {t} from "../texts.js";
+import {isImporting} from "../data/outline.js";
+import {page} from "../data/page.js";
+import {required} from "../kit/required.js";
+import {t} from "../kit/texts.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
 

@@ -1,15 +1,15 @@
 /**
  * A layout that would be a long strip is folded into rows, as lines of a text; one that is high, into columns.
  *
- * @import {Transition} from "../protocol.js"
+ * @import {Transition} from "../data/protocol.js"
  * @import {Area} from "./annotation-layout.js"
- * @import {Point} from "./geometry.js"
+ * @import {Point} from "../measures/geometry.js"
  * @typedef {[id: number, x: number, y: number]} Placed
  * @typedef {{states: Placed[], transitions: Placed[], annotations: Area[]}} Layout of states, handles and annotations
  * @typedef {{start: number, end: number}} Interval
  */
 
-import {arc, between, distance, pointsOf, RADIUS} from "./geometry.js";
+import {arc, between, distance, pointsOf, RADIUS} from "../measures/geometry.js";
 import {Plane} from "./plane.js";
 
 /** Pixels up to which a layout is never folded: a screen shows them, with the names of states and transitions. */

@@ -4,16 +4,16 @@
  * Each gesture has `move(event)`, `end(event)` and `cancel()`; the document does not change before the end.
  *
  * @import {HfsmCanvas} from "./canvas.js"
- * @import {Point} from "./geometry.js"
- * @import {State} from "../protocol.js"
+ * @import {Point} from "../measures/geometry.js"
+ * @import {State} from "../data/protocol.js"
  */
 
-import {applyHere, selected} from "../commands.js";
-import {triggerFrom} from "../outline.js";
-import {page} from "../page.js";
-import {required} from "../required.js";
-import {areaOf, withContent} from "./areas.js";
-import {contains, drawnArc, RADIUS} from "./geometry.js";
+import {applyHere, selected} from "../data/commands.js";
+import {triggerFrom} from "../data/outline.js";
+import {page} from "../data/page.js";
+import {required} from "../kit/required.js";
+import {areaOf, withContent} from "../measures/areas.js";
+import {contains, drawnArc, RADIUS} from "../measures/geometry.js";
 import {make} from "./svg.js";
 
 const CLICK = 3; // pixels; a shorter move is a click

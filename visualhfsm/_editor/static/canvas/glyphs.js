@@ -1,6 +1,6 @@
 /** The glyphs of the drawing, as paths around (0, 0), and their labels. */
 
-import {t} from "../texts.js";
+import {t} from "../kit/texts.js";
 
 /** The triggers of transitions. @type {Record<string, {path: string, word: string, filled: boolean}>} */
 export const TRIGGERS = {

@@ -5,7 +5,7 @@
  * Each name tries some places around its handle, the best first, and takes the first that is free: at its full length,
  * or else shortened.
  *
- * @import {Arc, Box, Point} from "./geometry.js"
+ * @import {Arc, Box, Point} from "../measures/geometry.js"
  */
 
 /**
@@ -20,7 +20,7 @@
 
 /** A handle, with its label if that stays where it is. @typedef {{handle: Point, middle?: Point, size: Size}} Placed */
 
-import {boxOf, contains, pointsOf, RADIUS} from "./geometry.js";
+import {boxOf, contains, pointsOf, RADIUS} from "../measures/geometry.js";
 
 const CELL = 96;
 const ROW = 65536; // cells in a row

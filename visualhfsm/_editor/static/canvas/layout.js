@@ -1,22 +1,22 @@
 /**
  * Automatic layout with dagre: ranks from the initial state on, as few crossings as it finds.
  *
- * @import {Automaton, Transition} from "../protocol.js"
+ * @import {Automaton, Transition} from "../data/protocol.js"
  * @import {Area} from "./annotation-layout.js"
  * @import {Placed} from "./folding.js"
- * @import {Point} from "./geometry.js"
+ * @import {Point} from "../measures/geometry.js"
  */
 
 import * as dagre from "dagre";
 
-import {apply} from "../commands.js";
-import {notify} from "../notices.js";
-import {required} from "../required.js";
-import {n, t} from "../texts.js";
+import {apply} from "../data/commands.js";
+import {notify} from "../kit/notices.js";
+import {required} from "../kit/required.js";
+import {n, t} from "../kit/texts.js";
 import {addAnnotations} from "./annotation-layout.js";
 import {fold} from "./folding.js";
-import {LOOP, RADIUS} from "./geometry.js";
-import {width} from "./text.js";
+import {LOOP, RADIUS} from "../measures/geometry.js";
+import {width} from "../measures/text.js";
 
 const BETWEEN_STATES = 70;
 const BETWEEN_RANKS = 110;

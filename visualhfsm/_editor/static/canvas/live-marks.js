@@ -1,8 +1,8 @@
 /** Marks on states and transitions for the state of a running component. */
 
-import {required} from "../required.js";
-import {RADIUS} from "./geometry.js";
-import {n, t} from "../texts.js";
+import {required} from "../kit/required.js";
+import {RADIUS} from "../measures/geometry.js";
+import {n, t} from "../kit/texts.js";
 import {make, set} from "./svg.js";
 
 /**

@@ -3,10 +3,10 @@
  * everything is visible.
  */
 
-import {page} from "../page.js";
-import {required} from "../required.js";
-import {t} from "../texts.js";
-import {contains, RADIUS} from "./geometry.js";
+import {page} from "../data/page.js";
+import {required} from "../kit/required.js";
+import {t} from "../kit/texts.js";
+import {contains, RADIUS} from "../measures/geometry.js";
 
 const WIDTH = 176;
 const HEIGHT = 116;
@@ -27,7 +27,7 @@ export class Minimap {
   #waiting = false;
   #queued = false;
   #unpainted = true; // not painted as long as everything is visible
-  /** The part of the drawing on the map, and its scale. @type {import("./geometry.js").Box | undefined} */
+  /** The part of the drawing on the map, and its scale. @type {import("../measures/geometry.js").Box | undefined} */
   #box = undefined;
   #scale = 1;
   #x = 0;
@@ -155,7 +155,7 @@ export class Minimap {
   /**
    * Convert a point of the drawing to the map.
    *
-   * @param {import("./geometry.js").Point} point
+   * @param {import("../measures/geometry.js").Point} point
    * @returns {[number, number]}
    */
   #at({x, y}) {

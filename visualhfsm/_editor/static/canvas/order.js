@@ -1,7 +1,7 @@
 /** The order of focus in the drawing: Tab reaches one element, arrow keys the others. */
 
-import {page} from "../page.js";
-import {neighbor} from "./geometry.js";
+import {page} from "../data/page.js";
+import {neighbor} from "../measures/geometry.js";
 
 /** The lists of elements by the first letter of their keys. @type {Record<string, "states" | "transitions" | "annotations">} */
 const LISTS = {s: "states", t: "transitions", a: "annotations"};

@@ -1,7 +1,7 @@
 /**
  * Things in the plane, found by where they are: a grid of cells, each with the things whose boxes touch it.
  *
- * @import {Box} from "./geometry.js"
+ * @import {Box} from "../measures/geometry.js"
  */
 
 const CELL = 600; // pixels

@@ -6,10 +6,10 @@
  *   one that `scrolls` moves the drawing along at the edge
  */
 
-import {page} from "../page.js";
+import {page} from "../data/page.js";
 import {Band, Link, Move, Pan, Pinch} from "./gestures.js";
 import {idOf} from "./order.js";
-import {browserStorage} from "../storage.js";
+import {browserStorage} from "../kit/storage.js";
 
 const WHEEL = 600; // pixels of a wheel for a zoom by e
 const PINCH = 150; // the same for a pinch on a trackpad

@@ -1,10 +1,10 @@
 /** Edit a name in place. */
 
-import {rename} from "../commands.js";
-import {page} from "../page.js";
-import {t} from "../texts.js";
-import {RADIUS} from "./geometry.js";
-import {width} from "./text.js";
+import {rename} from "../data/commands.js";
+import {page} from "../data/page.js";
+import {t} from "../kit/texts.js";
+import {RADIUS} from "../measures/geometry.js";
+import {width} from "../measures/text.js";
 
 const SIZE = 13;
 

@@ -5,12 +5,12 @@
  * view moves. Where too much is seen for that, a crowd takes its place. What is held is there in any case, such as what
  * has the focus.
  *
- * @import {Box, Point} from "./geometry.js"
+ * @import {Box, Point} from "../measures/geometry.js"
  * @import {View} from "./crowd.js"
  */
 
 import {Crowd} from "./crowd.js";
-import {contains, distance, pointsOf, RADIUS, wider} from "./geometry.js";
+import {contains, distance, pointsOf, RADIUS, wider} from "../measures/geometry.js";
 import {Plane, touches} from "./plane.js";
 import {StateView} from "./state-view.js";
 import {make} from "./svg.js";

@@ -1,19 +1,19 @@
 /**
  * One state in the drawing.
  *
- * @import {Problem, State} from "../protocol.js"
- * @import {Box, Point} from "./geometry.js"
+ * @import {Problem, State} from "../data/protocol.js"
+ * @import {Box, Point} from "../measures/geometry.js"
  * @import {Live} from "./live-marks.js"
  * @typedef {{problem?: Problem, imported: boolean, mark?: string}} More
  */
 
-import {FAILED, sameProblem, SEVERITIES} from "../problems.js";
-import {n, t, visible} from "../texts.js";
+import {FAILED, sameProblem, SEVERITIES} from "../data/problems.js";
+import {n, t, visible} from "../kit/texts.js";
 import {BADGES, CODES, MARKS} from "./glyphs.js";
-import {RADIUS} from "./geometry.js";
+import {RADIUS} from "../measures/geometry.js";
 import {stateClasses} from "./live-marks.js";
 import {make, template} from "./svg.js";
-import {fitCircle, lineHeight} from "./text.js";
+import {fitCircle, lineHeight} from "../measures/text.js";
 
 const blank = template(`
   <g class="state" role="button" tabindex="-1">

@@ -1,16 +1,16 @@
 /**
  * The drawing tools: a new state or transition is placed with arrows and Enter, or with clicks, without a held button.
  *
- * @import {State} from "../protocol.js"
+ * @import {State} from "../data/protocol.js"
  * @import {HfsmCanvas} from "./canvas.js"
- * @import {Point} from "./geometry.js"
+ * @import {Point} from "../measures/geometry.js"
  * @typedef {{hint: string, move: (event: PointerEvent) => void, click: (point: Point) => void,
  *   key: (event: KeyboardEvent) => boolean, cancel: () => void}} DrawingTool `key` says whether it took the key
  */
 
-import {page} from "../page.js";
-import {t} from "../texts.js";
-import {distance, neighbor, RADIUS, wider} from "./geometry.js";
+import {page} from "../data/page.js";
+import {t} from "../kit/texts.js";
+import {distance, neighbor, RADIUS, wider} from "../measures/geometry.js";
 import {Link} from "./gestures.js";
 import {make} from "./svg.js";
 

@@ -1,22 +1,22 @@
 /**
  * One transition in the drawing: its arc, its handle and its name.
  *
- * @import {Problem, Transition} from "../protocol.js"
- * @import {Arc, Box, Point} from "./geometry.js"
+ * @import {Problem, Transition} from "../data/protocol.js"
+ * @import {Arc, Box, Point} from "../measures/geometry.js"
  * @import {Live} from "./live-marks.js"
  * @typedef {{from: string, to: string, rank: number, problem?: Problem, mark?: string}} More `rank` is its place among
  *   the transitions out of its state, 0 when it is the only one
  */
 
-import {FAILED, sameProblem, SEVERITIES} from "../problems.js";
-import {t, visible} from "../texts.js";
-import {arc} from "./geometry.js";
-import {spokenTime} from "../times.js";
+import {FAILED, sameProblem, SEVERITIES} from "../data/problems.js";
+import {t, visible} from "../kit/texts.js";
+import {arc} from "../measures/geometry.js";
+import {spokenTime} from "../kit/times.js";
 import {MARKS, TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
 import {beside, HANDLE} from "./labels.js";
 import {transitionClasses} from "./live-marks.js";
 import {set, template} from "./svg.js";
-import {shortened, width} from "./text.js";
+import {shortened, width} from "../measures/text.js";
 
 const blank = template(`
   <g class="transition" role="button" tabindex="-1">

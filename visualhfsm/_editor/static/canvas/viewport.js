@@ -1,7 +1,7 @@
 /**
  * The visible part of the drawing, and its scale.
  *
- * @import {Box, Point} from "./geometry.js"
+ * @import {Box, Point} from "../measures/geometry.js"
  */
 
 /** Below each of these scales, fewer details are drawn: see canvas.css. */

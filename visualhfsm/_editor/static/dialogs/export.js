@@ -2,13 +2,13 @@
 
 import {html} from "lit";
 
-import {askTab} from "../commands.js";
+import {askTab} from "../data/commands.js";
 import {download, pngOf, svgText} from "../canvas/export.js";
-import {icon} from "../icons.js";
-import {messageOf, notifyError} from "../notices.js";
-import {page} from "../page.js";
-import {t} from "../texts.js";
-import {showDialog} from "./dialog.js";
+import {icon} from "../kit/icons.js";
+import {messageOf, notifyError} from "../kit/notices.js";
+import {page} from "../data/page.js";
+import {t} from "../kit/texts.js";
+import {showDialog} from "../kit/dialog.js";
 
 /** @type {[value: string, label: string, text: string, isPicture?: boolean][]} */
 const CHOICES = [
@@ -22,7 +22,7 @@ const CHOICES = [
 export async function showExport() {
   const choice = await showDialog({
     title: t("Export"),
-    content: (/** @type {import("./dialog.js").Close<string>} */ close) =>
+    content: (/** @type {import("../kit/dialog.js").Close<string>} */ close) =>
       html`<div class="choices">
         ${CHOICES.filter(([, , , isPicture]) => page.automaton || !isPicture).map(
           ([value, label, text], index) =>
@@ -49,7 +49,7 @@ async function run(choice) {
   );
   if (choice === "svg") download(`${name}.svg`, new Blob([svgText(page.shownAutomaton)], {type: "image/svg+xml"}));
   else if (choice === "png") download(`${name}.png`, await pngOf(page.shownAutomaton));
-  else if (choice === "pages") await (await import("../print.js")).printComponent();
+  else if (choice === "pages") await (await import("../onefile/print.js")).printComponent();
   else {
     const done = await askTab("export", {page: choice === "page"});
     if (done) download(done.name, new Blob([done.text], {type: choice === "page" ? "text/html" : "application/xml"}));

@@ -1,15 +1,15 @@
 /**
  * Help: the meaning of the signs of the drawing, and every key.
  *
- * @import {Automaton, State, Transition} from "../protocol.js"
+ * @import {Automaton, State, Transition} from "../data/protocol.js"
  */
 
 import {html} from "lit";
 
 import {picture} from "../canvas/export.js";
-import {t} from "../texts.js";
-import {currentTheme} from "../theme.js";
-import {showDialog} from "./dialog.js";
+import {t} from "../kit/texts.js";
+import {currentTheme} from "../kit/theme.js";
+import {showDialog} from "../kit/dialog.js";
 import {keyTable} from "./key-table.js";
 
 /** @type {State} */
@@ -60,12 +60,12 @@ const TRIGGERS = [
   [t("When all below have finished"), "finished"],
 ];
 
-/** @param {import("../registry.js").Context} context */
+/** @param {import("../kit/registry.js").Context} context */
 export async function showHelp(context) {
   const tour = await showDialog({
     title: t("Help"),
     wide: true,
-    content: (/** @type {import("./dialog.js").Close<boolean>} */ _close) =>
+    content: (/** @type {import("../kit/dialog.js").Close<boolean>} */ _close) =>
       html`<div class="signs">
           ${SIGNS.map(
             ([text, fields]) =>
@@ -104,7 +104,7 @@ export async function showHelp(context) {
       html`<button type="button" class="button" @click=${() => close(true)}>${t("Take the tour")}</button
         ><button type="button" class="button primary" autofocus @click=${() => close()}>${t("Close")}</button>`,
   });
-  if (tour) (await import("../tour.js")).startTour(context);
+  if (tour) (await import("../shell/tour.js")).startTour(context);
 }
 
 /** @param {Partial<State>} fields */

@@ -1,9 +1,9 @@
 /** The list of keys in the help. */
 
-import {spoken} from "../keys.js";
-import {MONITOR_KEYS} from "../monitor/actions.js";
-import {actionOf} from "../registry.js";
-import {t} from "../texts.js";
+import {spoken} from "../kit/keys.js";
+import {MONITOR_KEYS} from "../run/actions.js";
+import {actionOf} from "../kit/registry.js";
+import {t} from "../kit/texts.js";
 
 /** All keys for the help: groups of [keys, what it does]. */
 export function keyTable() {

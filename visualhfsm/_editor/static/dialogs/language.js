@@ -2,12 +2,12 @@
 
 import {html} from "lit";
 
-import {notifyError} from "../notices.js";
-import {flushEdits} from "../panels/draft.js";
-import {browserStorage} from "../storage.js";
-import {store} from "../store.js";
-import {CHOSEN, language, languages, t} from "../texts.js";
-import {showDialog} from "./dialog.js";
+import {notifyError} from "../kit/notices.js";
+import {flushEdits} from "../code/draft.js";
+import {browserStorage} from "../kit/storage.js";
+import {store} from "../data/store.js";
+import {CHOSEN, language, languages, t} from "../kit/texts.js";
+import {showDialog} from "../kit/dialog.js";
 
 /** A language in its own words. @param {string} code */
 function nameOf(code) {
@@ -19,7 +19,7 @@ function nameOf(code) {
 export async function showLanguages() {
   const chosen = await showDialog({
     title: t("Language"),
-    content: (/** @type {import("./dialog.js").Close<string>} */ close) =>
+    content: (/** @type {import("../kit/dialog.js").Close<string>} */ close) =>
       html`<div class="choices" role="radiogroup" aria-labelledby="dialog-title">
         ${languages.map(
           (code) =>

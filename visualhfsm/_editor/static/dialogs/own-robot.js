@@ -1,23 +1,23 @@
 /**
  * A robot of the user's own: choose its model, see it, correct what it was taken for, and save it.
  *
- * @import {From} from "../element.js"
- * @import {OwnRobot} from "../messages.js"
- * @import {RobotDrawing} from "../monitor/robot-drawing.js"
+ * @import {From} from "../data/element.js"
+ * @import {OwnRobot} from "../data/messages.js"
+ * @import {RobotDrawing} from "../robot3d/robot-drawing.js"
  * @typedef {Pick<OwnRobot, "name" | "text">} Draft
  */
 
 import {html, nothing} from "lit";
 
-import {PageElement} from "../element.js";
-import {spokenAngle, spokenPlace} from "../monitor/values.js";
-import {messageOf, notify, notifyError} from "../notices.js";
-import {required} from "../required.js";
-import {chooseBody, simulate} from "../robot.js";
-import {RequestError, store} from "../store.js";
-import {t} from "../texts.js";
-import {showDialog} from "./dialog.js";
-import {chooseFile} from "./files.js";
+import {PageElement} from "../data/element.js";
+import {spokenAngle, spokenPlace} from "../run/values.js";
+import {messageOf, notify, notifyError} from "../kit/notices.js";
+import {required} from "../kit/required.js";
+import {chooseBody, simulate} from "../data/robot.js";
+import {RequestError, store} from "../data/store.js";
+import {t} from "../kit/texts.js";
+import {showDialog} from "../kit/dialog.js";
+import {chooseFile} from "../data/file-dialog.js";
 
 const FULL = {turns: Math.PI / 2, slides: 0.3}; // rad and m by which a joint is moved in the picture
 const STEPS = 20;
@@ -39,7 +39,7 @@ export async function makeRobot() {
   await showDialog({
     title: t("Your own robot: {path}", {path}),
     wide: true,
-    content: (/** @type {import("./dialog.js").Close<undefined>} */ close) =>
+    content: (/** @type {import("../kit/dialog.js").Close<undefined>} */ close) =>
       html`<hfsm-own-robot .path=${path} .close=${() => close()}></hfsm-own-robot>`,
   });
 }
@@ -240,7 +240,7 @@ class OwnRobotElement extends PageElement {
   /** Load what draws the robot; without it, everything else works. */
   async #prepare() {
     try {
-      const {RobotDrawing} = await import("../monitor/robot-drawing.js");
+      const {RobotDrawing} = await import("../robot3d/robot-drawing.js");
       if (!this.isConnected) return;
       this.drawing = new RobotDrawing(required(this.querySelector(".stage"), "place for it"));
       this.requestUpdate();

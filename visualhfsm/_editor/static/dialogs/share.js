@@ -2,10 +2,10 @@
 
 import {html} from "lit";
 
-import {ask} from "../commands.js";
-import {notify} from "../notices.js";
-import {t} from "../texts.js";
-import {showDialog} from "./dialog.js";
+import {ask} from "../data/commands.js";
+import {notify} from "../kit/notices.js";
+import {t} from "../kit/texts.js";
+import {showDialog} from "../kit/dialog.js";
 
 /** Show the address, to copy it, or to withdraw it. */
 export async function showShare() {
@@ -22,7 +22,7 @@ export async function showShare() {
       </p>
       <p><input class="mono shared-address" readonly autofocus aria-label=${t("Address")} .value=${address} /></p>
     `,
-    footer: (/** @type {import("./dialog.js").Close<string>} */ close) =>
+    footer: (/** @type {import("../kit/dialog.js").Close<string>} */ close) =>
       html`<button type="button" class="button" @click=${() => close("withdraw")}>${t("Withdraw it")}</button
         ><button type="button" class="button primary" @click=${() => close("copy")}>${t("Copy")}</button>`,
   });

@@ -1,15 +1,15 @@
 /**
  * The selected note or frame in the panel: its whole text, its color, and the links in it.
  *
- * @import {Annotation, Automaton, Commands} from "../protocol.js"
+ * @import {Annotation, Automaton, Commands} from "../data/protocol.js"
  */
 
 import {html, nothing} from "lit";
 
-import {colorOf, COLORS, isFrame} from "../canvas/areas.js";
-import {apply} from "../commands.js";
-import {actionOf} from "../registry.js";
-import {t} from "../texts.js";
+import {colorOf, COLORS, isFrame} from "../measures/areas.js";
+import {apply} from "../data/commands.js";
+import {actionOf} from "../kit/registry.js";
+import {t} from "../kit/texts.js";
 
 const LINK = /https?:\/\/[^\s<>"'`]+[^\s<>"'`.,;:!?)\]]/g;
 const MOST_LINKS = 20;

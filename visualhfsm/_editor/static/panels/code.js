@@ -1,19 +1,19 @@
 /**
  * The code and the other data of the selected state or transition.
  *
- * @import {At} from "../page.js"
- * @import {Place} from "../protocol.js"
- * @import {CodeField} from "./code-field.js"
- * @import {TextField} from "./text-field.js"
+ * @import {At} from "../data/page.js"
+ * @import {Place} from "../data/protocol.js"
+ * @import {CodeField} from "../code/code-field.js"
+ * @import {TextField} from "../code/text-field.js"
  */
 
 import {html} from "lit";
-import {PageElement} from "../element.js";
-import {page} from "../page.js";
-import {store} from "../store.js";
-import {t} from "../texts.js";
-import "./code-field.js";
-import "./text-field.js";
+import {PageElement} from "../data/element.js";
+import {page} from "../data/page.js";
+import {store} from "../data/store.js";
+import {t} from "../kit/texts.js";
+import "../code/code-field.js";
+import "../code/text-field.js";
 import {annotationEditor} from "./annotation-editor.js";
 import {isSetByArguments, stateEditor} from "./state-editor.js";
 import {transitionEditor} from "./transition-editor.js";

@@ -2,15 +2,15 @@
  * A violation of a property, played on the canvas step by step.
  *
  * @import {Live} from "../canvas/live-marks.js"
- * @import {Counterexample, Step} from "../protocol.js"
- * @import {OpenDocument} from "../store.js"
+ * @import {Counterexample, Step} from "../data/protocol.js"
+ * @import {OpenDocument} from "../data/store.js"
  */
 
 import {html, nothing} from "lit";
-import {iconButton} from "../icons.js";
-import {page} from "../page.js";
-import {decimal, t} from "../texts.js";
-import {showMarks} from "./marks.js";
+import {iconButton} from "../kit/icons.js";
+import {page} from "../data/page.js";
+import {decimal, t} from "../kit/texts.js";
+import {showMarks} from "../data/marks.js";
 
 /**
  * Buttons and the list of steps.

@@ -1,21 +1,21 @@
 /**
  * The data of the shown automaton and of the component, beside the canvas.
  *
- * @import {At} from "../page.js"
- * @import {Automaton, Commands, InterfaceDescription, Place} from "../protocol.js"
- * @import {OpenDocument} from "../store.js"
- * @import {CodeField} from "./code-field.js"
+ * @import {At} from "../data/page.js"
+ * @import {Automaton, Commands, InterfaceDescription, Place} from "../data/protocol.js"
+ * @import {OpenDocument} from "../data/store.js"
+ * @import {CodeField} from "../code/code-field.js"
  * @import {Entries} from "./entries.js"
- * @import {TextField} from "./text-field.js"
+ * @import {TextField} from "../code/text-field.js"
  */
 
 import {html, nothing} from "lit";
-import {PageElement} from "../element.js";
-import {page} from "../page.js";
-import {store} from "../store.js";
-import "./code-field.js";
+import {PageElement} from "../data/element.js";
+import {page} from "../data/page.js";
+import {store} from "../data/store.js";
+import "../code/code-field.js";
 import "./entries.js";
-import "./text-field.js";
+import "../code/text-field.js";
 import {
   identitiesOf,
   interfaceDetails,
@@ -26,13 +26,13 @@ import {
   rosList,
   rosSuggestions,
   servedList,
-} from "./known-interfaces.js";
-import {placed} from "../problems.js";
-import {importLink} from "../shell.js";
-import {language, rich, t} from "../texts.js";
-import {placeOf} from "./places.js";
-import {tabStrip} from "./tabs.js";
-import {ASSUMPTIONS, verdictOf} from "./verdicts.js";
+} from "../code/known-interfaces.js";
+import {placed} from "../data/problems.js";
+import {importLink} from "../data/import-link.js";
+import {language, rich, t} from "../kit/texts.js";
+import {placeOf} from "../code/places.js";
+import {tabStrip} from "../kit/tabs.js";
+import {ASSUMPTIONS, verdictOf} from "../code/verdicts.js";
 
 const OF_AUTOMATON = new Set(["timing", "period", "variables", "functions", "inputs", "outputs", "import"]);
 

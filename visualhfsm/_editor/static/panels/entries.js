@@ -1,20 +1,20 @@
 /**
  * A list of a document, such as its parameters: entries to add, change, move and remove.
  *
- * @import {Place, Problem} from "../protocol.js"
+ * @import {Place, Problem} from "../data/protocol.js"
  * @import {EntryList} from "./data.js"
- * @import {TextField} from "./text-field.js"
+ * @import {TextField} from "../code/text-field.js"
  * @typedef {Record<string, string>} Entry of a list, such as a parameter
  */
 
 import {html, nothing} from "lit";
-import {apply} from "../commands.js";
-import {drawn, PageElement} from "../element.js";
-import {icon, iconButton} from "../icons.js";
-import {spoken} from "../keys.js";
-import {t} from "../texts.js";
-import {placeOf} from "./places.js";
-import {problemLines} from "./tabs.js";
+import {apply} from "../data/commands.js";
+import {drawn, PageElement} from "../data/element.js";
+import {icon, iconButton} from "../kit/icons.js";
+import {spoken} from "../kit/keys.js";
+import {t} from "../kit/texts.js";
+import {placeOf} from "../code/places.js";
+import {problemLines} from "../kit/tabs.js";
 
 /**
  * `details(entry, index)` returns the content below the fields of an entry, `suggest(field, entry)` the suggestions for

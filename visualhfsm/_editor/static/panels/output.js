@@ -1,13 +1,13 @@
 /** The output of the component of the shown tab; a line about a piece of code leads to it. */
 
 import {html} from "lit";
-import {PageElement} from "../element.js";
-import {monitor, spokenStatus} from "../monitor/monitor.js";
-import {page} from "../page.js";
-import {required} from "../required.js";
-import {runs, spokenEnd} from "../runs.js";
-import {t} from "../texts.js";
-import {outputLog} from "./output-log.js";
+import {PageElement} from "../data/element.js";
+import {monitor, spokenStatus} from "../run/monitor.js";
+import {page} from "../data/page.js";
+import {required} from "../kit/required.js";
+import {runs, spokenEnd} from "../data/runs.js";
+import {t} from "../kit/texts.js";
+import {outputLog} from "../data/output-log.js";
 
 const SHOWN = 2000; // lines
 const LONGEST = 200_000; // characters of these lines, all of which are laid out
@@ -30,7 +30,7 @@ class Output extends PageElement {
     super();
     this.follows = true;
     this.shownTab = -1;
-    /** Lines that the next frame adds. @type {import("./output-log.js").Line[]} */
+    /** Lines that the next frame adds. @type {import("../data/output-log.js").Line[]} */
     this.waiting = [];
     this.frame = 0;
     /** Characters of the lines that are shown. */
@@ -100,7 +100,7 @@ class Output extends PageElement {
   /**
    * Thousands of lines may arrive per second: each frame appends what has come, without redrawing the others.
    *
-   * @param {import("./output-log.js").Line[]} lines
+   * @param {import("../data/output-log.js").Line[]} lines
    */
   #append(lines) {
     this.waiting.push(...lines.slice(-SHOWN));
@@ -130,7 +130,7 @@ class Output extends PageElement {
     this.top = list.scrollTop;
   }
 
-  /** @param {import("../element.js").From<HTMLInputElement>} event */
+  /** @param {import("../data/element.js").From<HTMLInputElement>} event */
   #follow = ({target}) => {
     this.follows = target.checked;
     const list = this.#lines;
@@ -141,7 +141,7 @@ class Output extends PageElement {
    * Scrolling back stops following, and scrolling to the end resumes it. The end also moves away by itself: lines that
    * come into view turn out to be longer than they were taken to be.
    *
-   * @param {import("../element.js").From<HTMLElement>} event
+   * @param {import("../data/element.js").From<HTMLElement>} event
    */
   #scrolled = ({target}) => {
     const isAtEnd = target.scrollHeight - target.scrollTop - target.clientHeight < NEAR;
@@ -153,7 +153,7 @@ class Output extends PageElement {
   };
 }
 
-/** @param {import("./output-log.js").Line} line */
+/** @param {import("../data/output-log.js").Line} line */
 function asElement({text, stream, place, line}) {
   const element = document.createElement("div");
   element.className = stream === "err" ? "line err" : "line";

@@ -1,21 +1,21 @@
 /**
  * The problems of the shown document; each leads to its place.
  *
- * @import {Place, Problem, Step} from "../protocol.js"
- * @import {OpenDocument} from "../store.js"
+ * @import {Place, Problem, Step} from "../data/protocol.js"
+ * @import {OpenDocument} from "../data/store.js"
  * @typedef {{key: string, step: number}} Played the problem whose counterexample is played, and the step
  */
 
 import {html, nothing} from "lit";
-import {PageElement} from "../element.js";
-import {page} from "../page.js";
-import {FAILED, SEVERITIES} from "../problems.js";
-import {n, t} from "../texts.js";
-import {fixesOf, learnFixes} from "./fixes.js";
+import {PageElement} from "../data/element.js";
+import {page} from "../data/page.js";
+import {FAILED, SEVERITIES} from "../data/problems.js";
+import {n, t} from "../kit/texts.js";
+import {fixesOf, learnFixes} from "../code/fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
-import {showNoMarks} from "./marks.js";
-import {placeOf, wordsFor} from "./places.js";
-import {moveAmongRows} from "./rows.js";
+import {showNoMarks} from "../data/marks.js";
+import {placeOf, wordsFor} from "../code/places.js";
+import {moveAmongRows} from "../kit/rows.js";
 
 /** @type {[severity: Problem["severity"], counted: (count: number) => string][]} */
 const COUNTED = [
@@ -175,7 +175,7 @@ class Problems extends PageElement {
   async #go({file, source, owners: [owner] = [], line = 0, column = 1}, place) {
     if (file && owner) {
       page.jump(owner);
-      const {openImport} = await import("../files.js");
+      const {openImport} = await import("../data/files.js");
       await openImport(file, source ?? undefined, line ? {line, column} : {});
       return;
     }

@@ -1,20 +1,20 @@
 /**
  * The outputs of the automata of a state, each with the variable that takes it.
  *
- * @import {From} from "../element.js"
- * @import {Automaton, Parameter, Place, Result, State} from "../protocol.js"
- * @import {OpenDocument} from "../store.js"
+ * @import {From} from "../data/element.js"
+ * @import {Automaton, Parameter, Place, Result, State} from "../data/protocol.js"
+ * @import {OpenDocument} from "../data/store.js"
  * @typedef {{child: number, output: Parameter}} Output of an automaton of a state
  * @typedef {{name: string, child: number, output?: Parameter, taken?: Result, words: string}} Row
  * @typedef {{document: OpenDocument, automaton: Automaton, state: State, readonly: boolean}} About
  */
 
 import {html, live, nothing} from "lit";
-import {apply} from "../commands.js";
-import {placed} from "../problems.js";
-import {t, translated} from "../texts.js";
-import {placeOf} from "./places.js";
-import {badge, problemLines} from "./tabs.js";
+import {apply} from "../data/commands.js";
+import {placed} from "../data/problems.js";
+import {t, translated} from "../kit/texts.js";
+import {placeOf} from "../code/places.js";
+import {badge, problemLines} from "../kit/tabs.js";
 
 /** Names that a line of variables assigns, before its first `=`. */
 const ASSIGNED = /^([\p{L}_][\p{L}\p{N}_]*(?:\s*[,=]\s*[\p{L}_][\p{L}\p{N}_]*)*)\s*(?::[^=\n]*)?=(?!=)/gmu;

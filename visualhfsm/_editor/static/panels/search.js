@@ -1,16 +1,16 @@
 /** Search in the names and all code of the document, or of all open ones, and replace in its code. */
 
 import {html, nothing} from "lit";
-import {PageElement} from "../element.js";
-import {apply} from "../commands.js";
-import {spoken} from "../keys.js";
-import {messageOf, notify} from "../notices.js";
-import {page} from "../page.js";
-import {store} from "../store.js";
-import {n, t} from "../texts.js";
-import {viewing} from "../viewing.js";
-import {keyOf, wordsFor} from "./places.js";
-import {moveAmongRows} from "./rows.js";
+import {PageElement} from "../data/element.js";
+import {apply} from "../data/commands.js";
+import {spoken} from "../kit/keys.js";
+import {messageOf, notify} from "../kit/notices.js";
+import {page} from "../data/page.js";
+import {store} from "../data/store.js";
+import {n, t} from "../kit/texts.js";
+import {viewing} from "../kit/viewing.js";
+import {keyOf, wordsFor} from "../code/places.js";
+import {moveAmongRows} from "../kit/rows.js";
 
 const PAUSE = 150; // ms
 const SHOWN = 200;
@@ -22,9 +22,9 @@ const PHRASES = /^(trigger|guard|argument)$/;
 const inCode = ({place: {part = ""}}) => LINES.test(part) || PHRASES.test(part);
 
 /**
- * @import {From} from "../element.js"
- * @import {Place} from "../protocol.js"
- * @typedef {import("../protocol.js").Hit & {tab: number}} Hit
+ * @import {From} from "../data/element.js"
+ * @import {Place} from "../data/protocol.js"
+ * @typedef {import("../data/protocol.js").Hit & {tab: number}} Hit
  */
 
 class Search extends PageElement {

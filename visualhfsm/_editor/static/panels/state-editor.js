@@ -1,23 +1,23 @@
 /**
  * A state in the panel beside the canvas: its name, its marks, its code, its arguments and results.
  *
- * @import {From} from "../element.js"
- * @import {Argument, Automaton, Commands, Parameter, Place, State} from "../protocol.js"
- * @import {OpenDocument} from "../store.js"
- * @import {Tab} from "./tabs.js"
+ * @import {From} from "../data/element.js"
+ * @import {Argument, Automaton, Commands, Parameter, Place, State} from "../data/protocol.js"
+ * @import {OpenDocument} from "../data/store.js"
+ * @import {Tab} from "../kit/tabs.js"
  * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, state: State, part: string,
  *   choose: (part: string) => void, readonly: boolean}} About
  * @typedef {{child: number, automaton: Automaton | undefined, input: Parameter}} Input of an automaton of a state
  */
 
 import {html, keyed, live, nothing} from "lit";
-import {apply} from "../commands.js";
-import {iconButton} from "../icons.js";
-import {placed} from "../problems.js";
-import {t, translated} from "../texts.js";
-import {keyOf, placeOf} from "./places.js";
+import {apply} from "../data/commands.js";
+import {iconButton} from "../kit/icons.js";
+import {placed} from "../data/problems.js";
+import {t, translated} from "../kit/texts.js";
+import {keyOf, placeOf} from "../code/places.js";
 import {outputsOf, resultList} from "./results.js";
-import {badge, problemLines, tabStrip} from "./tabs.js";
+import {badge, problemLines, tabStrip} from "../kit/tabs.js";
 
 const CODES = {
   entry: {label: t("Entry"), hint: t("Runs once when the state is entered")},

@@ -1,23 +1,23 @@
 /**
  * A transition in the panel beside the canvas: its trigger, guard, priority and code.
  *
- * @import {From} from "../element.js"
- * @import {Automaton, Commands, Place, Transition} from "../protocol.js"
- * @import {OpenDocument} from "../store.js"
+ * @import {From} from "../data/element.js"
+ * @import {Automaton, Commands, Place, Transition} from "../data/protocol.js"
+ * @import {OpenDocument} from "../data/store.js"
  * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, transition: Transition, readonly: boolean}}
  *   About
  * @typedef {{automaton: number, transition: number}} Fields of a command about the transition
  */
 
 import {html, live, nothing} from "lit";
-import {apply} from "../commands.js";
-import {iconButton} from "../icons.js";
-import {outgoing} from "../outline.js";
-import {page} from "../page.js";
-import {placed} from "../problems.js";
-import {rich, t} from "../texts.js";
-import {placeOf} from "./places.js";
-import {problemLines} from "./tabs.js";
+import {apply} from "../data/commands.js";
+import {iconButton} from "../kit/icons.js";
+import {outgoing} from "../data/outline.js";
+import {page} from "../data/page.js";
+import {placed} from "../data/problems.js";
+import {rich, t} from "../kit/texts.js";
+import {placeOf} from "../code/places.js";
+import {problemLines} from "../kit/tabs.js";
 
 /** @type {[type: Commands["setTransitionType"]["type"], label: string, words: string][]} */
 const TYPES = [

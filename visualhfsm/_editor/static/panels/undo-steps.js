@@ -1,11 +1,11 @@
 /** The steps that can be undone and redone; a click goes to that point. */
 
 import {html, nothing} from "lit";
-import {ask} from "../commands.js";
-import {PageElement} from "../element.js";
-import {page} from "../page.js";
-import {t} from "../texts.js";
-import {moveAmongRows} from "./rows.js";
+import {ask} from "../data/commands.js";
+import {PageElement} from "../data/element.js";
+import {page} from "../data/page.js";
+import {t} from "../kit/texts.js";
+import {moveAmongRows} from "../kit/rows.js";
 
 class UndoSteps extends PageElement {
   /** @type {typeof PageElement.watches} */

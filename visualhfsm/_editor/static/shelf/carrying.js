@@ -3,12 +3,12 @@
  * scrolls the shelf; one that moves sideways carries.
  *
  * @import {HfsmCanvas} from "../canvas/canvas.js"
- * @import {ReadyState, State} from "../protocol.js"
+ * @import {ReadyState, State} from "../data/protocol.js"
  * @import {Where} from "./ready-states.js"
  */
 
-import {RADIUS} from "../canvas/geometry.js";
-import {t} from "../texts.js";
+import {RADIUS} from "../measures/geometry.js";
+import {t} from "../kit/texts.js";
 import {canDraw} from "./ready-states.js";
 
 const FAR = 6; // pixels; a shorter move is a click

@@ -1,17 +1,17 @@
 /**
  * Put the selected states on the shelf of the project, where others find them.
  *
- * @import {From} from "../element.js"
- * @typedef {import("../dialogs/dialog.js").Close<string>} Close
+ * @import {From} from "../data/element.js"
+ * @typedef {import("../kit/dialog.js").Close<string>} Close
  */
 
 import {html, nothing} from "lit";
 
-import {showDialog} from "../dialogs/dialog.js";
-import {messageOf, notify} from "../notices.js";
-import {page} from "../page.js";
-import {store} from "../store.js";
-import {t} from "../texts.js";
+import {showDialog} from "../kit/dialog.js";
+import {messageOf, notify} from "../kit/notices.js";
+import {page} from "../data/page.js";
+import {store} from "../data/store.js";
+import {t} from "../kit/texts.js";
 
 export async function putOnShelf() {
   const {tab} = page;

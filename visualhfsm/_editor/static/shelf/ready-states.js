@@ -2,20 +2,20 @@
  * The ready states of the shelf: which of them are meant by a text, what the robot lacks for them, and how one is drawn.
  *
  * @import {HfsmCanvas} from "../canvas/canvas.js"
- * @import {Point} from "../canvas/geometry.js"
- * @import {ReadyState, State} from "../protocol.js"
+ * @import {Point} from "../measures/geometry.js"
+ * @import {ReadyState, State} from "../data/protocol.js"
  * @typedef {{point?: Point, after?: State}} Where `after` is a state from which a transition leads to it
  */
 
 import {freePlace} from "../canvas/tools.js";
-import * as commands from "../commands.js";
-import {holdKeys} from "../holding.js";
-import {notifyError} from "../notices.js";
-import {triggerFrom} from "../outline.js";
-import {page} from "../page.js";
-import {store} from "../store.js";
-import {language, t, translated} from "../texts.js";
-import {containsWords, folded} from "../words.js";
+import * as commands from "../data/commands.js";
+import {holdKeys} from "../kit/holding.js";
+import {notifyError} from "../kit/notices.js";
+import {triggerFrom} from "../data/outline.js";
+import {page} from "../data/page.js";
+import {store} from "../data/store.js";
+import {language, t, translated} from "../kit/texts.js";
+import {containsWords, folded} from "../kit/words.js";
 
 const SENTENCE = /(?<=[.!?]) /; // ends before its space
 const BESIDE = 190; // pixels from a state to one that is drawn after it
@@ -43,7 +43,7 @@ export async function lookAtRobot() {
     has = new Set();
     return;
   }
-  const {loadIdentities, served} = await import("../panels/known-interfaces.js");
+  const {loadIdentities, served} = await import("../code/known-interfaces.js");
   await loadIdentities();
   has = new Set(served().map(({name}) => name));
 }

@@ -1,20 +1,20 @@
 /**
  * The shelf: ready states that are drawn by a click, a key, or by carrying them to the canvas.
  *
- * @import {From} from "../element.js"
- * @import {ReadyState, ReadyValue} from "../protocol.js"
+ * @import {From} from "../data/element.js"
+ * @import {ReadyState, ReadyValue} from "../data/protocol.js"
  */
 
 import {html, nothing} from "lit";
 
-import {PageElement} from "../element.js";
-import {icon, isIcon} from "../icons.js";
-import {keyOf} from "../keys.js";
-import {page} from "../page.js";
-import {resizer} from "../shell.js";
-import {browserStorage} from "../storage.js";
-import {store} from "../store.js";
-import {rich, t} from "../texts.js";
+import {PageElement} from "../data/element.js";
+import {icon, isIcon} from "../kit/icons.js";
+import {keyOf} from "../kit/keys.js";
+import {page} from "../data/page.js";
+import {resizer} from "../kit/resizer.js";
+import {browserStorage} from "../kit/storage.js";
+import {store} from "../data/store.js";
+import {rich, t} from "../kit/texts.js";
 import {Carrying} from "./carrying.js";
 import {drawReady, findReady, lacking, lookAtRobot, readyStates} from "./ready-states.js";
 

@@ -1,14 +1,14 @@
 /**
  * What the user asks of trials: the words of the button, and the request that it sends.
  *
- * @import {OpenDocument} from "../store.js"
- * @import {PlanFacts, TrialsPush, Way} from "../protocol.js"
+ * @import {OpenDocument} from "../data/store.js"
+ * @import {PlanFacts, TrialsPush, Way} from "../data/protocol.js"
  * @typedef {"sim" | "fake" | "none"} Robot
  * @typedef {{runs?: number, state?: string, robot?: Robot, limit?: number}} Draft what was changed and is not sent yet
  */
 
-import {rootOf} from "../outline.js";
-import {decimal, n, t} from "../texts.js";
+import {rootOf} from "../data/outline.js";
+import {decimal, n, t} from "../kit/texts.js";
 
 export const MOST_RUNS = 1_000_000;
 const MOST_MORE = 1000; // that are added at once
@@ -77,7 +77,7 @@ export const statePaths = (document) => [...statesByPath(document).keys()];
 function statesByPath(document) {
   /** @type {Map<string, {automaton: number, id: number}>} */
   const found = new Map();
-  /** @param {import("../protocol.js").Automaton | undefined} automaton @param {string} above @param {number} level */
+  /** @param {import("../data/protocol.js").Automaton | undefined} automaton @param {string} above @param {number} level */
   const visit = (automaton, above, level) => {
     for (const {id, name, children} of automaton?.states ?? []) {
       if (found.size >= MOST_STATES || level > MOST_LEVELS) return;

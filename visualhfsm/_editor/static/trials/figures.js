@@ -1,6 +1,6 @@
 /** Figures in words, rounded half up as in visualhfsm/trials/_statistics.py: page and terminal say the same. */
 
-import {language} from "../texts.js";
+import {language} from "../kit/texts.js";
 
 const DIGITS = 4;
 const LEAST = -6; // exponent from which on a number is written without one

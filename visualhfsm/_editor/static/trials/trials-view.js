@@ -1,11 +1,11 @@
 /**
  * A series of trials: how often it succeeds, what that depends on, and how it fails.
  *
- * @import {Dependence, Histogram, Origin, Share, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../protocol.js"
+ * @import {Dependence, Histogram, Origin, Share, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../data/protocol.js"
  */
 
 import {LitElement, html, nothing, repeat, svg} from "lit";
-import {decimal, n, rich, t} from "../texts.js";
+import {decimal, n, rich, t} from "../kit/texts.js";
 import {percent, short} from "./figures.js";
 
 const WIDTH = 300; // of a plot, in its own units

@@ -1,0 +1,64 @@
+/**
+ * The actions of the user by their ids: what buttons, menus, the palette, keys and help know of them.
+ *
+ * `actions.js` defines the actions. What they do may show their keys, so that it imports this table and not them.
+ *
+ * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
+ *   enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, scope?: "canvas" | "typing", hint?: string,
+ *   help?: string, words?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is
+ *   typed. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
+ *   is on. An action is also found by its `words`, which are not shown: what else people call it.
+ * @typedef {{app: import("../shell/app.js").HfsmApp, canvas: import("../canvas/canvas.js").HfsmCanvas,
+ *   point?: {x: number, y: number}, text?: string}} Context `point` is where in the drawing a menu was opened, `text`
+ *   what is pasted
+ */
+
+import {required} from "./required.js";
+import {isForbidden} from "./viewing.js";
+import {containsWords, folded} from "./words.js";
+
+/** All actions by their ids, in the order in which they are found. @type {Map<string, Action>} */
+export const actions = new Map();
+
+/** Add actions to the table. @param {Action[]} list */
+export function addActions(list) {
+  for (const action of list) actions.set(action.id, action);
+}
+
+/** An action by its id. @param {string} id */
+export const actionOf = (id) => required(actions.get(id), `action ${id}`);
+
+/** Whether an action is possible now. @param {Action} action @param {Context} context */
+export const isPossible = (action, context) => !isForbidden(action) && (action.enabled?.(context) ?? true);
+
+/** Whether an action is possible now. @param {string} id @param {Context} context */
+export const isEnabled = (id, context) => isPossible(actionOf(id), context);
+
+/** Whether this page has an action at all: viewers see none that they may not perform. @param {string} id */
+export const isOffered = (id) => !isForbidden(actionOf(id));
+
+/** Perform an action, if it is possible now. @param {string} id @param {Context} context */
+export function perform(id, context) {
+  return isEnabled(id, context) ? actionOf(id).run(context) : undefined;
+}
+
+/**
+ * The actions that are possible now and contain all words of a text; those whose label begins with it come first.
+ *
+ * @param {string} text
+ * @param {Context} context
+ */
+export function findActions(text, context) {
+  const sought = folded(text);
+  /** @param {Action} action */
+  const rank = ({label}) => [folded(label).startsWith(sought), folded(label).includes(sought), true].indexOf(true);
+  return [...actions.values()]
+    .filter(
+      ({id, label, hint = "", help = "", words = ""}) =>
+        id !== "palette" &&
+        id !== "cancel" &&
+        containsWords(`${label} ${hint} ${help} ${words}`, text) &&
+        isEnabled(id, context),
+    )
+    .sort((one, other) => rank(one) - rank(other));
+}

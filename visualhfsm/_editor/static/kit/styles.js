@@ -1,0 +1,23 @@
+/** Style sheets that nothing in the first picture needs: panels, menus, dialogs, trials and the shelf are loaded after them. */
+
+const LATER = ["dialogs", "print", "panels", "shelf", "trials"];
+
+/** @type {Promise<unknown> | undefined} */
+let loading;
+
+/** Load them, once; resolves when they are there, or cannot be loaded. */
+export const laterStyles = () => (loading ??= Promise.all(LATER.map(load)));
+
+/** @param {string} name */
+const load = (name) =>
+  new Promise((resolve) => {
+    const link = document.createElement("link");
+    link.rel = "stylesheet";
+    link.href = new URL(`../styles/${name}.css`, import.meta.url).href;
+    link.media = name === "print" ? "print" : "all";
+    link.onload = link.onerror = resolve;
+    // The last of several equal rules counts, and those of the monitor come later.
+    const next = document.querySelector('link[href$="/styles/monitor.css"]');
+    if (next) next.before(link);
+    else document.head.append(link);
+  });

@@ -1,0 +1,205 @@
+/**
+ * The robot in a corner of the canvas, beside all code: in 3D, or as one of its cameras sees it.
+ *
+ * @import {From} from "../data/element.js"
+ * @import {PropertyValues} from "lit"
+ */
+
+import {html, nothing} from "lit";
+
+import {icon} from "../kit/icons.js";
+import {keyOf} from "../kit/keys.js";
+import {messageOf, notifyError} from "../kit/notices.js";
+import {resizer} from "../kit/resizer.js";
+import {browserStorage} from "../kit/storage.js";
+import {t} from "../kit/texts.js";
+import {Camera, cameraNames, titleOf} from "./cameras.js";
+import {MonitorElement} from "../run/element.js";
+import {monitor} from "../run/monitor.js";
+
+const IN_3D = "3D";
+const OUTSIDE = "CameraOutside";
+const FOLDED = "visualhfsm.robotFolded";
+const SHOWS = "visualhfsm.robotShows";
+/** Whether it is open unless the user has folded it: in a window that is wide, or high as that of a phone. */
+const isRoomy = () => innerWidth >= 700 || innerHeight >= 1.5 * innerWidth;
+const SMALLEST = {width: 160, height: 120};
+const LARGEST = {width: 1000, height: 800};
+const MARGIN = 12; // px between it and the edges of the canvas, as in monitor.css
+const GAP = 6; // px between it and what is drawn
+
+export class RobotDock extends MonitorElement {
+  /** @type {typeof MonitorElement.kinds} */
+  static kinds = ["mode", "structure"];
+  /** @type {typeof MonitorElement.watches} */
+  static watches = {page: [], store: ["robot"]};
+  static properties = {folded: {state: true}, shows: {state: true}, view: {state: true}};
+
+  constructor() {
+    super();
+    const folded = browserStorage.getItem(FOLDED);
+    /** Whether only a button is shown. */
+    this.folded = folded ? folded === "yes" : !isRoomy();
+    /** What is shown: `IN_3D`, or the name of a camera. */
+    this.shows = browserStorage.getItem(SHOWS) ?? IN_3D;
+    /** The robot in 3D, once it has loaded. @type {import("./robot-view.js").RobotView | undefined} */
+    this.view = undefined;
+    /** The picture of a camera. @type {Camera | undefined} */
+    this.camera = undefined;
+  }
+
+  /** Observes how much of the canvas it covers. */
+  #sizes = new ResizeObserver(() => this.#clear());
+  #loading = false;
+
+  /** The cameras from which it can be shown; a dry run has no pictures. */
+  get #cameras() {
+    return monitor.isDryRun ? [] : cameraNames();
+  }
+
+  get #shown() {
+    if (this.shows === IN_3D && this.view?.impossible && this.#cameras.includes(OUTSIDE)) return OUTSIDE;
+    return this.#cameras.includes(this.shows) ? this.shows : IN_3D;
+  }
+
+  /** Whether the panel has the robot in 3D, which exists once. */
+  get #elsewhere() {
+    return this.#shown === IN_3D && Boolean(this.view?.isConnected && !this.contains(this.view));
+  }
+
+  render() {
+    if (!monitor.hasRobot || this.#elsewhere) return nothing;
+    if (this.folded)
+      return html`<button
+        type="button"
+        class="dock-chip"
+        title=${t("Show the robot here ({key})", {key: keyOf("robotDock")})}
+        @click=${() => this.fold(false)}
+      >
+        ${icon("robot")}<span>${t("See the robot")}</span>
+      </button>`;
+    const shown = this.#shown;
+    return html`<section class="dock" aria-label=${t("The robot")}>
+      ${resizer({
+        name: t("Width of the robot's picture"),
+        variable: "--dock-width",
+        along: "x",
+        sign: -1,
+        smallest: SMALLEST.width,
+        largest: LARGEST.width,
+      })}
+      ${resizer({
+        name: t("Height of the robot's picture"),
+        variable: "--dock-height",
+        along: "y",
+        sign: -1,
+        smallest: SMALLEST.height,
+        largest: LARGEST.height,
+      })}
+      <div class="dock-head">
+        <select
+          aria-label=${t("Picture of the robot")}
+          .value=${shown}
+          @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => this.#choose(target.value)}
+        >
+          <option value=${IN_3D} ?selected=${shown === IN_3D}>${t("In 3D")}</option>
+          ${this.#cameras.map(
+            (name) => html`<option value=${name} ?selected=${name === shown}>${titleOf(name)}</option>`,
+          )}
+        </select>
+        <button
+          type="button"
+          class="action bare"
+          aria-label=${t("Larger, in the panel")}
+          title=${t("Larger, in the panel")}
+          @click=${() => this.context.app.showLive(shown === IN_3D ? "view" : "cameras")}
+        >
+          ${icon("expand")}
+        </button>
+        <button
+          type="button"
+          class="action bare dock-fold"
+          aria-label=${t("Fold the robot's picture")}
+          title=${t("Fold")}
+          @click=${() => this.fold(true)}
+        >
+          ${icon("minus")}
+        </button>
+      </div>
+      <div class="dock-picture"></div>
+    </section>`;
+  }
+
+  /** @param {PropertyValues} changed */
+  updated(changed) {
+    super.updated(changed);
+    if (monitor.hasRobot && !monitor.component) monitor.learnRobot(); // which cameras it has
+    const dock = this.querySelector(".dock");
+    this.#sizes.disconnect();
+    if (dock) this.#sizes.observe(dock);
+    this.#clear();
+    if (dock) this.#fill(/** @type {HTMLElement} */ (dock.querySelector(".dock-picture")));
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.requestUpdate();
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    this.#sizes.disconnect();
+  }
+
+  /** Fold it to a button, or show it; the browser remembers it. @param {boolean} folded */
+  async fold(folded) {
+    const hadFocus = this.contains(document.activeElement);
+    this.folded = folded;
+    browserStorage.setItem(FOLDED, folded ? "yes" : "no");
+    await this.updateComplete;
+    /** @type {HTMLElement | null} */
+    const next = this.querySelector(folded ? ".dock-chip" : ".dock-fold");
+    if (hadFocus) next?.focus();
+  }
+
+  /** @param {string} shows */
+  #choose(shows) {
+    this.shows = shows;
+    browserStorage.setItem(SHOWS, shows);
+  }
+
+  /** Report to the canvas which corner is covered. */
+  #clear() {
+    const dock = /** @type {HTMLElement | null} */ (this.querySelector(".dock"));
+    const [width, height] = [dock?.offsetWidth ?? 0, dock?.offsetHeight ?? 0];
+    const around = MARGIN + GAP;
+    this.context.canvas.keepClear(width ? {width: width + around, height: height + around} : undefined);
+  }
+
+  /** Put the picture into its place. @param {HTMLElement} place */
+  #fill(place) {
+    const shown = this.#shown;
+    if (shown !== IN_3D) {
+      this.camera ??= new Camera();
+      Object.assign(this.camera, {name: shown, past: Boolean(monitor.looking)});
+      if (this.camera.parentElement !== place) place.replaceChildren(this.camera);
+    } else if (!this.view) this.#load();
+    else if (!this.view.isConnected) place.replaceChildren(this.view);
+  }
+
+  async #load() {
+    if (this.#loading) return;
+    this.#loading = true;
+    try {
+      const {theView} = await import("./robot-view.js");
+      this.view = theView();
+      for (const kind of ["moved", "impossible"]) this.view.addEventListener(kind, () => this.requestUpdate());
+    } catch (error) {
+      notifyError(
+        new Error(t("{file} could not be loaded: {reason}", {file: "robot-view.js", reason: messageOf(error)})),
+      );
+    }
+  }
+}
+
+customElements.define("hfsm-robot-dock", RobotDock);

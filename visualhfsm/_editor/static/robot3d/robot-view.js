@@ -1,0 +1,345 @@
+/**
+ * The robot and its world in 3D, at the shown moment. three.js is loaded with this module.
+ *
+ * @import {WorldShape} from "./world-drawing.js"
+ */
+
+import {html, nothing} from "lit";
+
+import {icon} from "../kit/icons.js";
+import {messageOf, notify} from "../kit/notices.js";
+import {required} from "../kit/required.js";
+import {store} from "../data/store.js";
+import {t} from "../kit/texts.js";
+import {viewing} from "../kit/viewing.js";
+import {bodyOf} from "./bodies.js";
+import {MonitorElement, whyUnknown} from "../run/element.js";
+import {receiveFrames} from "./frames.js";
+import {Grabbing} from "./grabbing.js";
+import {Loudspeaker, SILENT, silenced} from "./heard.js";
+import {monitor} from "../run/monitor.js";
+import {RobotDrawing} from "./robot-drawing.js";
+
+const IDLE = 200; // ms between two frames that are received but not shown
+/** @type {WorldShape[]} */
+const NOTHING = [];
+
+/** @type {{id: import("./viewpoints.js").View, label: string, title: string}[]} */
+const VIEWS = [
+  {id: "home", label: t("Home"), title: t("The robot, as large as possible; resets the view")},
+  {id: "around", label: t("Around"), title: t("The robot and what is near it")},
+  {id: "top", label: t("Top"), title: t("From above")},
+  {id: "follow", label: t("Behind"), title: t("From behind the robot, wherever it walks")},
+  {id: "head", label: t("Head"), title: t("As the robot's first camera sees it")},
+];
+
+export class RobotView extends MonitorElement {
+  /** @type {typeof MonitorElement.kinds} */
+  static kinds = ["mode", "shown"];
+  static properties = {
+    problem: {state: true},
+    message: {state: true},
+    simulated: {state: true},
+    pushes: {state: true},
+    says: {state: true},
+    sees: {state: true},
+    heard: {state: true},
+  };
+
+  constructor() {
+    super();
+    /** Why nothing is drawn. @type {string | undefined} */
+    this.problem = undefined;
+    /** The result of moving something. */
+    this.message = "";
+    /** Whether it is a simulation, whose things can be moved. */
+    this.simulated = false;
+    /** Whether dragging the robot pushes it. */
+    this.pushes = false;
+    /** Whether there is a line for what the robot is to hear. */
+    this.says = false;
+    /** Whether the robot has a camera. */
+    this.sees = true;
+    /** What the present robot says and plays. @type {import("./heard.js").Heard} */
+    this.heard = SILENT;
+    this.loudspeaker = new Loudspeaker();
+    /** @type {ReturnType<typeof receiveFrames> | undefined} */
+    this.frames = undefined;
+    /** @type {RobotDrawing | undefined} */
+    this.drawing = undefined;
+    /** The present robot, by the hash of its description; "" while it is unknown. */
+    this.body = "";
+    /** Why the present robot cannot be drawn. */
+    this.why = "";
+    /** The robot that is drawn, or on its way. */
+    this.worn = "";
+    /** The present world. @type {WorldShape[]} */
+    this.world = [];
+    /** The world that is drawn. @type {WorldShape[] | undefined} */
+    this.shown = undefined;
+    /** @type {Grabbing | undefined} */
+    this.grabbing = undefined;
+    /** Whether this browser cannot draw in 3D. */
+    this.impossible = false;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.dispatchEvent(new Event("moved"));
+  }
+
+  render() {
+    const {problem} = this;
+    return html`<div class="robot-view ${problem && monitor.looking ? "unknown" : ""}">
+      <div class="view-tools" role="toolbar" aria-label=${t("View")}>
+        ${VIEWS.filter(({id}) => this.sees || id !== "head").map(
+          ({id, label, title}) =>
+            html`<button type="button" title=${title} @click=${() => this.drawing?.look(id)}>${label}</button>`,
+        )}
+        ${
+          this.#mayTouch
+            ? html`<button
+                  type="button"
+                  class="push"
+                  title=${t("Drag the robot to push it")}
+                  aria-pressed=${this.pushes}
+                  @click=${() => (this.pushes = !this.pushes)}
+                >
+                  ${t("Push")}
+                </button>
+                <button
+                  type="button"
+                  class="say"
+                  title=${t("Say something to the robot, which programs for NAOqi recognize")}
+                  aria-pressed=${this.says}
+                  @click=${() => (this.says = !this.says)}
+                >
+                  ${t("Say")}
+                </button>`
+            : nothing
+        }
+        ${
+          monitor.recording
+            ? nothing
+            : html`<button
+                type="button"
+                class="sound"
+                title=${t("Sound: hear what the robot says and plays")}
+                aria-label=${t("Sound")}
+                aria-pressed=${this.loudspeaker.on}
+                @click=${this.#toggleSound}
+              >
+                ${icon("sound")}
+              </button>`
+        }
+      </div>
+      <div class="stage">${this.#caption()}</div>
+      ${this.#mayTouch && this.says ? this.#sentence() : nothing}
+      <p class="robot-hint faint ${problem === undefined ? "" : "problem"}" role="status">
+        ${problem ?? (this.message || this.#hint())}
+      </p>
+    </div>`;
+  }
+
+  /** Whether the robot that is shown can be pushed and spoken to, and its balls carried. */
+  get #mayTouch() {
+    return this.simulated && !monitor.looking && !viewing.on;
+  }
+
+  /** What the present robot says and plays, unless another moment or a dry run is shown. */
+  get #heardNow() {
+    return monitor.looking || monitor.body || monitor.isDryRun ? silenced(this.heard) : this.heard;
+  }
+
+  /** What is heard, in a region that is always there, so that screen readers read what comes into it. */
+  #caption() {
+    const {says, sound} = monitor.looking?.robot ?? this.#heardNow;
+    return html`<div class="heard" aria-live="polite">
+      ${says ? html`<p dir="auto">${t("“{text}”", {text: says})}</p>` : nothing}
+      ${sound ? html`<p><span aria-hidden="true">♪</span> ${sound}</p>` : nothing}
+    </div>`;
+  }
+
+  #toggleSound() {
+    this.loudspeaker.toggle();
+    this.requestUpdate();
+  }
+
+  /** The line in which somebody types what the robot is to hear. */
+  #sentence() {
+    return html`<form class="sentence" @submit=${this.#say}>
+      <input
+        name="text"
+        maxlength="500"
+        required
+        autocomplete="off"
+        placeholder=${t("Say something to the robot")}
+        aria-label=${t("Say something to the robot")}
+      />
+      <button type="submit">${t("Say it")}</button>
+    </form>`;
+  }
+
+  /** @param {SubmitEvent} event */
+  async #say(event) {
+    event.preventDefault();
+    const form = /** @type {HTMLFormElement} */ (event.target);
+    const text = String(new FormData(form).get("text"));
+    try {
+      const understood = await monitor.control("sayToRobot", {text});
+      this.message = understood ? t("It understood: {words}", {words: understood}) : t("No program recognized that.");
+      form.reset();
+    } catch (error) {
+      this.message = messageOf(error);
+    }
+  }
+
+  #hint() {
+    if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
+      return t("It has fallen. A real robot reports how far it is tilted, but not to which side.");
+    if (this.pushes) return t("Drag the robot to push it, a ball to carry it.");
+    return this.#mayTouch
+      ? t("Drag to turn, with Shift to move, use the wheel to zoom. Drag a ball to carry it.")
+      : t("Drag to turn, with Shift to move, use the wheel to zoom.");
+  }
+
+  /** @param {import("lit").PropertyValues} changed */
+  updated(changed) {
+    super.updated(changed);
+    if (!this.frames && this.isConnected) this.#begin();
+    this.#wear();
+    this.#learn();
+    this.#showPast();
+    this.loudspeaker.hear(this.#heardNow);
+    if (!this.grabbing) return;
+    this.grabbing.enabled = this.#mayTouch && store.online;
+    this.grabbing.pushes = this.pushes;
+  }
+
+  /** What was drawn is kept when it moves to another place of the page. */
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    this.dispatchEvent(new Event("moved"));
+    setTimeout(() => this.isConnected || this.#end());
+  }
+
+  #end() {
+    this.frames?.close();
+    this.grabbing?.close();
+    this.loudspeaker.close();
+    this.heard = silenced(this.heard);
+    this.drawing?.close();
+    this.frames = this.drawing = this.grabbing = this.shown = undefined;
+    this.worn = "";
+  }
+
+  #begin() {
+    /** @type {HTMLElement | null} */
+    const stage = this.querySelector(".stage");
+    try {
+      this.drawing = new RobotDrawing(required(stage, "place for it"));
+    } catch {
+      this.problem = t("This browser cannot draw in 3D: WebGL is switched off or missing. The cameras show the robot.");
+      this.frames = {close() {}};
+      this.impossible = true;
+      this.dispatchEvent(new Event("impossible"));
+      return;
+    }
+    this.grabbing = new Grabbing(this.drawing, {
+      place: async (name, position) => {
+        await letRest(name);
+        await monitor.control("placeObject", {name, position});
+      },
+      push: (force, seconds) => monitor.control("pushRobot", {force, seconds}),
+      report: (message) => (this.message = message),
+    });
+    this.frames = receiveFrames("poses", {
+      draw: async (frame) => {
+        if (!this.drawing) return;
+        const content = JSON.parse(new TextDecoder().decode(frame));
+        if (content.body !== undefined) {
+          this.body = content.body;
+          this.why = content.why;
+          await this.#wear();
+        } else if (content.world) this.#learn(content.world);
+        else if (content.heard) this.heard = {...content.heard, ages: content.ages};
+        else await this.#showNow(content);
+      },
+      lost: (reason) => {
+        this.problem = reason || t("The editor is offline.");
+        this.heard = silenced(this.heard);
+      },
+    });
+  }
+
+  /** @param {import("./robot-drawing.js").Moment} moment */
+  async #showNow(moment) {
+    this.simulated = moment.torso !== null && !monitor.isDryRun;
+    if (monitor.body) {
+      this.#showPast();
+      await new Promise((resolve) => setTimeout(resolve, IDLE));
+      return;
+    }
+    await this.#wear();
+    const known = this.drawing?.pose(moment);
+    this.problem = known ? undefined : this.why || whyUnknown();
+    if (!document.hidden) await this.drawing?.drawn();
+  }
+
+  /**
+   * Show the present world, that of a recording, or none in a dry run.
+   *
+   * @param {WorldShape[]} [world] the present one, if it has changed
+   */
+  #learn(world = this.world) {
+    this.world = world;
+    const shown = monitor.recording?.world ?? (monitor.isDryRun ? NOTHING : world);
+    if (this.shown === shown || !this.drawing) return;
+    this.shown = shown;
+    this.drawing.world.build(shown);
+  }
+
+  /** Draw the robot of the recording, of the dry run, or the present one. */
+  async #wear() {
+    const hash = monitor.recording?.body ?? (monitor.dryRunBody || this.body);
+    if (hash === this.worn || !this.drawing) return;
+    this.worn = hash;
+    this.drawing.clear();
+    if (!hash) return;
+    try {
+      const described = await bodyOf(hash);
+      if (hash !== this.worn || !this.drawing) return;
+      this.drawing.build(described);
+      this.sees = described.eye !== undefined;
+      this.#showPast();
+    } catch {
+      if (hash === this.worn) this.worn = ""; // the next moment asks again
+    }
+  }
+
+  /** Show the moment of the past or of a dry run, never mixed with the present robot. */
+  #showPast() {
+    const moment = monitor.body;
+    if (!moment || !this.drawing?.body) return;
+    const known = this.drawing.pose(moment);
+    const why = monitor.recording
+      ? t("This recording does not contain the robot's joints.")
+      : t("The joints at that time are unknown.");
+    this.problem = known ? undefined : why;
+  }
+}
+
+/** Stop balls whose motion was started here: a carried ball would return to its route. @param {string} name */
+async function letRest(name) {
+  if (!store.robot.simulation.balls || !name.startsWith("Ball")) return;
+  await store.request("moveBalls", {moving: false});
+  notify(t("The balls are at rest now: the menu of the robot starts them again."));
+}
+
+customElements.define("hfsm-robot-view", RobotView);
+
+/** @type {RobotView | undefined} */
+let only;
+
+/** The robot in 3D, which is in one place of the page at a time: browsers limit the contexts of WebGL. */
+export const theView = () => (only ??= new RobotView());

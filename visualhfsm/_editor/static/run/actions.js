@@ -1,0 +1,383 @@
+/** The actions on the followed component; part of the table of all actions. */
+
+import {holdKeys} from "../kit/holding.js";
+import {page} from "../data/page.js";
+import {notify} from "../kit/notices.js";
+import {required} from "../kit/required.js";
+import {store} from "../data/store.js";
+import {t} from "../kit/texts.js";
+import {breakpointAt} from "./breakpoints.js";
+import {monitor} from "./monitor.js";
+import {STOP_KEY, stopRobot} from "./stop.js";
+
+const attached = () => Boolean(monitor.component);
+/** Whether there is something to show live: a component, or at least a robot. */
+const hasLive = () => attached() || store.robot.status === "present";
+const steers = () => monitor.steers;
+/** Whether the component runs, as far as is known. */
+const runs = () => monitor.isLive && !monitor.ended && !monitor.since && store.online;
+const recorder = () => import("./recorder.js");
+const paused = () => monitor.newest?.component.status !== 0;
+/** Whether the selection belongs to the component. */
+const here = () => attached() && page.tab === monitor.tab;
+const selected = () => page.state ?? page.transition;
+/** Whether the selected element can have a breakpoint, now or when the component runs. */
+const breakable = () => Boolean(page.document && selected()) && (monitor.breakpoints.arePlanned(page.tab) || steers());
+const kind = () => (page.state ? "state" : "transition");
+
+/** The selected element, for actions that need one. */
+const theSelected = () => required(selected(), "selected state or transition");
+
+const dialogs = () => import("./dialogs.js");
+
+/** The action with which the shown automaton's selected thing has or has not a breakpoint. */
+function toggleBreakpoint() {
+  const [automaton, id] = [page.shownAutomaton.id, theSelected().id];
+  const known = breakpointAt(monitor.breakpoints.of(page.tab), automaton, kind(), id);
+  return monitor.breakpoints.set(page.tab, automaton, kind(), id, known ? undefined : "");
+}
+
+/** Fire the selected transition, which has to leave the current state. */
+function force() {
+  const automaton = page.shownAutomaton;
+  const transition = required(page.transition, "selected transition");
+  const {state} = monitor.now(automaton.id) ?? {};
+  if (transition.origin === state)
+    return monitor.steer("forceTransition", {automaton: automaton.id, transition: transition.id});
+  notify(
+    t("{transition} leaves {origin}, and {automaton} is in {state} now.", {
+      transition: transition.name || t("The transition"),
+      origin: monitor.stateName(automaton.id, transition.origin),
+      automaton: page.title(),
+      state: monitor.stateName(automaton.id, state ?? 0),
+    }),
+    "error",
+  );
+  return undefined;
+}
+
+/** Generate the component and reload it. @param {import("../kit/registry.js").Context} context */
+async function reload(context) {
+  if (!(await context.app.generate({quiet: true}))) return;
+  const report = await monitor.steer("reload");
+  if (!report) return;
+  const {notKept, held} = report;
+  if (notKept.length) (await dialogs()).showNotKept(notKept);
+  else
+    notify(
+      t("Reloaded. States, timers and variables were kept; no cycle began for {time} ms.", {
+        time: held < 0.001 ? "< 1" : Math.round(held * 1000),
+      }),
+    );
+}
+
+/** Run with values of the parameters that the user is asked for. @param {import("../kit/registry.js").Context} context */
+async function runWith({app}) {
+  const {tab} = page;
+  const options = await (await dialogs()).askParameters(tab, page.shownDocument.fields.parameters);
+  if (options && page.tab === tab) await app.run(options);
+}
+
+/** @type {import("../kit/registry.js").Action[]} */
+export const monitorActions = [
+  {
+    id: "attach",
+    label: t("Follow"),
+    icon: "link",
+    keys: ["Alt+A"],
+    scope: "typing",
+    run: ({app}) => app.showRunning(),
+    hint: t("a component that runs anywhere in the realm"),
+  },
+  {
+    id: "detach",
+    label: t("Detach"),
+    icon: "unlink",
+    keys: ["Alt+Shift+A"],
+    scope: "typing",
+    enabled: attached,
+    run: () => monitor.detach(),
+    hint: t("it keeps running"),
+  },
+  {
+    id: "tryIt",
+    label: t("Try it without a robot"),
+    words: t("simulate, dry run, debug"),
+    icon: "flask",
+    keys: ["Alt+Shift+T"],
+    scope: "typing",
+    enabled: () => Boolean(page.document),
+    run: ({app}) => app.run([], {dryRun: true}),
+    hint: t("you set the time, send the events and force transitions"),
+  },
+  {
+    id: "record",
+    label: t("Record"),
+    icon: "record",
+    keys: ["Alt+Shift+R"],
+    scope: "typing",
+    enabled: () => runs() || Boolean(page.document),
+    run: async ({app}) => (runs() ? (await recorder()).toggleRecording() : app.run([], {record: true})),
+    hint: t("the followed component, until pressed again; or run and record the document"),
+  },
+  {
+    id: "recordRun",
+    label: t("Run and record"),
+    icon: "film",
+    enabled: () => Boolean(page.document),
+    run: ({app}) => app.run([], {record: true}),
+    hint: t("everything it reads, for a replay, and the pictures it uses; reloading is not possible"),
+  },
+  {
+    id: "pictureRate",
+    label: t("Pictures in recordings"),
+    icon: "film",
+    run: async () => (await recorder()).chooseRate(),
+    hint: t("how many per second Record takes"),
+  },
+  {
+    id: "runWith",
+    label: t("Run with parameters"),
+    icon: "parameters",
+    keys: ["Alt+Shift+F5"],
+    scope: "typing",
+    enabled: () => Boolean(page.document?.fields.parameters.length),
+    run: runWith,
+    hint: t("values for this run instead of the defaults"),
+  },
+  {
+    id: "openRecording",
+    label: t("Open a recording"),
+    icon: "film",
+    keys: ["Alt+R"],
+    scope: "typing",
+    run: () =>
+      holdKeys(async () => {
+        const {openRecording} = await import("./documents.js");
+        openRecording(); // the keys are for its dialog
+      }),
+  },
+  {
+    id: "exportRun",
+    label: t("Export as a page…"),
+    words: t("share, send, HTML, report"),
+    icon: "exportFile",
+    enabled: () => Boolean(monitor.snapshot),
+    run: async () => (await import("./documents.js")).exportRun(),
+    hint: t("the followed run or recording, in one file"),
+  },
+  {
+    id: "pauseResume",
+    label: t("Pause or resume"),
+    icon: "pause",
+    keys: ["F8"],
+    scope: "typing",
+    enabled: steers,
+    run: () => monitor.steer(paused() ? "resume" : "pause"),
+  },
+  {
+    id: "stepOne",
+    label: t("Step"),
+    icon: "step",
+    keys: ["F10"],
+    scope: "typing",
+    enabled: () => steers() && paused() && here(),
+    run: () => monitor.steer("step", {automaton: page.shownAutomaton.id}),
+    hint: t("one cycle of the shown automaton"),
+  },
+  {
+    id: "stepAll",
+    label: t("Step all"),
+    icon: "stepAll",
+    keys: ["Ctrl+F10"],
+    scope: "typing",
+    enabled: () => steers() && paused(),
+    run: () => monitor.steer("step", {automaton: 0}),
+    hint: t("one cycle of each automaton"),
+  },
+  {
+    id: "reload",
+    label: t("Reload"),
+    icon: "reload",
+    keys: ["F9"],
+    scope: "typing",
+    enabled: () => steers() && here(),
+    run: reload,
+    hint: t("continue in the changed document, in the same states"),
+  },
+  {
+    id: "sendEvent",
+    label: t("Send an event"),
+    icon: "events",
+    keys: ["Alt+E"],
+    scope: "typing",
+    enabled: steers,
+    run: async () => (await dialogs()).askEvent(),
+  },
+  {
+    id: "steering",
+    label: t("Steer, or only watch"),
+    icon: "lock",
+    keys: ["Alt+U"],
+    scope: "typing",
+    enabled: () => monitor.writable || (Boolean(monitor.newest) && !monitor.recording),
+    run: () => monitor.allowSteering(!monitor.writable),
+  },
+  {
+    id: "follow",
+    label: t("Keep what is active in view"),
+    icon: "target",
+    keys: ["G"],
+    enabled: attached,
+    run: () => monitor.setFollows(!monitor.follows),
+    hint: t("open sub-automata as they become active"),
+    checked: () => monitor.follows,
+  },
+  {
+    id: "livePanel",
+    label: t("Live values"),
+    icon: "variables",
+    keys: ["Alt+L"],
+    scope: "typing",
+    enabled: hasLive,
+    run: ({app}) => app.showSide("hfsm-monitor-panel"),
+    hint: t("variables, plots, cameras, the robot"),
+  },
+  {
+    id: "robotDock",
+    label: t("Robot on the canvas"),
+    icon: "robot",
+    keys: ["Alt+Shift+B"],
+    scope: "typing",
+    enabled: () => Boolean(page.document) && monitor.hasRobot,
+    run: ({app}) => app.foldRobot(),
+    hint: t("in 3D or as a camera sees it, in the corner"),
+    checked: ({app}) => app.showsRobot,
+  },
+  {id: "robotView", label: t("Robot in 3D"), icon: "robot", enabled: hasLive, run: ({app}) => app.showLive("view")},
+  {
+    id: "cameras",
+    label: t("Cameras"),
+    icon: "film",
+    enabled: hasLive,
+    run: ({app}) => app.showLive("cameras"),
+    hint: t("what the robot sees"),
+  },
+  {
+    id: "timeline",
+    label: t("Timeline"),
+    icon: "timing",
+    enabled: () => Boolean(page.document) && attached(),
+    run: ({app}) => app.showBottom("hfsm-monitor-timeline"),
+    hint: t("the run over time"),
+  },
+  {
+    id: "backToLive",
+    label: t("Back to now"),
+    icon: "live",
+    keys: ["Alt+End"],
+    scope: "typing",
+    enabled: () => Boolean(monitor.looking) && !monitor.recording,
+    run: async () => (await import("./scrubbing.js")).scrubbing.to(Infinity),
+  },
+  {
+    id: "whyNot",
+    label: t("Why not?"),
+    icon: "help",
+    keys: ["W"],
+    enabled: () => here() && monitor.isLive,
+    run: async ({canvas}) => (await import("./why-not.js")).explainSelected(canvas),
+    hint: t("what keeps transitions from firing"),
+    help: t("Why not: what keeps transitions from firing"),
+  },
+  {
+    id: "breakpoint",
+    label: t("Breakpoint"),
+    icon: "breakpoint",
+    keys: ["B"],
+    enabled: breakable,
+    run: toggleBreakpoint,
+    hint: t("on or off; also before the start"),
+  },
+  {
+    id: "breakpointIf",
+    label: t("Breakpoint with a condition"),
+    icon: "breakpointIf",
+    keys: ["Shift+B"],
+    enabled: breakable,
+    run: async () => (await dialogs()).askCondition(page.shownAutomaton.id, kind(), theSelected()),
+  },
+  {
+    id: "startHere",
+    label: t("Start from here"),
+    icon: "run",
+    keys: ["Alt+F5"],
+    scope: "typing",
+    enabled: () => Boolean(page.state),
+    run: ({app}) => app.run(["--begin-at", `${page.shownAutomaton.id}.${page.state?.id}`]),
+    hint: t("run the component with this state as its first"),
+  },
+  {
+    id: "force",
+    label: t("Force the transition"),
+    icon: "force",
+    keys: ["Alt+Enter"],
+    scope: "canvas",
+    enabled: () => steers() && here() && Boolean(page.transition),
+    run: force,
+    hint: t("fire at the next cycle, whatever its condition"),
+  },
+  {
+    id: "stopRobot",
+    label: "STOP",
+    icon: "stop",
+    keys: [STOP_KEY],
+    scope: "typing",
+    run: stopRobot,
+    hint: t("stop the robot and all that runs at once, whatever is shown"),
+  },
+];
+
+/** The actions on the selected state or transition of a component. @returns {string[][]} */
+export const monitoredSelection = () =>
+  [
+    [
+      ...(page.state ? ["startHere"] : []),
+      ...(here() && selected() ? ["whyNot"] : []),
+      ...(selected() ? ["breakpoint", "breakpointIf"] : []),
+      ...(here() && page.transition ? ["force"] : []),
+    ],
+  ].filter((group) => group.length);
+
+/** The groups of the list of keys. */
+export const MONITOR_KEYS = [
+  "attach",
+  "detach",
+  "tryIt",
+  "record",
+  "runWith",
+  "openRecording",
+  "pauseResume",
+  "stepOne",
+  "stepAll",
+  "reload",
+  "sendEvent",
+  "steering",
+  "startHere",
+  "breakpoint",
+  "breakpointIf",
+  "force",
+  "whyNot",
+  "follow",
+  "livePanel",
+  "robotDock",
+  "backToLive",
+  "stopRobot",
+];
+
+/** The menu beside Run. */
+export const RUN_MENU = [
+  ["tryIt", "tests", "trials", "runWith", "startHere", "recordRun", "generate"],
+  ["stepAll", "sendEvent"],
+  ["attach", "detach", "openRecording", "exportRun", "pictureRate"],
+];

@@ -1,0 +1,123 @@
+/**
+ * Open what a component runs elsewhere: its document, and recordings of its runs.
+ *
+ * @import {HfsmCanvas} from "../canvas/canvas.js"
+ * @import {Entry} from "../data/messages.js"
+ */
+
+import {ask} from "../data/commands.js";
+import {download} from "../canvas/export.js";
+import {chooseFile} from "../data/file-dialog.js";
+import {openPath} from "../data/files.js";
+import {notify} from "../kit/notices.js";
+import {page} from "../data/page.js";
+import {store} from "../data/store.js";
+import {decimal, t} from "../kit/texts.js";
+import {monitor} from "./monitor.js";
+
+const DEPTH = 3; // levels of directories below the root that are searched
+const MOST = 60;
+
+/** Open the document of the component that is followed, if the server can reach a file of its name. */
+export async function openFollowed() {
+  const name = monitor.structure?.document.replace(/^.*\//, "") || `${monitor.component}.xml`;
+  if (monitor.tab) {
+    page.show(monitor.tab);
+    return;
+  }
+  const path = await find(name);
+  if (path) await openPath(path);
+  else
+    notify(
+      t("No {name} lies below {root}: open the document of {component} to see its states.", {
+        name,
+        root: store.greeting.root ?? t("the root"),
+        component: monitor.component,
+      }),
+      "error",
+    );
+}
+
+/** The path of the document of the recording that is shown; a notice says so if there is none. */
+export async function recordedDocument() {
+  const name = monitor.structure?.document.replace(/^.*\//, "") ?? "";
+  const path = name && (await find(name));
+  const root = store.greeting.root ?? t("the root");
+  if (!path)
+    notify(
+      name ? t("No {name} lies below {root}.", {name, root}) : t("No document lies below {root}.", {root}),
+      "error",
+    );
+  return path;
+}
+
+/** The path of a document by the name of its file, first of all of an open one. @param {string} name */
+async function find(name) {
+  const open = store.workspace.tabs.find(({path}) => path.replace(/^.*\//, "") === name);
+  if (open) return open.path;
+  let level = [""];
+  let looked = 0;
+  for (let depth = 0; depth <= DEPTH && level.length; depth += 1) {
+    /** @type {string[]} */
+    const next = [];
+    for (const directory of level) {
+      if ((looked += 1) > MOST) return undefined;
+      const {entries} = await store
+        .request("listFiles", {directory})
+        .catch(() => ({entries: /** @type {Entry[]} */ ([])}));
+      const found = entries.find((each) => each.kind === "document" && each.name === name);
+      if (found) return found.path;
+      next.push(...entries.filter((each) => each.kind === "directory").map((each) => each.path));
+    }
+    level = next;
+  }
+  return undefined;
+}
+
+/** Download the followed run, from its beginning until now, as a page that needs no server. */
+export async function exportRun() {
+  const done = await ask("exportRun", {component: monitor.component, tab: monitor.tab});
+  if (!done) return;
+  const file = new Blob([done.text], {type: "text/html"});
+  download(done.name, file);
+  notify(t("{name} was exported: {megabytes} MB.", {name: done.name, megabytes: decimal(file.size / 1e6, 1)}));
+}
+
+/** Ask for a recording, and show it in the views of a running component. */
+export async function openRecording() {
+  const path = await chooseFile({title: t("Open a recording"), verb: t("Open"), kind: "recording"});
+  if (path) await play(path);
+}
+
+/**
+ * Offer to play the recording of a run, once the run has ended.
+ *
+ * @param {number} tab that it was started from
+ * @param {string} path
+ */
+export function awaitRecording(tab, path) {
+  notify(t("The run is recorded into {path}.", {path}));
+  /** @param {CustomEvent<import("../data/protocol.js").RunPush>} event */
+  const ended = ({detail}) => {
+    if (detail.tab !== tab || detail.status !== "ended") return;
+    store.removeEventListener("run", ended);
+    notify(t("The run was recorded into {path}.", {path}), "info", {label: t("Play it"), run: () => play(path)});
+  };
+  store.addEventListener("run", ended);
+}
+
+/** @param {string} path */
+export async function play(path) {
+  const found = await ask("recording", {path});
+  if (!found) return;
+  await monitor.lookAtRecording(path, found);
+  if (found.tab) page.show(found.tab);
+  else notify(t("The recording does not contain its document: its states cannot be drawn."));
+  if (found.shortened) notify(found.shortened);
+}
+
+/** Compare what a recording contains, which is shown, with the document of that name as it is now. @param {HfsmCanvas} canvas */
+export async function compareRecorded(canvas) {
+  const path = await recordedDocument();
+  if (path) await (await import("../canvas/comparison.js")).compareWith(canvas, path);
+}

@@ -1,0 +1,94 @@
+/** The operator's stop button: it asks no question, does not wait, and works in every mode. */
+
+import {clearErrors, messageOf, notify} from "../kit/notices.js";
+import {runs} from "../data/runs.js";
+import {t} from "../kit/texts.js";
+import {monitor} from "./monitor.js";
+
+/** Three keys at once, among them the largest: easy to find, and not hit by accident while typing. */
+export const STOP_KEY = "Ctrl+Shift+Space";
+
+const LATE = 3000; // ms: by then the components have ended, and a robot nearby has confirmed
+
+/** What the errors of a stop are about: those of an earlier one go. */
+const STOP = "stop";
+/** @param {string} text */
+const report = (text) => notify(text, "error", undefined, {about: STOP});
+
+/** Those that STOP has not ended yet, each with what takes back the error that says so. @type {Map<string, () => void>} */
+const late = new Map();
+
+/** Stop the robot and all that runs, whatever is shown. */
+export async function stopRobot() {
+  clearErrors(STOP);
+  late.clear();
+  runs.stopHere();
+  let confirmed = () => {};
+  const timer = setTimeout(() => {
+    const what = t("STOP is not confirmed yet, and repeated. If the robot moves, use its own button.");
+    confirmed = report(what);
+  }, LATE);
+  try {
+    const {stopped, failed} = await monitor.control("emergencyStop");
+    const problems = [];
+    for (const [name, reason] of Object.entries(failed)) {
+      const problem = `${name}: ${reason}`;
+      if (monitor.running.includes(name)) late.set(name, report(t("Not stopped. {problems}", {problems: problem})));
+      else problems.push(problem);
+    }
+    const hung = runs.failed(monitor.tab)?.component === monitor.component; // and where is said already
+    if (stopped.includes(monitor.component) && !hung) monitor.end(t("it was stopped by STOP"));
+    if (stopped.length) notify(t("Stopped: {names}.", {names: stopped.join(", ")}));
+    else if (!problems.length && !late.size)
+      report(t("There was nothing to stop: neither a robot nor a component is present."));
+    if (problems.length) report(t("Not stopped. {problems}", {problems: problems.join("; ")}));
+  } catch (error) {
+    report(t("STOP did not reach the robot: {reason} Use the robot's own button.", {reason: messageOf(error)}));
+  } finally {
+    clearTimeout(timer);
+    confirmed();
+  }
+}
+
+/** Say of those that ended late that they have ended. */
+function look() {
+  for (const [name, takeBack] of late) {
+    if (monitor.running.includes(name)) continue;
+    late.delete(name);
+    takeBack();
+    notify(t("{name} has ended, too.", {name}));
+  }
+}
+
+/** Listen before all others, also while an open dialog keeps the button behind it from being pressed. */
+export function listenForStop() {
+  monitor.addEventListener("running", look);
+  window.addEventListener(
+    "pointerdown",
+    (event) => {
+      const {target, clientX: x, clientY: y} = event;
+      if (!(target instanceof HTMLDialogElement) || isInside(target, x, y)) return;
+      const button = document.querySelector(".stop-button");
+      if (!button || !isInside(button, x, y)) return;
+      event.stopImmediatePropagation();
+      stopRobot();
+    },
+    {capture: true},
+  );
+  window.addEventListener(
+    "keydown",
+    (event) => {
+      if (event.code !== "Space" || !event.shiftKey || !(event.ctrlKey || event.metaKey)) return;
+      event.preventDefault(); // while the key is held down, too: the button with the focus must not be pressed
+      event.stopImmediatePropagation();
+      if (!event.repeat) stopRobot();
+    },
+    {capture: true},
+  );
+}
+
+/** @param {Element} element @param {number} x @param {number} y */
+function isInside(element, x, y) {
+  const {left, right, top, bottom} = element.getBoundingClientRect();
+  return x >= left && x < right && y >= top && y < bottom;
+}

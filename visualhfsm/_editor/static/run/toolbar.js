@@ -1,0 +1,56 @@
+/** The list of running components in the header, to follow one of them. */
+
+import {html} from "lit";
+
+import {keyOf} from "../kit/keys.js";
+import {required} from "../kit/required.js";
+import {runs} from "../data/runs.js";
+import {n, t} from "../kit/texts.js";
+import {MonitorElement} from "./element.js";
+import {monitor} from "./monitor.js";
+
+export class MonitorToolbar extends MonitorElement {
+  /** @type {typeof MonitorElement.kinds} */
+  static kinds = ["mode", "running"];
+
+  render() {
+    const {running} = monitor;
+    const words = running.length ? n("{count} running", "{count} running", running.length) : t("Nothing runs");
+    return html`<button
+      type="button"
+      class="running-now ${running.length ? "some" : ""}"
+      aria-label=${words}
+      aria-haspopup="menu"
+      aria-expanded="false"
+      title=${t("Components that run in the realm ({key})", {key: keyOf("attach")})}
+      @click=${() => this.open()}
+    >
+      <span class="pulse" aria-hidden="true"></span><span class="word">${words}</span
+      ><span class="short" aria-hidden="true">${running.length || ""}</span>
+    </button>`;
+  }
+
+  /** Show the running components, to choose one; hide the list if it is shown already. */
+  async open() {
+    const {dropMenu} = await import("../shell/menu.js");
+    const {running} = monitor;
+    const components = running.map((name) => {
+      const isFollowed = name === monitor.component;
+      const shown = runs.elsewhere.includes(name) ? t("{name}, started elsewhere", {name}) : name;
+      const label = isFollowed ? t("{name} (followed)", {name: shown}) : shown;
+      return {id: name, label, icon: isFollowed ? "properties" : "link", run: () => this.#follow(name)};
+    });
+    const more = monitor.component ? ["openRecording", "detach"] : ["openRecording"];
+    const title = running.length ? t("Running now") : t("No component runs in this realm");
+    const groups = running.length ? [components, more] : [more];
+    dropMenu(required(this.querySelector("button"), "button"), {groups, title}, this.context);
+  }
+
+  /** @param {string} name */
+  async #follow(name) {
+    await this.context.app.follow(name);
+    this.context.canvas.focusSelected();
+  }
+}
+
+customElements.define("hfsm-monitor-toolbar", MonitorToolbar);

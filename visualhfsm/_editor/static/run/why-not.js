@@ -1,0 +1,174 @@
+/**
+ * "Why not?": what keeps the transitions out of a state from firing, beside the pointer or the selected thing.
+ *
+ * @import {HfsmCanvas} from "../canvas/canvas.js"
+ * @import {Explanation} from "../data/protocol.js"
+ * @typedef {{canvas: HfsmCanvas, group: SVGElement, pinned: boolean, automaton: number, transition: number}} Shown
+ */
+
+import {html, nothing, render} from "lit";
+
+import {page} from "../data/page.js";
+import {t} from "../kit/texts.js";
+import {monitor} from "./monitor.js";
+
+const PATIENCE = 220; // ms that the pointer must rest before an explanation is shown
+const AGAIN = 400; // ms after which an explanation is asked for again
+
+/** @type {HTMLElement | undefined} */
+let element;
+let timer = 0;
+/** @type {Shown | undefined} */
+let shown;
+
+/**
+ * Explain what the pointer rests on, for as long as a component is followed.
+ *
+ * @param {HfsmCanvas} canvas
+ */
+export function explainUnderPointer(canvas) {
+  /** @param {SVGElement | null} group under the pointer */
+  const rest = (group) => {
+    clearTimeout(timer);
+    if (shown && !shown.pinned && shown.group !== group) hide();
+    if (!group || !isExplained()) return;
+    canvas.tip.remove();
+    timer = setTimeout(() => show(canvas, group, false), PATIENCE);
+  };
+  canvas.surface.addEventListener("pointerover", ({target, buttons}) =>
+    rest(buttons || !(target instanceof Element) ? null : target.closest("[data-key]")),
+  );
+  canvas.surface.addEventListener("pointerleave", () => {
+    clearTimeout(timer);
+    if (!shown?.pinned) hide();
+  });
+  canvas.surface.addEventListener("pointerdown", () => {
+    clearTimeout(timer);
+    hide();
+  });
+  canvas.addEventListener("view", () => hide());
+  for (const kind of /** @type {const} */ (["tab", "automaton"])) page.addEventListener(kind, () => hide());
+  monitor.addEventListener("mode", () => !isExplained() && hide());
+  document.addEventListener(
+    "keydown",
+    (event) => {
+      if (event.key !== "Escape" || !shown) return;
+      hide();
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    {capture: true},
+  );
+  rest(canvas.surface.querySelector("[data-key]:hover")); // the pointer may have come to rest before this was loaded
+}
+
+/**
+ * Explain the selected state or transition, or the state that the shown automaton is in.
+ *
+ * @param {HfsmCanvas} canvas
+ */
+export function explainSelected(canvas) {
+  if (shown?.pinned) return hide();
+  const key = canvas.selectedKeys()[0] ?? `s${monitor.now(page.shownAutomaton.id)?.state}`;
+  const group = canvas.drawing.hold("explained", key);
+  return group && show(canvas, group, true);
+}
+
+const isExplained = () => monitor.isLive && page.tab === monitor.tab;
+
+/** @param {HfsmCanvas} canvas @param {SVGElement} group @param {boolean} pinned */
+async function show(canvas, group, pinned) {
+  hide();
+  const {key = ""} = group.dataset;
+  const automaton = page.shownAutomaton;
+  const id = Number(key.slice(1).replaceAll("'", ""));
+  const transition = key.startsWith("t") ? id : 0;
+  const now = monitor.now(automaton.id);
+  if (!now) return;
+  const origin = transition ? automaton.transitions.find((each) => each.id === transition)?.origin : id;
+  if (origin !== now.state) {
+    if (pinned) canvas.announce(t("The automaton is in {state} now.", {state: monitor.stateName(now.id, now.state)}));
+    else return;
+  }
+  const current = {canvas, group, pinned, automaton: automaton.id, transition: origin === now.state ? transition : 0};
+  shown = current;
+  let said = false;
+  while (shown === current && monitor.isLive) {
+    let explanation;
+    try {
+      explanation = await monitor.control("explain", {automaton: current.automaton});
+    } catch {
+      break; // the component was lost; the canvas shows that
+    }
+    if (shown !== current) return;
+    // The automaton has left the state.
+    if (current.transition && !explanation.transitions.some((each) => each.transition === current.transition)) break;
+    draw(current, explanation);
+    if (pinned && !said) canvas.announce(explanation.summary);
+    said = true;
+    await new Promise((resolve) => setTimeout(resolve, AGAIN));
+  }
+  if (shown === current) hide();
+}
+
+/** @param {Shown} about @param {Explanation} explanation */
+function draw({canvas, group, automaton, transition}, explanation) {
+  if (!element) {
+    element = document.createElement("div");
+    element.className = "why-not";
+    element.setAttribute("role", "tooltip");
+    canvas.append(element);
+  }
+  const asked = explanation.transitions.filter((each) => !transition || each.transition === transition);
+  const state = monitor.stateName(automaton, explanation.state);
+  render(
+    html`<h3>
+        ${transition ? nameOf(automaton, transition) : t("In {state}", {state})}${
+          explanation.ghost ? html` <span class="faint">${t("ghost: its state above is not active")}</span>` : nothing
+        }
+      </h3>
+      ${
+        asked.length
+          ? html`<ul>
+              ${asked.map(
+                (each) =>
+                  html`<li class=${each.asked ? (each.value ? "true" : "false") : "unasked"}>
+                    <span class="verdict-sign" aria-hidden="true">${each.value ? "✓" : "✕"}</span>
+                    <span><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong> ${each.reason}</span>
+                  </li>`,
+              )}
+            </ul>`
+          : html`<p>${explanation.summary || t("No transition leads out of it.")}</p>`
+      }`,
+    element,
+  );
+  place(element, group.getBoundingClientRect());
+}
+
+/** @param {number} automaton @param {number} id */
+function nameOf(automaton, id) {
+  const transition = monitor.transition(automaton, id);
+  return transition
+    ? transition.name || t("to {name}", {name: monitor.stateName(automaton, transition.destination)})
+    : t("transition {id}", {id});
+}
+
+/**
+ * Place the explanation beside its element, where there is room.
+ *
+ * @param {HTMLElement} bubble
+ * @param {DOMRect} box
+ */
+function place(bubble, box) {
+  const {width, height} = bubble.getBoundingClientRect();
+  const middle = Math.min(Math.max(8, box.left + box.width / 2 - width / 2), innerWidth - width - 8);
+  const below = box.bottom + 10 + height < innerHeight;
+  bubble.style.left = `${middle}px`;
+  bubble.style.top = `${below ? box.bottom + 10 : Math.max(8, box.top - height - 10)}px`;
+}
+
+function hide() {
+  shown = undefined;
+  element?.remove();
+  element = undefined;
+}

@@ -1,0 +1,439 @@
+/** All actions of the user in one table, for buttons, menus, the palette, keys and help. */
+
+import {canvasActions, drawnSelection} from "../canvas/actions.js";
+import * as commands from "../data/commands.js";
+import {holdKeys} from "../kit/holding.js";
+import {monitorActions, monitoredSelection} from "../run/actions.js";
+import {monitor} from "../run/monitor.js";
+import {page} from "../data/page.js";
+import {addActions} from "../kit/registry.js";
+import {runs} from "../data/runs.js";
+import {n, t} from "../kit/texts.js";
+
+const hasDocument = () => Boolean(page.document);
+
+/** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
+const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && runs.isRunning(tab)) || 0;
+
+/** Stop the component that was started here, or else the followed one. */
+function stopRun() {
+  const tab = startedHere();
+  if (!tab) return monitor.stop();
+  runs.stopHere(tab);
+  return commands.ask("stopRun", {tab});
+}
+
+const files = () => import("../data/files.js");
+
+addActions([
+  {
+    id: "up",
+    label: t("Up"),
+    icon: "up",
+    keys: ["Backspace"],
+    enabled: () => page.path.length > 1,
+    run: () => page.up(),
+    hint: t("to the automaton above"),
+  },
+
+  {
+    id: "new",
+    label: t("New"),
+    icon: "file",
+    keys: ["Alt+N"],
+    scope: "typing",
+    // What is typed from now on is meant for the new document.
+    run: ({app, canvas}) => {
+      canvas.surface.focus({preventScroll: true});
+      return holdKeys(async () => {
+        await (await files()).openNew();
+        await app.updateComplete; // the start page is gone
+      });
+    },
+  },
+  {
+    id: "open",
+    label: t("Open"),
+    words: t("load a file"),
+    icon: "open",
+    keys: ["Ctrl+O"],
+    scope: "typing",
+    run: () =>
+      holdKeys(async () => {
+        const {openFile} = await files();
+        openFile(); // the keys are for its dialog
+      }),
+  },
+  {
+    id: "save",
+    label: t("Save"),
+    icon: "save",
+    keys: ["Ctrl+S"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: async () => (await files()).save(),
+  },
+  {
+    id: "saveAs",
+    label: t("Save as"),
+    icon: "saveAs",
+    keys: ["Ctrl+Shift+S"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: async () => (await files()).saveAs(),
+  },
+  {
+    id: "closeTab",
+    label: t("Close"),
+    icon: "close",
+    keys: ["Alt+W"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: async () => (await files()).closeTab(page.tab),
+  },
+  {
+    id: "export",
+    label: t("Export"),
+    words: t("print the drawing as a page, image, PDF, SVG, PNG, HTML, XML, download"),
+    icon: "exportFile",
+    keys: ["Ctrl+E"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: async () => (await import("../dialogs/export.js")).showExport(),
+    hint: t("pictures, pages for print, one page to send"),
+  },
+  {
+    id: "share",
+    label: t("Share to look on"),
+    words: t("link, URL, publish, send, viewers"),
+    icon: "eye",
+    run: async () => (await import("../dialogs/share.js")).showShare(),
+    hint: t("an address at which nothing can be changed"),
+  },
+  {
+    id: "compare",
+    label: t("Compare"),
+    words: t("difference, diff, changes, versions"),
+    icon: "diff",
+    keys: ["Alt+C"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: async (context) => (await import("../canvas/comparison.js")).compare(context),
+  },
+
+  {
+    id: "interfaces",
+    label: t("Interfaces"),
+    icon: "interfaces",
+    keys: ["Alt+I"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: () => page.showData("interfaces"),
+  },
+  {
+    id: "timing",
+    label: t("Timing"),
+    icon: "timing",
+    keys: ["Alt+T"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: () => page.showData("timing"),
+  },
+  {
+    id: "variables",
+    label: t("Variables"),
+    icon: "variables",
+    keys: ["Alt+V"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: () => page.showData("variables"),
+  },
+  {
+    id: "functions",
+    label: t("Functions"),
+    icon: "functions",
+    keys: ["Alt+F"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: () => page.showData("functions"),
+  },
+  {
+    id: "component",
+    label: t("Component"),
+    icon: "parameters",
+    keys: ["Alt+P"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: () => page.showData("parameters"),
+    hint: t("parameters, events, properties"),
+  },
+
+  {
+    id: "generate",
+    label: t("Generate"),
+    icon: "generate",
+    keys: ["F6"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.generate(),
+  },
+  {
+    id: "run",
+    label: t("Run"),
+    words: t("start, play, execute"),
+    icon: "run",
+    keys: ["F5"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.run(),
+  },
+  {
+    id: "stopRun",
+    label: t("Stop"),
+    icon: "stop",
+    keys: ["Shift+F5"],
+    scope: "typing",
+    enabled: () => startedHere() > 0 || monitor.steers,
+    run: stopRun,
+    hint: t("the component of the shown document, or else the followed one"),
+  },
+
+  ...canvasActions,
+
+  ...monitorActions,
+
+  {
+    id: "undo",
+    label: t("Undo"),
+    words: t("revert"),
+    icon: "undo",
+    keys: ["Ctrl+Z"],
+    enabled: () => commands.canStep("undo"),
+    run: () => commands.step("undo"),
+  },
+  {
+    id: "redo",
+    label: t("Redo"),
+    icon: "redo",
+    keys: ["Ctrl+Shift+Z", "Ctrl+Y"],
+    enabled: () => commands.canStep("redo"),
+    run: () => commands.step("redo"),
+  },
+
+  {
+    id: "search",
+    label: t("Search"),
+    words: t("find and replace"),
+    icon: "search",
+    keys: ["Ctrl+F"],
+    enabled: hasDocument,
+    run: ({app}) => app.showBottom("hfsm-search"),
+    hint: t("names and code"),
+  },
+  {
+    id: "problems",
+    label: t("Problems"),
+    words: t("errors, warnings, checks"),
+    icon: "problems",
+    keys: ["Ctrl+M"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.showBottom("hfsm-problems"),
+  },
+  {
+    id: "output",
+    label: t("Output"),
+    words: t("console, log, terminal"),
+    icon: "code",
+    keys: ["Alt+O"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.showBottom("hfsm-output"),
+  },
+  {
+    id: "tests",
+    label: t("Tests"),
+    icon: "tests",
+    keys: ["Alt+X"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.showBottom("hfsm-tests-panel"),
+    hint: t("run the document's tests, and see what they pass"),
+  },
+  {
+    id: "trials",
+    label: t("Trials"),
+    icon: "trials",
+    keys: ["Alt+Y"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.showBottom("hfsm-trials-panel"),
+    hint: t("run it many times, and see how often it succeeds"),
+  },
+  {
+    id: "undoSteps",
+    label: t("Undo steps"),
+    words: t("history, versions"),
+    icon: "history",
+    keys: ["Alt+H"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.showBottom("hfsm-undo-steps"),
+    hint: t("what can be undone and redone"),
+  },
+  {
+    id: "nextTab",
+    label: t("Next document"),
+    icon: "file",
+    keys: ["Alt+PageDown"],
+    scope: "typing",
+    run: ({app}) => app.showNeighbor(1),
+  },
+  {
+    id: "previousTab",
+    label: t("Previous document"),
+    icon: "file",
+    keys: ["Alt+PageUp"],
+    scope: "typing",
+    run: ({app}) => app.showNeighbor(-1),
+  },
+  {
+    id: "robot",
+    label: t("Robot"),
+    icon: "robot",
+    keys: ["Alt+B"],
+    scope: "typing",
+    run: ({app}) => app.showRobotMenu(),
+    hint: t("start a simulation, connect to a real one"),
+  },
+  {
+    id: "ownRobot",
+    label: t("Your own robot"),
+    words: t("URDF, xacro, MJCF, model, body"),
+    icon: "add",
+    run: async () => (await import("../dialogs/own-robot.js")).makeRobot(),
+    hint: t("from its model: see it, correct it, save it"),
+  },
+  {
+    id: "tree",
+    label: t("Tree of automata"),
+    icon: "child",
+    enabled: hasDocument,
+    run: ({app}) => app.toggleTree(),
+    hint: t("on or off"),
+    checked: ({app}) => app.showsTree,
+  },
+  {
+    id: "theme",
+    label: t("Light or dark"),
+    words: t("dark mode, colors, settings"),
+    icon: "moon",
+    keys: ["Alt+D"],
+    scope: "typing",
+    run: ({app}) => app.toggleTheme(),
+  },
+  {
+    id: "language",
+    label: t("Language"),
+    words: t("translation, settings"),
+    icon: "globe",
+    run: async () => (await import("../dialogs/language.js")).showLanguages(),
+  },
+  {
+    id: "palette",
+    label: t("All actions"),
+    icon: "search",
+    keys: ["Ctrl+K"],
+    scope: "typing",
+    run: (context) =>
+      holdKeys(async () => {
+        const {showPalette} = await import("./palette.js");
+        showPalette(context);
+      }),
+    hint: t("find one by its name"),
+  },
+  {
+    id: "tour",
+    label: t("Guided tour"),
+    icon: "help",
+    run: async (context) => (await import("./tour.js")).startTour(context),
+  },
+  {
+    id: "help",
+    label: t("Help"),
+    words: t("shortcuts, keyboard, manual"),
+    icon: "help",
+    keys: ["?", "F1"],
+    run: async (context) => (await import("../dialogs/help.js")).showHelp(context),
+    hint: t("keys and signs"),
+  },
+  {
+    id: "cancel",
+    label: t("Cancel"),
+    icon: "close",
+    keys: ["Escape"],
+    scope: "canvas",
+    run: ({canvas}) => canvas.cancel() || (canvas.comparison ? canvas.comparison.end() : page.select({})),
+  },
+]);
+
+/** The menus of the header. @type {{title: string, groups: string[][]}[]} */
+export const MENUS = [
+  {
+    title: t("File"),
+    groups: [
+      ["new", "open", "openRecording", "ownRobot"],
+      ["save", "saveAs"],
+      ["compare", "export", "exportRun", "share", "generate"],
+      ["closeTab"],
+    ],
+  },
+  {
+    title: t("Edit"),
+    groups: [
+      ["undo", "redo"],
+      ["cut", "copy", "paste", "duplicate", "delete"],
+      ["selectAll", "search"],
+      ["rename", "editCode", "openChild", "group"],
+      ["newNote", "frame"],
+      ["layout", "layoutAll"],
+    ],
+  },
+  {
+    title: t("Data"),
+    groups: [
+      ["interfaces", "component"],
+      ["timing", "variables", "functions"],
+    ],
+  },
+  {
+    title: t("View"),
+    groups: [
+      ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
+      ["problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
+      ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
+      ["follow", "wheelZooms", "theme", "language"],
+    ],
+  },
+  {title: t("Help"), groups: [["help", "tour", "palette"]]},
+];
+
+/** The selection in words. */
+export function selectionTitle() {
+  if (page.state) return t("State {name}", {name: page.state.name});
+  if (page.annotation) return page.annotation.kind === "frame" ? t("Frame") : t("Note");
+  if (page.transition) return t("Transition {name}", {name: page.transition.name});
+  const parts = [
+    page.states.size && n("{count} state", "{count} states", page.states.size),
+    page.transitions.size && n("{count} transition", "{count} transitions", page.transitions.size),
+    page.annotations.size && n("{count} note", "{count} notes", page.annotations.size),
+  ];
+  return parts.filter(Boolean).join(", ");
+}
+
+/** The actions on the selection, in groups, the most usual first. @returns {string[][]} */
+export function selectionActions() {
+  const drawing = drawnSelection();
+  const [usual, ...more] = drawing;
+  return usual ? [usual, ...monitoredSelection(), ...more] : drawing;
+}

@@ -1,0 +1,646 @@
+/**
+ * The page: its layout, and when its parts are loaded.
+ *
+ * @import {HfsmCanvas} from "../canvas/canvas.js"
+ * @import {Target} from "../kit/events.js"
+ * @import {Automaton, Place} from "../data/protocol.js"
+ * @import {OpenDocument} from "../data/store.js"
+ * @import {At} from "../data/page.js"
+ */
+
+import {html, nothing, render} from "lit";
+
+import "./actions.js";
+import "../canvas/canvas.js";
+import "./menubar.js";
+import "./robot-pill.js";
+import "./tree.js";
+import {startBeside} from "./beside.js";
+import {askBy, askTab} from "../data/commands.js";
+import {PageElement} from "../data/element.js";
+import {holdKeys} from "../kit/holding.js";
+import {icon} from "../kit/icons.js";
+import {listenForKeys} from "../kit/keys.js";
+import {messageOf, notify, notifyError, OFFLINE, clearErrors, showNoticesOf} from "../kit/notices.js";
+import {page} from "../data/page.js";
+import "../run/bar.js";
+import {monitor} from "../run/monitor.js";
+import {planned} from "../run/breakpoints.js";
+import {listenForStop} from "../run/stop.js";
+import {outputLog} from "../data/output-log.js";
+import {perform} from "../kit/registry.js";
+import {chosenBody, isReadyFor} from "../data/robot.js";
+import {runs} from "../data/runs.js";
+import {actionButton} from "../kit/buttons.js";
+import {resizer, restoreSizes} from "../kit/resizer.js";
+import {banner, keepStopInView} from "./shell.js";
+import {initTheme, switchTheme} from "../kit/theme.js";
+import {windowStorage} from "../kit/storage.js";
+import {store} from "../data/store.js";
+import {laterStyles} from "../kit/styles.js";
+import {t} from "../kit/texts.js";
+import {viewing} from "../kit/viewing.js";
+
+/**
+ * An element that is loaded when it is first shown: a panel, or a part of the monitor.
+ *
+ * @typedef {PageElement & {focusFirst?: () => void, revealed?: Promise<unknown>}} Panel
+ */
+
+/** Elements that are loaded when they are first shown, and their modules. @type {Record<string, string>} */
+const LAZY = {
+  "hfsm-code-panel": "../panels/code.js",
+  "hfsm-data-panel": "../panels/data.js",
+  "hfsm-problems": "../panels/problems.js",
+  "hfsm-search": "../panels/search.js",
+  "hfsm-output": "../panels/output.js",
+  "hfsm-undo-steps": "../panels/undo-steps.js",
+  "hfsm-tests-panel": "../trials/tests.js",
+  "hfsm-trials-panel": "../trials/trials.js",
+  "hfsm-monitor-toolbar": "../run/toolbar.js",
+  "hfsm-monitor-panel": "../run/panel.js",
+  "hfsm-monitor-timeline": "../run/timeline.js",
+  "hfsm-robot-dock": "../robot3d/dock.js",
+  "hfsm-shelf": "../shelf/shelf.js",
+  "hfsm-start": "./start.js",
+};
+/** What viewers see of these. */
+const FOR_VIEWERS = new Set(["hfsm-problems", "hfsm-search", "hfsm-output", "hfsm-monitor-timeline"]);
+const UNHURRIED = 500; // ms after the first picture until more is loaded
+const SHOWN = "visualhfsm.shown"; // the tab that a window shows
+const SIDE = [
+  ["hfsm-code-panel", t("Code")],
+  ["hfsm-data-panel", t("Data")],
+  ["hfsm-monitor-panel", t("Live")],
+];
+const BOTTOM = [
+  ["hfsm-problems", t("Problems")],
+  ["hfsm-search", t("Search")],
+  ["hfsm-output", t("Output")],
+  ["hfsm-tests-panel", t("Tests")],
+  ["hfsm-trials-panel", t("Trials")],
+  ["hfsm-undo-steps", t("Undo steps")],
+  ["hfsm-monitor-timeline", t("Timeline")],
+];
+
+export class HfsmApp extends PageElement {
+  static properties = {side: {state: true}, bottom: {state: true}, tree: {state: true}};
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: ["change"], store: ["workspace", "document", "connection", "run", "robot", "outside"]};
+
+  constructor() {
+    super();
+    /** Whether a document is about to be shown instead of the start page. */
+    this.arrives = false;
+    /** Tag of the element beside the canvas, "" for none. */
+    this.side = "";
+    /** Tag of the element below the canvas, "" for none. */
+    this.bottom = "";
+    /** The class that shows or hides the tree; empty where the width of the window decides. */
+    this.tree = "";
+    this.canvas = /** @type {HfsmCanvas} */ (document.createElement("hfsm-canvas"));
+    /** Those of `LAZY` that are loaded. @type {Map<string, Panel>} */
+    this.elements = new Map();
+    /** The timeline below the canvas. @type {(Panel & {compact?: boolean}) | undefined} */
+    this.strip = undefined;
+    /** The tabs before the last change. @type {Set<number> | undefined} */
+    this.knownTabs = undefined;
+    /** Whether a run opened what is below the canvas, its output. */
+    this.outputOpened = false;
+    /** Resolves when the overlay of the canvas has loaded. @type {Promise<void> | undefined} */
+    this.overlay = undefined;
+  }
+
+  /** Tags of the elements that were last requested beside and below the canvas; they may still be loading. */
+  #wanted = {side: "", bottom: ""};
+
+  get context() {
+    return {app: this, canvas: this.canvas};
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    listenForKeys(this.context);
+    this.listen(page, "edit", (event) => this.#edit(event.detail));
+    this.listen(page, "data", (event) => this.#showData(event.detail));
+    this.listen(page, "tab", () => this.#titleWindow());
+    this.listen(page, "tab", () => showNoticesOf(page.tab));
+    this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
+    this.listen(page, "tab", () => (this.arrives = Boolean(this.elements.get("hfsm-start")?.isConnected)));
+    this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
+    this.listen(page, "save", () => perform("save", this.context));
+    this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
+    this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(highlighted()));
+    this.listen(page, "focus-canvas", () => this.canvas.focusSelected());
+    this.listen(store, "workspace", () => this.#follow());
+    this.listen(store, "document", ({detail}) => {
+      if (detail.tab === page.tab) page.prune();
+    });
+    store.addEventListener("document", () => setTimeout(() => this.#loadLater(), UNHURRIED), {once: true});
+    this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
+    this.listen(store, "failure", ({detail}) => notifyError(detail.error));
+    this.listen(
+      /** @type {Target<{"hfsm-menu": Parameters<typeof import("./menu.js").showMenu>[0], tool: null}>} */ (
+        this.canvas
+      ),
+      "hfsm-menu",
+      async ({detail}) => (await import("./menu.js")).showMenu(detail, this.context),
+    );
+    this.listen(this.canvas, "tool", () => this.requestUpdate());
+    takeDrops(this);
+    this.listen(
+      window,
+      "beforeunload",
+      (event) =>
+        store.workspace.tabs.some((each) => each.dirty) && !store.online && !store.restarted && event.preventDefault(),
+    );
+    this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
+    this.listen(monitor, "mode", () => this.#monitored());
+    for (const kind of /** @type {const} */ (["mode", "structure"]))
+      this.listen(monitor, kind, () => this.#showRobot());
+    this.listen(store, "robot", () => this.#showRobot());
+    this.listen(monitor, "structure", () => this.#showBreakpoints());
+    this.listen(page, "tab", () => this.#showBreakpoints());
+    this.listen(store, "connection", () => this.#showBreakpoints());
+    this.listen(store, "connection", () => this.#welcome());
+    listenForStop();
+    showImports();
+    store.connect();
+  }
+
+  /** Show an element beside the canvas; an empty tag closes it. @param {string} tag */
+  async showSide(tag) {
+    this.#wanted.side = tag;
+    const element = tag ? await this.#load(tag) : undefined;
+    if ((tag && !element) || this.#wanted.side !== tag) return undefined;
+    this.side = tag;
+    await this.updateComplete;
+    return element;
+  }
+
+  /** Show an element below the canvas; an empty tag closes it. @param {string} tag */
+  async showBottom(tag, {focuses = true} = {}) {
+    this.#wanted.bottom = tag;
+    this.outputOpened = false;
+    return holdKeys(async () => {
+      const element = tag ? await this.#load(tag) : undefined;
+      if ((tag && !element) || this.#wanted.bottom !== tag) return undefined;
+      this.bottom = tag;
+      await this.updateComplete;
+      if (focuses) element?.focusFirst?.();
+      return element;
+    });
+  }
+
+  /** Write the component; returns undefined when that was not possible. */
+  async generate({quiet = false} = {}) {
+    const done = await askTab("generate");
+    if (!done) this.#showErrors();
+    else if (!quiet) notify(t("Generated {path}.", {path: done.path}));
+    return done;
+  }
+
+  /**
+   * Start the component of the shown tab, and follow it; `options` are those of its command line. A `dryRun` needs no
+   * robot.
+   *
+   * @param {string[]} options
+   */
+  async run(options = [], {record = false, dryRun = false} = {}) {
+    const {tab, tabState, document: shown} = page;
+    if (!shown) return;
+    page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
+    if (!dryRun && !isReadyFor(shown.fields)) {
+      const {settle} = await import("./robot-run.js");
+      const settled = await settle(shown.fields);
+      if (!settled) return;
+      dryRun = settled === "dryRun";
+      page.show(tab);
+    }
+    runs.dismiss(tab);
+    import("../run/spoken.js");
+    if (dryRun) this.showLive("dryRun");
+    const opens = !this.#wanted.bottom;
+    this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
+    this.outputOpened = opens;
+    const body = dryRun ? chosenBody() : "";
+    const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
+    const started = await askBy("run", tab, () => startBeside(request));
+    if (started === null && this.outputOpened) this.showBottom("");
+    if (started === null) return;
+    if (started) monitor.expect(started.component);
+    else if (store.online) this.#showErrors();
+    else if (tabState) monitor.lookFor(tabState.component); // it may have started
+    if (started?.recording) (await import("../run/documents.js")).awaitRecording(tab, started.recording);
+  }
+
+  /** Show the errors of the document, for which no component was generated; they may not be known yet. */
+  #showErrors() {
+    const {document} = page;
+    if (document && (document.checked !== document.revision || document.counts.error)) this.showBottom("hfsm-problems");
+  }
+
+  /** Show the robot in the corner of the canvas, or fold it. @param {boolean} [folded] by default the other way */
+  async foldRobot(folded) {
+    const wasThere = this.elements.has("hfsm-robot-dock");
+    const dock = /** @type {import("../robot3d/dock.js").RobotDock | undefined} */ (await this.#showRobot());
+    await dock?.fold(folded ?? (wasThere && !dock.folded));
+  }
+
+  /** Whether the robot is in the corner of the canvas. */
+  get showsRobot() {
+    return Boolean(this.querySelector(".dock"));
+  }
+
+  /** When there is a robot to see, load what shows it. */
+  async #showRobot() {
+    const known = this.elements.get("hfsm-robot-dock");
+    return known ?? (monitor.hasRobot ? this.#showMonitor("hfsm-robot-dock") : undefined);
+  }
+
+  /** Show what is live beside the automaton, such as the robot in 3D. @param {string} tab */
+  async showLive(tab) {
+    const panel = /** @type {import("../run/panel.js").MonitorPanel | undefined} */ (
+      await this.showSide("hfsm-monitor-panel")
+    );
+    await panel?.choose(tab);
+  }
+
+  /** Whether the tree is visible. */
+  get showsTree() {
+    return Boolean(/** @type {HTMLElement | null} */ (this.querySelector(".left"))?.offsetWidth);
+  }
+
+  /** Show the shelf, and let its search be typed. */
+  showShelf() {
+    if (!this.showsTree) this.tree = "with-tree";
+    return holdKeys(async () => {
+      const shelf = /** @type {import("../shelf/shelf.js").Shelf | undefined} */ (await this.#load("hfsm-shelf"));
+      this.requestUpdate();
+      await this.updateComplete;
+      await shelf?.search();
+    });
+  }
+
+  toggleTree() {
+    this.tree = this.showsTree ? "without-tree" : "with-tree";
+  }
+
+  /** Show the menu of the robot. */
+  showRobotMenu() {
+    /** @type {import("./robot-pill.js").RobotPill | null} */ (this.querySelector("hfsm-robot"))?.toggle(true);
+  }
+
+  /** Show which components run. */
+  async showRunning() {
+    const toolbar = /** @type {import("../run/toolbar.js").MonitorToolbar | undefined} */ (
+      await this.#showMonitor("hfsm-monitor-toolbar")
+    );
+    await toolbar?.updateComplete;
+    await toolbar?.open();
+  }
+
+  /** Follow a component that runs, and show its document. @param {string} component */
+  async follow(component) {
+    if (!(await monitor.attach(component))) return;
+    if (monitor.tab) page.show(monitor.tab);
+    else await this.openFollowed();
+  }
+
+  /** Open the document of the component that is followed. */
+  async openFollowed() {
+    (await import("../run/documents.js")).openFollowed();
+  }
+
+  toggleTheme() {
+    switchTheme();
+    this.canvas.minimap?.draw();
+  }
+
+  /** Show the document beside the shown one. @param {number} step */
+  showNeighbor(step) {
+    const {tabs} = store.workspace;
+    if (!tabs.length) return;
+    const index = tabs.findIndex((each) => each.tab === page.tab);
+    page.show(tabs[(index + step + tabs.length) % tabs.length].tab);
+  }
+
+  render() {
+    const starting = !page.document;
+    return html` <header>
+        ${
+          starting
+            ? html`<span class="brand">${icon("layout")}VisualHFSM</span>`
+            : html`<h1 class="brand">${icon("layout")}VisualHFSM</h1>`
+        }
+        <hfsm-menubar></hfsm-menubar>
+        <hfsm-tabs></hfsm-tabs>
+        <hfsm-robot></hfsm-robot>
+        <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
+      </header>
+      <hfsm-monitor-bar></hfsm-monitor-bar>
+      ${banner(this.context)}
+      <div class="work ${this.side && !starting ? "beside" : ""} ${this.tree}">
+        <aside class="left" aria-label=${t("Automata and shelf")} ?hidden=${starting}>
+          <div class="stacked">
+            <nav aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
+            ${(starting ? undefined : this.elements.get("hfsm-shelf")) ?? nothing}
+          </div>
+          ${resizer({name: t("Width of the tree"), variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
+        </aside>
+        <main aria-label=${t("Canvas")}>
+          <div class="toolbar" role="toolbar" aria-label=${t("View")} ?hidden=${starting}>
+            ${actionButton("up", this.context, {label: false})}
+            <hfsm-breadcrumbs></hfsm-breadcrumbs><span class="room"></span>
+            ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
+          </div>
+          <div class="center" ?hidden=${starting}>
+            <div class="drawing">
+              <hfsm-tools></hfsm-tools>${this.canvas}${this.elements.get("hfsm-robot-dock") ?? nothing}
+            </div>
+            ${
+              this.side
+                ? html`${resizer({
+                      name: t("Width of the panel"),
+                      variable: "--side",
+                      along: "x",
+                      sign: -1,
+                      smallest: 260,
+                      largest: 1200,
+                    })}
+                    <section class="side" aria-label=${t("Panel beside the canvas")}>
+                      ${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}
+                      <div class="content">${this.elements.get(this.side)}</div>
+                    </section>`
+                : nothing
+            }
+          </div>
+          ${
+            monitor.isShownBeside(page.tab) && !starting && this.bottom !== "hfsm-monitor-timeline"
+              ? (this.strip ?? nothing)
+              : nothing
+          }
+          ${
+            this.bottom && !starting
+              ? html`${resizer({
+                    name: t("Height of the panel"),
+                    variable: "--bottom",
+                    along: "y",
+                    sign: -1,
+                    smallest: 90,
+                    largest: 700,
+                  })}
+                  <section class="bottom" aria-label=${t("Panel below the canvas")}>
+                    ${this.#panelTabs(
+                      BOTTOM.filter(([tag]) => !viewing.on || FOR_VIEWERS.has(tag)),
+                      this.bottom,
+                      (tag) => this.showBottom(tag),
+                    )}
+                    <div class="content">${this.elements.get(this.bottom)}</div>
+                  </section>`
+              : nothing
+          }
+          ${starting && store.online ? this.#lazily("hfsm-start") : nothing}
+        </main>
+      </div>
+      <footer><hfsm-status></hfsm-status></footer>`;
+  }
+
+  /** @param {string[][]} list @param {string} shown @param {(tag: string) => void} show */
+  #panelTabs(list, shown, show) {
+    return html`<h2 class="for-readers">${list.find(([tag]) => tag === shown)?.[1]}</h2>
+      <div class="panel-tabs">
+        <div role="tablist" aria-label=${t("Panels")}>
+          ${list.map(
+            ([tag, name]) =>
+              html` <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>
+                ${name}
+              </button>`,
+          )}
+        </div>
+        <button
+          type="button"
+          class="action bare"
+          aria-label=${t("Close the panel")}
+          title=${t("Close the panel")}
+          @click=${() => {
+            show("");
+            this.canvas.focusSelected();
+          }}
+        >
+          ${icon("close")}
+        </button>
+      </div>`;
+  }
+
+  /** Load what the first picture does not need. */
+  async #loadLater() {
+    if (viewing.on) return; // who may not draw needs no shelf
+    await this.#load("hfsm-shelf");
+    this.requestUpdate();
+  }
+
+  /** An element that is loaded as soon as it is to be shown. @param {string} tag */
+  #lazily(tag) {
+    const element = this.elements.get(tag);
+    if (!element) this.#load(tag).then((loaded) => loaded && this.requestUpdate());
+    return element ?? nothing;
+  }
+
+  /**
+   * Load the module of an element once; reports when that is not possible.
+   *
+   * @param {string} tag
+   * @returns {Promise<Panel | undefined>}
+   */
+  async #load(tag) {
+    try {
+      await Promise.all([import(LAZY[tag]), laterStyles()]);
+    } catch (error) {
+      notifyError(new Error(t("{file} could not be loaded: {reason}", {file: LAZY[tag], reason: messageOf(error)})));
+      return undefined;
+    }
+    if (!this.elements.has(tag)) {
+      const element = /** @type {Panel} */ (document.createElement(tag));
+      this.elements.set(tag, element);
+    }
+    return this.elements.get(tag);
+  }
+
+  /** @param {Place & At} place */
+  async #edit(place) {
+    await this.#reveal("hfsm-code-panel", {place});
+  }
+
+  /** @param {{section: string, place?: Place & At}} data */
+  async #showData({section, place}) {
+    await this.#reveal("hfsm-data-panel", {section, place});
+  }
+
+  /**
+   * Show something in a panel, which takes the keys that are pressed until it is there.
+   *
+   * @param {string} tag
+   * @param {object} wanted
+   */
+  #reveal(tag, wanted) {
+    return holdKeys(async () => {
+      const panel = await this.showSide(tag);
+      if (panel) await Object.assign(panel, wanted).revealed;
+    });
+  }
+
+  /** Show a document at first, and another one when the shown one was closed. */
+  #follow() {
+    const {tabs} = store.workspace;
+    const known = this.knownTabs;
+    this.knownTabs = new Set(tabs.map((each) => each.tab));
+    if (!known && page.tab === 0) page.show(firstTab());
+    else if (known?.has(page.tab) && !this.knownTabs.has(page.tab)) page.show(tabs.at(-1)?.tab ?? 0);
+    this.#titleWindow();
+  }
+
+  /** Show a newcomer a robot that dances, or a recording, when the server asks for it. */
+  async #welcome() {
+    const {demo, recording} = store.online ? store.greeting : {};
+    if (demo) (await import("./robot-run.js")).watchDance(this);
+    if (recording) (await import("../run/documents.js")).play(recording);
+  }
+
+  /** Focus the canvas after a choice on the start page, which is gone. */
+  updated() {
+    if (!this.arrives || !page.document) return;
+    this.arrives = false;
+    if (document.activeElement === document.body) this.canvas.surface.focus({preventScroll: true});
+  }
+
+  #titleWindow() {
+    const {title = "", dirty = false} = page.tabState ?? {};
+    document.title = title ? `${dirty ? "• " : ""}${title} – VisualHFSM` : "VisualHFSM";
+  }
+
+  /** Load an element of the monitor, and draw the page with it. @param {string} tag */
+  async #showMonitor(tag) {
+    const element = await this.#load(tag);
+    this.requestUpdate();
+    return element;
+  }
+
+  /** Draw the state of a component and its breakpoints; loaded when there is something to draw. */
+  #showOverlay() {
+    this.overlay ??= import("../run/overlay.js").then(({showOn}) => showOn(this.canvas));
+    return this.overlay;
+  }
+
+  #showBreakpoints() {
+    if (planned.has(page.tab)) this.#showOverlay();
+  }
+
+  /** When the first component is followed, load the elements that show it. */
+  async #monitored() {
+    this.requestUpdate();
+    if (monitor.component && this.outputOpened) {
+      this.outputOpened = false;
+      if (!outputLog.of(monitor.tab).length) this.showBottom("");
+    }
+    if (!monitor.component || this.strip) return;
+    this.strip = Object.assign(/** @type {Panel} */ (document.createElement("hfsm-monitor-timeline")), {compact: true});
+    const [whyNot] = await Promise.all([
+      import("../run/why-not.js"),
+      import("../run/spoken.js"),
+      this.#showOverlay(),
+      this.#load("hfsm-monitor-timeline"),
+    ]);
+    whyNot.explainUnderPointer(this.canvas);
+    this.requestUpdate();
+  }
+}
+
+/** The marks in the shown automaton that do not come from a run. */
+const highlighted = () => page.highlight?.get(page.automaton?.id ?? 0);
+
+/** @param {DragEvent} event */
+const holdsFiles = (event) => event.dataTransfer?.types.includes("Files") ?? false;
+
+/** Accept files that are dropped anywhere, and show a sign while they are dragged. @param {HTMLElement} element */
+function takeDrops(element) {
+  const sign = document.createElement("div");
+  sign.className = "drop-sign";
+  sign.hidden = true;
+  sign.setAttribute("aria-hidden", "true");
+  render(html`<p><strong>${t("Drop to open")}</strong><br />${t("a document (.xml) or SCXML (.scxml)")}</p>`, sign);
+  document.body.append(sign);
+  element.addEventListener("dragover", (event) => {
+    if (!holdsFiles(event) || viewing.on) return; // text goes where it is dropped
+    event.preventDefault();
+    sign.hidden = false;
+  });
+  element.addEventListener("dragleave", (event) => (sign.hidden = sign.hidden || !event.relatedTarget));
+  element.addEventListener("drop", async (event) => {
+    if (!holdsFiles(event)) return;
+    event.preventDefault();
+    if (viewing.on) return;
+    sign.hidden = true;
+    const files = [...(event.dataTransfer?.files ?? [])]; // the browser empties the list after this handler
+    try {
+      await (await import("../data/files.js")).openDropped(files);
+    } catch (error) {
+      notifyError(error);
+    }
+  });
+}
+
+/* Imported automata are drawn and followed like others, and edited in their own file. */
+
+/**
+ * The shown imports of each tab: the imports that were requested, the answer, and the number of their last change.
+ *
+ * @type {Map<number, {asked: string, content: import("../data/protocol.js").Automaton[], number?: number}>}
+ */
+const imported = new Map();
+
+/** Request the imports of the shown document, now and whenever they may have changed. */
+function showImports() {
+  store.addEventListener("document", ({detail}) => detail.tab === page.tab && lookAtImports(detail.tab));
+  store.addEventListener("closed", ({detail}) => imported.delete(detail.tab));
+  store.addEventListener("problems", ({detail}) => {
+    const known = imported.get(detail.tab);
+    if (!known || known.number === detail.imports) return;
+    known.number = detail.imports;
+    if (detail.tab === page.tab) lookAtImports(page.tab, true);
+  });
+  page.addEventListener("tab", () => lookAtImports(page.tab, true)); // the other file may have been changed there
+  store.addEventListener("connection", () => store.online && lookAtImports(page.tab, true)); // not asked while offline
+}
+
+/** @param {number} tab */
+async function lookAtImports(tab, again = false) {
+  const document = store.documents.get(tab);
+  const asked = importsOf(document);
+  const known = imported.get(tab);
+  if (!document || (!asked && !known) || (known?.asked === asked && !again)) return;
+  imported.set(tab, {asked, content: known?.content ?? [], number: known?.number});
+  const content = asked ? await store.request("imported", {tab}).catch(() => []) : [];
+  if (imported.get(tab)?.asked !== asked) return; // the imports have changed meanwhile
+  imported.set(tab, {asked, content, number: imported.get(tab)?.number});
+  store.showContent(tab, content);
+}
+
+/** The imports of a document as a text, to detect changes. @param {OpenDocument | undefined} document */
+const importsOf = (document) =>
+  [...(document?.own.values() ?? [])]
+    .flatMap(({id, imported: from}) => (from ? `${id} ${from.automaton} ${from.file}` : []))
+    .join("\n");
+
+initTheme();
+keepStopInView();
+restoreSizes();
+/** What a window shows first: what it showed before it was loaded again; to who looks on, what runs. */
+function firstTab() {
+  const {tabs, running} = store.workspace;
+  const former = Number(windowStorage.getItem(SHOWN));
+  const live = tabs.find(({component}) => running.some((each) => each.component === component));
+  return (tabs.find(({tab}) => tab === former) ?? (viewing.on ? live : undefined) ?? tabs[0])?.tab ?? 0;
+}
+
+customElements.define("hfsm-app", HfsmApp);

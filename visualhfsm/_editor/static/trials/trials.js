@@ -1,0 +1,326 @@
+/**
+ * The trials of the shown document: what varies, what counts, and what they say while they run.
+ *
+ * @import {From} from "../data/element.js"
+ * @import {Fact, PlanFacts, TrialsPush} from "../data/protocol.js"
+ * @import {Draft, Robot} from "./asking.js"
+ */
+
+import {html, nothing} from "lit";
+
+import {ask} from "../data/commands.js";
+import {PageElement} from "../data/element.js";
+import {icon} from "../kit/icons.js";
+import {messageOf} from "../kit/notices.js";
+import {page} from "../data/page.js";
+import {store} from "../data/store.js";
+import {actionButton} from "../kit/buttons.js";
+import {t} from "../kit/texts.js";
+import {monitor} from "../run/monitor.js";
+import {MOST_RUNS, duration, endings, requestOf, statePaths, verbOf} from "./asking.js";
+import "./trials-view.js";
+import {showMarks, showNoMarks} from "../data/marks.js";
+
+/** @type {[Robot, string][]} */
+const ROBOTS = [
+  ["sim", t("simulated")],
+  ["fake", t("without physics")],
+  ["none", t("none")],
+];
+
+class TrialsPanel extends PageElement {
+  static properties = {draft: {state: true}, refusal: {state: true}};
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: ["tab"], store: ["document", "trials", "connection"]};
+
+  constructor() {
+    super();
+    /** What the user has changed, and the trials do not have yet. @type {Draft} */
+    this.draft = {};
+    /** Why the plan of this document cannot be read. */
+    this.refusal = "";
+    /** The trial whose run this window is to show. @type {number | undefined} */
+    this.wanted = undefined;
+    /** The tab whose trial was looked at last. */
+    this.origin = 0;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(page, "tab", () => this.#turn());
+    this.listen(store, "connection", () => store.online && this.#look());
+    this.listen(store, "trials", ({detail}) => this.#take(detail));
+    this.listen(store, "workspace", () => this.refusal && this.#look());
+    this.listen(/** @type {import("../kit/events.js").Target<{focus: null}>} */ (window), "focus", () => this.#look());
+    this.listen(monitor, "mode", () => this.requestUpdate());
+    this.#turn();
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    showNoMarks();
+  }
+
+  updated() {
+    const trials = store.trials.get(page.tab);
+    const runs = monitor.component && monitor.tab === page.tab; // what runs is shown instead
+    if (!runs && !trials?.outdated && trials?.view?.ways.length) showMarks(endings(page.document, trials.view.ways));
+    else showNoMarks();
+  }
+
+  focusFirst() {
+    /** @type {HTMLElement | null} */ (this.querySelector("input, button"))?.focus();
+  }
+
+  render() {
+    const trials = store.trials.get(page.tab);
+    if (!page.document) return html`<p class="empty">${t("No document is open.")}</p>`;
+    if (page.tabState?.recording) return this.#inRecording();
+    if (this.refusal)
+      return html`<div class="empty trials-refused">
+        <p>${this.refusal}.</p>
+        ${page.tabState?.path ? nothing : actionButton("save", this.context)}
+      </div>`;
+    if (!trials?.plan)
+      return trials?.error
+        ? html`<pre class="trials-error" role="alert">${trials.error}</pre>`
+        : html`<p class="empty" role="status">${t("The plan is being read…")}</p>`;
+    return html`<div class="trials-panel">
+      <div class="trials-setup">${this.#setup(trials, trials.plan)}</div>
+      <div class="trials-results ${trials.outdated ? "outdated" : ""}" tabindex="-1">
+        ${this.#notes(trials)}
+        <hfsm-trials
+          .view=${trials.view}
+          .opens=${trials.recording === null && store.online}
+          @trial=${(/** @type {CustomEvent<number>} */ {detail}) => this.#show(detail)}
+        ></hfsm-trials>
+      </div>
+    </div>`;
+  }
+
+  /** What is shown below a recording: the way back, if it is that of a trial. */
+  #inRecording() {
+    const origin = store.workspace.tabs.find(({tab}) => tab === this.origin);
+    return html`<div class="empty trials-refused">
+      <p>${t("A recording contains this document. Save a copy to run trials of it.")}</p>
+      ${
+        origin
+          ? html`<button type="button" class="action" @click=${() => page.show(origin.tab)}>
+              ${icon("trials")}<span class="text">${t("Back to the trials of {title}", {title: origin.title})}</span>
+            </button>`
+          : nothing
+      }
+    </div>`;
+  }
+
+  /** @param {TrialsPush} trials @param {PlanFacts} plan */
+  #setup(trials, plan) {
+    const running = trials.status === "running" || trials.status === "stopping";
+    return html`<form @submit=${this.#submit}>
+        <label class="trials-runs"
+          >${t("Trials")}
+          <input
+            type="number"
+            name="runs"
+            min="1"
+            max=${MOST_RUNS}
+            required
+            .value=${String(this.draft.runs ?? plan.runs)}
+            ?disabled=${running}
+            @input=${this.#input}
+        /></label>
+        ${
+          running
+            ? html`<button
+                type="button"
+                class="action"
+                ?disabled=${trials.status === "stopping"}
+                @click=${() => ask("stopTrials", {tab: page.tab})}
+              >
+                ${icon("stop")}<span class="text">${t("Stop")}</span>
+              </button>`
+            : html`<button type="submit" class="action primary" ?disabled=${!store.online}>
+                ${icon("run")}<span class="text">${verbOf(trials, this.draft)}</span>
+              </button>`
+        }
+        ${plan.file ? nothing : this.#choices(plan, running)}
+      </form>
+      ${progress(trials)} ${facts(t("What varies"), plan.varies)} ${facts(t("What happens"), plan.happens)}
+      ${this.#counting(plan)} ${facts(t("What stays"), plan.fixed)}
+      <p class="faint">
+        ${plan.file ? t("By the plan {file}, seed {seed}.", {file: plan.file, seed: plan.seed}) : howToPlan()}
+      </p>`;
+  }
+
+  /** Where there is no plan, what a pupil wants to choose. @param {PlanFacts} plan @param {boolean} running */
+  #choices(plan, running) {
+    const {state = plan.state, robot = /** @type {Robot} */ (plan.robot), limit = plan.limit} = this.draft;
+    return html`<label
+        >${t("Reach")}
+        <select name="state" ?disabled=${running} @change=${this.#input}>
+          <option value="" ?selected=${!state}>${t("no particular state")}</option>
+          ${statePaths(page.document).map((path) => html`<option value=${path} ?selected=${path === state}>${path}</option>`)}
+        </select></label
+      ><label
+        >${t("Within")}
+        <input
+          type="number"
+          name="limit"
+          min="0.1"
+          max="86400"
+          step="any"
+          required
+          .value=${String(limit)}
+          ?disabled=${running}
+          @input=${this.#input}
+        />
+        s</label
+      ><label
+        >${t("Robot")}
+        <select name="robot" ?disabled=${running} @change=${this.#input}>
+          ${ROBOTS.map(([value, words]) => html`<option value=${value} ?selected=${value === robot}>${words}</option>`)}
+        </select></label
+      >`;
+  }
+
+  /** @param {PlanFacts} plan */
+  #counting(plan) {
+    const {state, limit, counts, measures, file} = plan;
+    const goal = state
+      ? [t("reaches {state} within {limit} s", {state, limit})]
+      : [t("runs for {limit} s without an error", {limit})];
+    const all = [...(file ? goal : []), ...counts];
+    return html`${
+      all.length
+        ? html`<h3>${t("It succeeds when")}</h3>
+            <ul>
+              ${all.map((words) => html`<li>${words}</li>`)}
+            </ul>`
+        : nothing
+    }${
+      measures.length
+        ? html`<h3>${t("What is measured")}</h3>
+            <p>${measures.join(", ")}</p>`
+        : nothing
+    }`;
+  }
+
+  /** @param {TrialsPush} trials */
+  #notes({error, outdated, status, recording, view}) {
+    const older = view?.share.trials && outdated;
+    return html`${error ? html`<pre class="trials-error" role="alert">${error}</pre>` : nothing}${
+      older
+        ? html`<p class="trials-note">
+            ${
+              status === "running"
+                ? t("The document has changed since: its older version runs here.")
+                : t("These are of an older version of the document, of its plan or of a file beside it.")
+            }
+          </p>`
+        : nothing
+    }${
+      recording === null
+        ? nothing
+        : html`<p class="trials-note coming" role="status">
+            ${t("Trial {number} runs again and is recorded…", {number: recording})}
+            ${
+              status === "idle"
+                ? html`<button type="button" class="link" @click=${() => ask("stopTrials", {tab: page.tab})}>
+                    ${t("Stop")}
+                  </button>`
+                : nothing
+            }
+          </p>`
+    }`;
+  }
+
+  /** @param {Event & From<HTMLInputElement | HTMLSelectElement>} event */
+  #input = ({target: {name, value, type}}) => {
+    this.draft = {...this.draft, [name]: type === "number" ? Number(value) : value};
+  };
+
+  /** @param {SubmitEvent} event */
+  #submit = async (event) => {
+    event.preventDefault();
+    const trials = store.trials.get(page.tab);
+    if (!trials?.plan) return;
+    if ((await ask("runTrials", {tab: page.tab, ...requestOf(trials, trials.plan, this.draft)})) !== undefined)
+      this.draft = {};
+  };
+
+  /** Show another document. */
+  #turn() {
+    this.draft = {};
+    this.refusal = "";
+    this.#look();
+  }
+
+  /** Ask for the plan and what the trials say; both may have changed. */
+  async #look() {
+    const {tab, tabState} = page;
+    if (!tab || !tabState || tabState.recording || !store.online) return;
+    try {
+      await store.request("lookAtTrials", {tab});
+      if (tab === page.tab) this.refusal = "";
+    } catch (error) {
+      if (tab === page.tab && store.online) this.refusal = upperFirst(messageOf(error));
+    }
+  }
+
+  /** Run a trial again, to look back at it. @param {number} number */
+  async #show(number) {
+    this.origin = page.tab;
+    if ((await ask("recordTrial", {tab: page.tab, number})) !== undefined) this.wanted = number;
+  }
+
+  /** @param {TrialsPush} trials */
+  async #take({tab, recorded, file, recording}) {
+    const {wanted} = this;
+    if (wanted === undefined || recording !== null || tab !== this.origin) return;
+    this.wanted = undefined;
+    if (recorded === wanted) await (await import("../run/documents.js")).play(file);
+  }
+}
+
+/** How many are done, and how long the others take. @param {TrialsPush} trials */
+function progress({status, view, left, plan, workers}) {
+  if (status === "reading" || status === "idle" || !plan) return nothing;
+  const done = view?.share.trials ?? 0;
+  const at = workers > 1 ? t("{count} at a time", {count: workers}) : "";
+  const now = left === null ? t("starting") : t("{time} left", {time: duration(left)});
+  const words = status === "stopping" ? t("stopping") : [now, at].filter(Boolean).join(", ");
+  return html`<div class="trials-progress">
+    <progress max=${plan.runs} value=${done} aria-label=${t("Trials that have ended")}></progress>
+    <p class="between" role="status">
+      <span>${t("{done} of {runs}", {done, runs: plan.runs})}</span><span>${words}</span>
+    </p>
+  </div>`;
+}
+
+/** @param {string} title @param {Fact[]} list */
+function facts(title, list) {
+  if (!list.length) return nothing;
+  return html`<h3>${title}</h3>
+    <dl>
+      ${list.map(
+        ({name, words}) =>
+          html`<div>
+            <dt>${name}</dt>
+            <dd>${words}</dd>
+          </div>`,
+      )}
+    </dl>`;
+}
+
+function howToPlan() {
+  const name = page.tabState?.path.replace(/^.*\//, "").replace(/\.xml$/i, "") ?? "";
+  return t(
+    "Nothing varies yet. A file {name}.trials.toml beside the document says what does: places, light, noise, pushes, parameters.",
+    {name},
+  );
+}
+
+/** @param {string} text */
+const upperFirst = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
+customElements.define("hfsm-trials-panel", TrialsPanel);
