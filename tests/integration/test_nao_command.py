@@ -105,7 +105,7 @@ def make_calculator(api: Any) -> Any:
 
 @pytest.fixture(scope="module")
 def tools(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with imported(tmp_path_factory.mktemp("tools"), "nao_tools", {"tools.idl": TOOLS}) as package:
+    with imported(tmp_path_factory.mktemp("tools"), "tools_of_test", {"tools.idl": TOOLS}) as package:
         yield __import__(f"{package.__name__}.tools", fromlist=["Calculator"])
 
 
