@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import EditorPage
 from tests.support.limits import MOVE_LIMIT
 from tests.support.robot_server import eventually
-from tests.support.screenshots import picture
+from tests.support.screenshots import moving_picture, picture
 from tests.support.tutorial import page_of_a_reader, start_simulation
 
 pytestmark = [
@@ -86,6 +86,7 @@ def watch(shown: EditorPage) -> None:
     eventually(lambda: page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled"))
     page.evaluate("document.querySelector('hfsm-robot-view').drawing.drawn()")
     picture(page, "running")
+    moving_picture(page, "running", seconds=12)
 
 
 def change(shown: EditorPage) -> None:

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import io
 import os
+import time
 from pathlib import Path
 from typing import Final
 
 from PIL import Image
 from playwright.sync_api import Page
 
-__all__ = ["picture"]
+__all__ = ["moving_picture", "picture"]
 
 FOLDER: Final = Path(__file__).parents[2] / "docs" / "pictures"
+WIDE: Final = 960  # pixels of a picture that moves
+PAUSE: Final = 100.0  # ms before each of its images
 COLORS: Final = 255  # enough for the page, and a third of the file
 HIDE_NOTICES: Final = """() => {
     const sheet = new CSSStyleSheet();
@@ -37,3 +40,25 @@ def picture(page: Page, name: str, folder: str = "editor", *, after: float = 0.0
     path = FOLDER / folder / f"{name}.png"
     path.parent.mkdir(exist_ok=True)
     shot.quantize(COLORS, Image.Quantize.MEDIANCUT).save(path, optimize=True)
+
+
+def moving_picture(page: Page, name: str, folder: str = "editor", *, seconds: float) -> None:
+    """Save what happens on a page within some seconds as docs/pictures/FOLDER/NAME.webp, which repeats it."""
+    if not os.environ.get("SCREENSHOTS"):
+        return
+    images = []
+    began = time.monotonic()
+    while (passed := time.monotonic() - began) < seconds:
+        page.wait_for_timeout(PAUSE)
+        shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+        images.append(shot.resize((WIDE, WIDE * shot.height // shot.width), Image.Resampling.LANCZOS))
+    first, *others = images
+    first.save(
+        FOLDER / folder / f"{name}.webp",
+        save_all=True,
+        append_images=others,
+        duration=round(1000 * passed / len(images)),
+        loop=0,
+        quality=60,
+        method=6,
+    )
