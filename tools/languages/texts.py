@@ -140,11 +140,12 @@ def _shelf_texts() -> Iterator[tuple[str, str]]:
 def page_json(catalog: Catalog) -> bytes:
     """Return a catalog as the page reads it: texts by those of the code.
 
-    A text with a number is an object of texts by the categories of `Intl.PluralRules`. Raises TextsError when
-    the rules of the catalog are not those of CLDR.
+    A text with a number is an object of texts by the categories of `Intl.PluralRules`. The empty text, which
+    the code never has, says what the file is. Raises TextsError when the rules of the catalog are not those
+    of CLDR.
     """
     forms = forms_by_category(catalog)
-    texts: dict[str, Any] = {}
+    texts: dict[str, Any] = {"": f"Written by `make texts` from {catalog.locale}/page.po. Do not edit."}
     for message in catalog:
         if not message.id or not message.string or not is_translated(message):
             continue
