@@ -73,13 +73,16 @@ class Lifecycle(Generic[L]):
         while why := self._lost_at_start(self._start):
             message = f"the robot was lost at its start ({why})"
             self._reporter.report(Severity.Warning, f"{message}; it is started again once it is found")
-            if not found.wait(deadline - time.monotonic()):
+            left = deadline - time.monotonic()
+            if left <= 0.0 or not found.wait(left):
                 raise LinkLost(f"{message}, and not found within {self._connection.limits.start:g} s")
             found.clear()
 
     def _lost_at_start(self, start: Callable[[L], object]) -> str:
         """Start the robot; return why it was lost meanwhile. Raises HardwareFailure."""
-        link = self._connection.require()
+        link = self._connection.link
+        if link is None:
+            return "it is not connected"
         try:
             start(link)
         except LinkLost as error:

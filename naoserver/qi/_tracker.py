@@ -180,7 +180,7 @@ class ALTracker(Service):
     @begins(Activity.JOINTS)
     def lookAt(self, position: object, *rest: object) -> None:
         """Turn the head to a point of x, y and z in m: in a frame, at a fraction of full speed, or both."""
-        point, share = self._point(position, rest)
+        point, share = self._point(position, *(rest if len(rest) == 3 else (0, *rest)))
         ahead, left, up = point - self._access.place("Head", 0, measured=True)[:3, 3]
         self._aim(math.atan2(left, ahead), -math.atan2(up, math.hypot(ahead, left)), share)
 
@@ -188,18 +188,18 @@ class ALTracker(Service):
     def pointAt(self, call: Call, effector: object, position: object, *rest: object) -> None:
         """Point `LArm`, `RArm`, or with `Arms` one of them, at a point as in lookAt; returns at the end."""
         arm = chosen(effector, "effector", ("Arms", "LArm", "RArm"))
-        point, share = self._point(position, rest)
+        point, share = self._point(position, *(rest if len(rest) == 2 else (0, *rest)))
         side = ("L" if point[1] >= 0.0 else "R") if arm == "Arms" else arm[0]
         joints = [f"{side}{joint}" for joint in ("ShoulderPitch", "ShoulderRoll", "ElbowRoll")]
         ahead, left, up = point - self._access.place(joints[0], 0, measured=True)[:3, 3]
         straight = -math.atan2(up, ahead), math.atan2(left, math.hypot(ahead, up)), 0.0
         self._motion.angleInterpolationWithSpeed(call, joints, self._within_range(joints, straight), share)
 
-    def _point(self, position: object, rest: tuple[object, ...]) -> tuple[NDArray[np.float64], float]:
+    def _point(
+        self, position: object, frame: object, fraction: object = 0.5, *_: object
+    ) -> tuple[NDArray[np.float64], float]:
         """Return a point of x, y and z in m in the torso's frame, and the fraction of full speed."""
-        point = vector(position, "position", 3)
-        frame, *fraction = rest if len(rest) == 3 else (0, *rest)
-        share = number_within(fraction[0] if fraction else 0.5, "the fraction", 0.01, 1.0)
+        point, share = vector(position, "position", 3), number_within(fraction, "the fraction", 0.01, 1.0)
         torso = self._access.place("Torso", frame, measured=True)
         at = torso[:3, :3].T @ (point - torso[:3, 3])
         if math.hypot(*at) < 0.01:
