@@ -23,6 +23,7 @@ from naoserver.qi._arguments import (
     number,
     number_within,
     one_of,
+    refused,
     switch,
     text,
     vector,
@@ -78,6 +79,7 @@ class ALTracker(Service):
         "the distance in m up to which it follows", 8.0, pMaxDistance=number
     )
     getSupportedTargets = getTargetNames = constant("Return the targets.", list(_TARGETS))
+    trackEvent = refused("nobody raises the events of people whom it could follow")
     toggleSearch, isSearchEnabled = kept("whether it searches for a lost target", True, pSearch=switch)
 
     def registerTarget(self, target: object, params: object) -> None:

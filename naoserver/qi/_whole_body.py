@@ -162,5 +162,4 @@ class WholeBody(Service):
             found = reach_places(kinematics, {"Torso": (torso, _ALL_AXES)}, base, start, near=start)
             _, center = kinematics.center_of_mass("Body", found)
             torso[:2, 3] += goal - (torso @ [*center, 1.0])[:2]
-        place: list[float] = torso[:3, 3].tolist()
-        return place
+        return [float(part) for part in torso[:3, 3]]
