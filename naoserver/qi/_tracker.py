@@ -75,9 +75,6 @@ class ALTracker(Service):
     getAvailableModes = constant("Return the modes.", list(_MODES))
     setEffector, getEffector = kept("the arm that points to the target", "None", pEffector=_EFFECTOR)
     setTimeOut, getTimeOut = kept("the time in ms after which it searches", 2000, pTimeMs=number)
-    setMaximumDistanceDetection, getMaximumDistanceDetection = kept(
-        "the distance in m up to which it follows", 8.0, pMaxDistance=number
-    )
     getSupportedTargets = getTargetNames = constant("Return the targets.", list(_TARGETS))
     trackEvent = refused("nobody raises the events of people whom it could follow")
     toggleSearch, isSearchEnabled = kept("whether it searches for a lost target", True, pSearch=switch)

@@ -35,7 +35,6 @@ _SMALLEST: Final = 20
 """Pixels of the smallest region that is detected."""
 _ROUND: Final = 0.7
 """Minimum share of its enclosing circle that a ball fills."""
-
 _FORGETTING: Final = 4.0
 """Robot seconds without a face after which a person counts as met again."""
 _MOST_LEARNED: Final = 100
@@ -235,7 +234,8 @@ class ALFaceDetection(Detector):
         return [(region, number) for number, region in enumerate(find_faces(picture), 1)]
 
     def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
-        name, now = next(reversed(self._learned), "") if self._recognizes else "", self._robot.clock.now()
+        name = ["", *self._learned][-1] if self._recognizes else ""
+        now = self._robot.clock.now()
         news = [2, [name]] if name and (name != self._greeted or now - self._met > _FORGETTING) else []
         self._greeted, self._met = name, now
         known = [float(bool(name)), name]
