@@ -306,6 +306,9 @@ def _naoqi_operations() -> str:
     for name in sorted({*service.SERVICES, *service.REFUSED}):
         if refused := service.REFUSED.get(name):
             rows += [(f"`{name}.{each}`", "refused", refused.reason) for each in sorted(refused.operations)]
+            rows += [
+                (f"`{name}.{each}`", "approximated", f"It is off: {refused.reason}.") for each in refused.off
+            ]
             continue
         functions = {
             k: v for part in service.SERVICES[name] for k, v in inspect.getmembers(part, inspect.isfunction)

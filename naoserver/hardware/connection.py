@@ -38,6 +38,8 @@ class HardwareLimits:
     """Until a stop that failed is sent again."""
     picture: float = 0.9
     """For a picture of a camera."""
+    start: float = 30.0
+    """Until a robot that is lost at its start has to be found again."""
     end: float = 2.0
     """For the commands that have still to be carried out at the end."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable
 from enum import StrEnum
 from typing import Generic
@@ -10,6 +12,7 @@ from interfaces.nao import Severity
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import Connection, L
+from naoserver.hardware.link import LinkLost
 from naoserver.hardware.reporter import Reporter
 
 
@@ -31,7 +34,7 @@ class Lifecycle(Generic[L]):
     """Bring a robot into its states for the start and the end; one that is stopped stays as it is.
 
     `start` and `end` do so over the link, within some seconds, and may raise HardwareFailure or OSError; None
-    leaves the robot as it is.
+    leaves the robot as it is. A robot that is lost meanwhile is started again once it is found.
     """
 
     def __init__(
@@ -63,8 +66,31 @@ class Lifecycle(Generic[L]):
             return
         if self.is_stopped():
             self._reporter.report(Severity.Warning, "the robot is still stopped: it stays as it is")
-        else:
-            self._start(self._connection.require())
+            return
+        found = threading.Event()
+        self._connection.on_found.append(found.set)
+        deadline = time.monotonic() + self._connection.limits.start
+        while why := self._lost_at_start(self._start):
+            message = f"the robot was lost at its start ({why})"
+            self._reporter.report(Severity.Warning, f"{message}; it is started again once it is found")
+            left = deadline - time.monotonic()
+            if left <= 0.0 or not found.wait(left):
+                raise LinkLost(f"{message}, and not found within {self._connection.limits.start:g} s")
+            found.clear()
+
+    def _lost_at_start(self, start: Callable[[L], object]) -> str:
+        """Start the robot; return why it was lost meanwhile. Raises HardwareFailure."""
+        link = self._connection.link
+        if link is None:
+            return "it is not connected"
+        try:
+            start(link)
+        except LinkLost as error:
+            if self._connection.link is link:
+                raise
+            return str(error)
+        # Whatever stops a robot whose server is silent may have ended the start without an error.
+        return "" if self._connection.link is link else "the start was interrupted"
 
     def end(self) -> None:
         """Leave the robot as it is to be left; report what fails."""

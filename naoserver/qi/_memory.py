@@ -6,6 +6,7 @@ import logging
 import math
 import operator
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import cache
 from typing import Any, Final, NamedTuple
 
@@ -16,6 +17,7 @@ from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import chosen, keepable, kept, number_within, one_of, switch, text, texts
 from naoserver.qi._clients import Call, Client
 from naoserver.qi._readings import TOUCH, Part, parts_of
+from naoserver.qi._sensors import Extractor
 
 _logger = logging.getLogger(__name__)
 
@@ -87,6 +89,8 @@ class ALMemory(Service):
         self._listening = self._bounded("keys to which it listens", MOST_KEYS)  # by client and key
         self._callbacks = self._bounded("callbacks", MOST_CALLBACKS)  # links to signals by event and module
         self._seen: dict[str, Any] = {}
+        self.extractors: Final[dict[str, Extractor]] = {}
+        """The service that raises each event while it has subscribers."""
         self._unknown: set[str] = set()  # keys of which was logged that nothing raises them
 
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
@@ -129,12 +133,17 @@ class ALMemory(Service):
 
     raiseMicroEvent = raiseEvent
 
+    def declareEvent(self, *names: object) -> None:
+        """Do nothing: every name can be an event."""
+
     def removeData(self, key: object) -> None:
         """Remove what was written under a key."""
         name = text(key, "key")
         with self._lock:
             for values in (self._raised, self._inserted, self._left):
                 values.pop(name, None)
+
+    removeEvent = removeMicroEvent = removeData
 
     def getDataListName(self) -> list[str]:
         """Return every key."""
@@ -156,7 +165,10 @@ class ALMemory(Service):
         return self._listen(text(event, "event")).lent
 
     def subscribeToEvent(self, name: object, callbackModule: object, *callbackMethod: object) -> None:
-        """Call a service's operation, named last, with key, value and the text before it at each change."""
+        """Call a service's operation, named last, with key, value and the text before it at each change.
+
+        A detector, and the recognition of speech, run as long as somebody is called at their events.
+        """
         *message, method = (text(each, "callback") for each in callbackMethod or ("",))
         event, module = text(name, "event"), text(callbackModule, "module")
         if len(message) > 1 or not method or method.startswith("_"):
@@ -166,6 +178,8 @@ class ALMemory(Service):
             self._access.find(module).addCallback(lambda found: _call(found, method, event, value, *message))
 
         self.unsubscribeToEvent(event, module)
+        if (extractor := self.extractors.get(event)) is not None:
+            extractor.subscribe(f"{module} {event}")
         signal = self._listen(event).signal
         link = signal.connect(call_back)
         try:
@@ -177,11 +191,14 @@ class ALMemory(Service):
 
     def unsubscribeToEvent(self, name: object, callbackModule: object) -> None:
         """Stop calling a program's service when a key changes."""
+        event, module = text(name, "event"), text(callbackModule, "module")
         with self._lock:
-            key = text(name, "event"), text(callbackModule, "module")
-            signal, link = self._callbacks.pop(key, (None, 0))
+            signal, link = self._callbacks.pop((event, module), (None, 0))
         if signal is not None:
             signal.disconnect(link)
+        if event in self.extractors:
+            with suppress(InvalidCommand):  # it may have ended the subscription itself
+                self.extractors[event].unsubscribe(f"{module} {event}")
 
     subscribeToMicroEvent = subscribeToEvent
     unsubscribeToMicroEvent = unsubscribeToEvent

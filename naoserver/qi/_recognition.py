@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import deque
 from collections.abc import Sequence
 from typing import Final
 
@@ -20,9 +21,14 @@ _SURE: Final = 1.0
 """Confidence in what was typed."""
 _NOTHING: Final[tuple[str, float]] = ("", -3.0)
 """The word and the confidence before anything is recognized."""
+_EVENTS: Final = ("SpeechDetected", "WordRecognized", "WordRecognizedAndGrammar")
 _GAP: Final = "<...>"
 """Stands for other words in a recognized phrase when words are spotted."""
+_MOST_PUSHED: Final = 100
+"""Vocabularies that are put aside at most; the oldest go first."""
 _WORD: Final = re.compile(r"\w+")
+_Vocabulary = tuple[Sequence[str], bool]
+"""Phrases, and whether they are spotted in longer sentences."""
 _no_grammars: Final = refused("grammars are not recognized here, only vocabularies: call setVocabulary")
 
 
@@ -32,8 +38,9 @@ class ALSpeechRecognition(Extractor):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._memory = access.service(ALMemory)
-        self._phrases: Sequence[str] = ()
-        self._spots = False
+        self._memory.extractors.update(dict.fromkeys(_EVENTS, self))
+        self._vocabulary: _Vocabulary = ((), False)
+        self._pushed: deque[_Vocabulary] = deque(maxlen=_MOST_PUSHED)
         self._paused = False
         access.hearing.listen(self._understand)
 
@@ -43,7 +50,9 @@ class ALSpeechRecognition(Extractor):
     setVisualExpression, getVisualExpression = kept("whether the eyes show it", True, setOrNot=switch)
     setVisualExpressionMode, getVisualExpressionMode = kept("the mode of the eyes", 0, mode=number)
     getAvailableLanguages = constant("Return the languages that can be set.", list(_LANGUAGES))
-    compile = addContext = loadVocabulary = activateRule = addWordListToSlot = _no_grammars
+    compile = addContext = removeContext = loadVocabulary = getRules = _no_grammars
+    activateRule = activateAllRules = deactivateRule = deactivateAllRules = _no_grammars
+    addWordListToSlot = removeWordListFromSlot = setContextParam = getContextParam = _no_grammars
 
     def setVocabulary(self, vocabulary: object, enabledWordSpotting: object = False) -> None:
         """Recognize phrases: a sentence that is one of them or, if words are spotted, contains some."""
@@ -51,13 +60,25 @@ class ALSpeechRecognition(Extractor):
         if not all(map(_words, phrases)):
             raise InvalidCommand("vocabulary", "a phrase of the vocabulary has no words")
         with self._lock:
-            self._phrases, self._spots = phrases, bool(enabledWordSpotting)
+            self._vocabulary = phrases, bool(enabledWordSpotting)
 
     setWordListAsVocabulary = setVocabulary  # its former name
 
     def removeAllContext(self) -> None:
         """Recognize nothing until there is another vocabulary."""
         self.setVocabulary([])
+
+    def pushContexts(self) -> None:
+        """Put the vocabulary aside, and recognize nothing until there is another one."""
+        with self._lock:
+            self._pushed.append(self._vocabulary)
+            self._vocabulary = (), False
+
+    def popContexts(self) -> None:
+        """Recognize the vocabulary again that was put aside last, if there is one."""
+        with self._lock:
+            if self._pushed:
+                self._vocabulary = self._pushed.pop()
 
     def pause(self, isPaused: object) -> None:
         """Pause the recognition, or resume it."""
@@ -74,7 +95,7 @@ class ALSpeechRecognition(Extractor):
     def _understand(self, sentence: str) -> str:
         """Raise the events of a sentence that was typed; return what was recognized."""
         with self._lock:
-            phrases, spots = self._phrases, self._spots
+            phrases, spots = self._vocabulary
         if self._paused or not self._wanted() or not phrases:
             return ""
         found = _spotted(sentence, phrases) if spots else _said(sentence, phrases)

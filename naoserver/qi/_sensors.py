@@ -1,4 +1,4 @@
-"""ALSonar, ALTouch, ALBattery and ALSystem: some senses of the robot, and its name."""
+"""ALSonar, ALTouch, ALBattery, ALSystem and ALRobotModel: some senses of the robot, its name and its body."""
 
 from __future__ import annotations
 
@@ -107,3 +107,14 @@ class ALSystem(Service):
     def systemInfo(self) -> list[list[str]]:
         """Return names and values of facts about the system."""
         return [["robotName", self.robotName()], ["version", VERSION], ["body", self._robot.body.name]]
+
+
+class ALRobotModel(Service):
+    """Describe the body."""
+
+    getRobotType = constant("Return the kind of robot.", "Nao")
+    hasArms = hasLegs = constant("Return True.", True)
+
+    def hasHands(self) -> bool:
+        """Return whether it has hands that move."""
+        return bool(self._access.joints.hands)

@@ -24,43 +24,19 @@ from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.jobs import JobThreads, Periodic
 from naoserver.qi import (
-    _behaviors as behaviors,
-)
-from naoserver.qi import (
-    _leds as leds,
-)
-from naoserver.qi import (
-    _memory as memory,
-)
-from naoserver.qi import (
-    _motion as motion,
-)
-from naoserver.qi import (
-    _photos as photos,
-)
-from naoserver.qi import (
-    _postures as postures,
-)
-from naoserver.qi import (
-    _recognition as recognition,
-)
-from naoserver.qi import (
-    _sensors as sensors,
-)
-from naoserver.qi import (
-    _sound as sound,
-)
-from naoserver.qi import (
-    _speech as speech,
-)
-from naoserver.qi import (
-    _tracker as tracker,
-)
-from naoserver.qi import (
-    _video as video,
-)
-from naoserver.qi import (
-    _vision as vision,
+    _behaviors,
+    _leds,
+    _memory,
+    _motion,
+    _photos,
+    _postures,
+    _recognition,
+    _sensors,
+    _sound,
+    _speech,
+    _tracker,
+    _video,
+    _vision,
 )
 from naoserver.qi._access import RENEWAL, Access, Service
 from naoserver.qi._calls import Calls
@@ -72,23 +48,23 @@ from naoserver.robot import Robot
 from zenoh_ice import WallClock, typed
 
 _MODULES: Final = (
-    behaviors,
-    leds,
-    memory,
-    motion,
-    photos,
-    postures,
-    recognition,
-    sensors,
-    sound,
-    speech,
-    tracker,
-    video,
-    vision,
+    _behaviors,
+    _leds,
+    _memory,
+    _motion,
+    _photos,
+    _postures,
+    _recognition,
+    _sensors,
+    _sound,
+    _speech,
+    _tracker,
+    _video,
+    _vision,
 )
 SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
     **{name: (kind,) for module in _MODULES for name, kind in vars(module).items() if name.startswith("AL")},
-    "ALMotion": (motion.ALMotion, EffectorMotion, WholeBody),
+    "ALMotion": (_motion.ALMotion, EffectorMotion, WholeBody),
 }
 """The classes with the operations of each service; a class with a name such as ALLeds is a service."""
 
@@ -96,6 +72,8 @@ SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
 class _Refused(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reason: str
     operations: tuple[str, ...]
+    off: tuple[str, ...] = ()
+    """Further operations, which switch it on or off, or ask whether it is on: it stays off."""
 
 
 REFUSED: Final = typed.convert(
@@ -138,12 +116,12 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
         access.faults.interrupt = connections.interrupt
         wall = WallClock()
         walking = access.walking
-        follower = access.service(tracker.ALTracker)
-        detectors = [each for own in parts.values() for each in own if isinstance(each, vision.Detector)]
-        sight = partial(Periodic, clock=robot.clock, period=lambda: vision.LOOKING, thread="NAOqi sight")
-        notify = access.service(memory.ALMemory)._notify
+        follower = access.service(_tracker.ALTracker)
+        detectors = [each for own in parts.values() for each in own if isinstance(each, _vision.Detector)]
+        sight = partial(Periodic, clock=robot.clock, period=lambda: _vision.LOOKING, thread="NAOqi sight")
+        notify = access.service(_memory.ALMemory)._notify
         jobs = [
-            Periodic("ALMemory", wall, lambda: memory.NOTIFYING, notify, thread="NAOqi"),
+            Periodic("ALMemory", wall, lambda: _memory.NOTIFYING, notify, thread="NAOqi"),
             Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
             *(sight(each.KEY, work=each._look, wanted=each._wanted) for each in detectors),
             sight("ALTracker", work=follower._follow, wanted=follower.isActive),
@@ -158,14 +136,19 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
 
 @cache
 def _refused_service(name: str) -> object:
-    """Return a service each of whose operations raises HardwareFailure."""
+    """Return a service whose operations raise HardwareFailure, except those under `off`."""
     refused = REFUSED[name]
 
     def refuse(_self: object, *_arguments: object) -> None:
         raise HardwareFailure(f"{name} is not offered: {refused.reason}")
 
+    def stay_off(_self: object, *_arguments: object) -> bool:
+        return False
+
     reason = refuse.__doc__ = f"Refused: {refused.reason}."
-    service: object = type(name, (), {"__doc__": reason, **dict.fromkeys(refused.operations, refuse)})()
+    stay_off.__doc__ = f"Do nothing but return False: {refused.reason}."
+    operations = dict.fromkeys(refused.operations, refuse) | dict.fromkeys(refused.off, stay_off)
+    service: object = type(name, (), {"__doc__": reason, **operations})()
     return service
 
 

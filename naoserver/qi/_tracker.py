@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand, RobotError
@@ -13,12 +17,15 @@ from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import (
     chosen,
     constant,
+    keepable,
     kept,
     listed,
     number,
     number_within,
     one_of,
+    refused,
     switch,
+    text,
     vector,
 )
 from naoserver.qi._clients import Activity, Call, Client, begins, running
@@ -68,6 +75,8 @@ class ALTracker(Service):
     getAvailableModes = constant("Return the modes.", list(_MODES))
     setEffector, getEffector = kept("the arm that points to the target", "None", pEffector=_EFFECTOR)
     setTimeOut, getTimeOut = kept("the time in ms after which it searches", 2000, pTimeMs=number)
+    getSupportedTargets = getTargetNames = constant("Return the targets.", list(_TARGETS))
+    trackEvent = refused("nobody raises the events of people whom it could follow")
     toggleSearch, isSearchEnabled = kept("whether it searches for a lost target", True, pSearch=switch)
 
     def registerTarget(self, target: object, params: object) -> None:
@@ -170,17 +179,31 @@ class ALTracker(Service):
     @begins(Activity.JOINTS)
     def lookAt(self, position: object, *rest: object) -> None:
         """Turn the head to a point of x, y and z in m: in a frame, at a fraction of full speed, or both."""
-        x, y, z = vector(position, "position", 3)
-        frame, *rest_ = rest if len(rest) == 3 else (0, *rest)
-        share = number_within(rest_[0] if rest_ else 0.5, "the fraction", 0.01, 1.0)
-        torso = self._access.place("Torso", frame, measured=True)
-        turn, at = torso[:3, :3].T, (x, y, z) - torso[:3, 3]
-        ahead, left, up = turn @ at
-        if math.hypot(ahead, left, up) < 0.01:
-            raise InvalidCommand("position", "the point is within the robot")
-        neck = self._access.place("Head", 0, measured=True)[:3, 3]
-        ahead, left, up = (part - own for part, own in zip((ahead, left, up), neck, strict=True))
+        point, share = self._point(position, *(rest if len(rest) == 3 else (0, *rest)))
+        ahead, left, up = point - self._access.place("Head", 0, measured=True)[:3, 3]
         self._aim(math.atan2(left, ahead), -math.atan2(up, math.hypot(ahead, left)), share)
+
+    @begins(Activity.JOINTS)
+    def pointAt(self, call: Call, effector: object, position: object, *rest: object) -> None:
+        """Point `LArm`, `RArm`, or with `Arms` one of them, at a point as in lookAt; returns at the end."""
+        arm = chosen(effector, "effector", ("Arms", "LArm", "RArm"))
+        point, share = self._point(position, *(rest if len(rest) == 2 else (0, *rest)))
+        side = ("L" if point[1] >= 0.0 else "R") if arm == "Arms" else arm[0]
+        joints = [f"{side}{joint}" for joint in ("ShoulderPitch", "ShoulderRoll", "ElbowRoll")]
+        ahead, left, up = point - self._access.place(joints[0], 0, measured=True)[:3, 3]
+        straight = -math.atan2(up, ahead), math.atan2(left, math.hypot(ahead, up)), 0.0
+        self._motion.angleInterpolationWithSpeed(call, joints, self._within_range(joints, straight), share)
+
+    def _point(
+        self, position: object, frame: object, fraction: object = 0.5, *_: object
+    ) -> tuple[NDArray[np.float64], float]:
+        """Return a point of x, y and z in m in the torso's frame, and the fraction of full speed."""
+        point, share = vector(position, "position", 3), number_within(fraction, "the fraction", 0.01, 1.0)
+        torso = self._access.place("Torso", frame, measured=True)
+        at = torso[:3, :3].T @ (point - torso[:3, 3])
+        if math.hypot(*at) < 0.01:
+            raise InvalidCommand("position", "the point is within the robot")
+        return at, share
 
     def _forget(self, client: Client) -> None:
         """Stop following for a lost client."""
@@ -237,45 +260,54 @@ class ALTracker(Service):
 
     def _aim(self, yaw: float, pitch: float, share: float) -> None:
         """Send the head to angles, within its range."""
-        facts = [self._access.body.facts(joint) for joint in self._head]
-        aims = [min(max(at, joint.lower), joint.upper) for at, joint in zip((yaw, pitch), facts, strict=True)]
-        self._motion._send(self._head, aims, share)
+        self._motion._send(self._head, self._within_range(self._head, (yaw, pitch)), share)
+
+    def _within_range(self, joints: Sequence[str], angles: Sequence[float]) -> list[float]:
+        facts = map(self._access.body.facts, joints)
+        return [min(max(at, joint.lower), joint.upper) for at, joint in zip(angles, facts, strict=True)]
 
 
-class _FormerTracker(Service):
-    """A tracker of NAOqi 1, which follows one kind of target with the head."""
+class _HeadTracker(Service):
+    """Follow one kind of target with the head."""
 
     TARGET: ClassVar[str]
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._tracker = access.service(ALTracker)
-        self._taken = 0  # detections before the newest answer
 
-    setWholeBodyOn = constant("Do nothing: the head alone follows.", pWholeBodyOn=switch)
-
-    def startTracker(self) -> None:
+    def _start(self) -> None:
         """Start following."""
         self._tracker.setMode("Head")
         self._tracker.track(self.TARGET)
 
-    def stopTracker(self) -> None:
+    def _stop(self) -> None:
         """Stop following."""
-        if self.isActive():
+        if self._active():
             self._tracker.stopTracker()
 
-    def isActive(self) -> bool:
+    def _active(self) -> bool:
         """Return whether it follows."""
         return self._tracker.getActiveTarget() == self.TARGET
+
+
+class _FormerTracker(_HeadTracker):
+    """A tracker of NAOqi 1."""
+
+    _taken = 0
+    """Detections before the newest answer."""
+
+    startTracker, stopTracker, isActive = _HeadTracker._start, _HeadTracker._stop, _HeadTracker._active
+    setWholeBodyOn = constant("Do nothing: the head alone follows.", pWholeBodyOn=switch)
 
     def getPosition(self) -> list[float]:
         """Return x, y and z of the target in m, in the torso's frame; an empty list before it was seen."""
         self._taken = self._tracker._detections
-        return self._tracker.getTargetPosition(0) if self.isActive() else []
+        return self._tracker.getTargetPosition(0) if self._active() else []
 
     def isNewData(self) -> bool:
         """Return whether the target has been seen since the last getPosition."""
-        return self.isActive() and self._tracker._detections > self._taken
+        return self._active() and self._tracker._detections > self._taken
 
 
 class ALRedBallTracker(_FormerTracker):
@@ -294,3 +326,23 @@ class ALLandMarkTracker(_FormerTracker):
     """Follow a landmark with the head, as NAOqi 1 does."""
 
     TARGET = "LandMark"
+
+
+class ALBasicAwareness(_HeadTracker):
+    """Follow a face with the head while it runs; nothing else attracts this robot."""
+
+    TARGET = "Face"
+
+    startAwareness = resumeAwareness = _HeadTracker._start
+    stopAwareness = pauseAwareness = _HeadTracker._stop
+    isEnabled = isAwarenessRunning = _HeadTracker._active
+    setStimulusDetectionEnabled, isStimulusDetectionEnabled = kept(
+        "whether a stimulus such as `Sound` attracts it", True, stimulusName=text, enable=switch
+    )
+    setEngagementMode, getEngagementMode = kept("the mode of engagement", "Unengaged", modeName=text)
+    setTrackingMode, getTrackingMode = kept("the mode of tracking", "Head", modeName=text)
+    setParameter, getParameter = kept("a parameter", 0.0, paramName=text, newVal=keepable)
+
+    def setEnabled(self, enabled: object) -> None:
+        """Start following, or stop it."""
+        (self._start if enabled else self._stop)()

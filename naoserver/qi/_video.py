@@ -237,8 +237,18 @@ class ALVideoDevice(Service):
     closeCamera = isCameraOpen = openCamera
 
     def setCameraParameter(self, handle: object, parameter: object, value: object) -> bool:
-        """Remember a parameter of the camera of a subscription, which has no effect."""
-        self.setParameter(self._get(handle).camera, parameter, value)
+        """Remember a parameter of a subscription's camera, without effect; number 18 chooses that camera.
+
+        Returns False, as a robot does, where there is no such subscription: see the log.
+        """
+        try:
+            camera = self._get(handle).camera
+        except InvalidCommand as error:
+            _logger.warning("ALVideoDevice::setCameraParameter: %s", error)
+            return False
+        if parameter == _SELECT:
+            return self._change_camera(handle, value)
+        self.setParameter(camera, parameter, value)
         return True
 
     def getCameraParameter(self, handle: object, parameter: object) -> int:

@@ -18,13 +18,8 @@ from naoserver.errors import HardwareFailure, RobotError
 from naoserver.kinematics import numbers_of
 from naoserver.parts import CameraFacts
 from naoserver.qi._access import Access
-from naoserver.qi._arguments import (
-    constant,
-    number,
-    number_within,
-    switch,
-    text,
-)
+from naoserver.qi._arguments import constant, kept, number, number_within, switch, text
+from naoserver.qi._clients import Call
 from naoserver.qi._memory import ALMemory
 from naoserver.qi._sensors import Extractor
 from zenoh_ice.application import missing_package
@@ -40,6 +35,9 @@ _SMALLEST: Final = 20
 """Pixels of the smallest region that is detected."""
 _ROUND: Final = 0.7
 """Minimum share of its enclosing circle that a ball fills."""
+_FORGETTING: Final = 4.0
+"""Robot seconds without a face after which a person counts as met again."""
+_MOST_LEARNED: Final = 100
 
 Pixels = NDArray[np.uint8]
 Region = tuple[float, float, float, float]
@@ -124,6 +122,7 @@ class Detector(Extractor):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._memory = access.service(ALMemory)
+        self._memory.extractors[self.KEY] = self
         self._camera = 0
         self.seen: list[tuple[Region, Any]] = []
         """The detections in the newest picture: the region in angles, and further data."""
@@ -218,19 +217,67 @@ class ALLandMarkDetection(Detector):
 
 
 class ALFaceDetection(Detector):
-    """Detect faces, without recognizing people."""
+    """Detect faces. All faces of a world look alike: each is recognized as that which was learned last."""
 
     KEY = "FaceDetected"
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._learned: dict[str, None] = {}  # names, the newest last
+        self._recognizes = True
+        self._greeted = ""  # who was recognized before, as long as some face is seen
+        self._met = -math.inf  # when a face was seen last
+
+    setTrackingEnabled, isTrackingEnabled = kept("whether it follows faces", True, enable=switch)
 
     def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
         return [(region, number) for number, region in enumerate(find_faces(picture), 1)]
 
     def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
-        faces: list[object] = [[[0, *region], [number, 0.0, ""]] for region, number in self.seen]
-        return [stamp, [*faces, []], *poses, self._camera]
+        name = ["", *self._learned][-1] if self._recognizes else ""
+        now = self._robot.clock.now()
+        news = [2, [name]] if name and (name != self._greeted or now - self._met > _FORGETTING) else []
+        self._greeted, self._met = name, now
+        known = [float(bool(name)), name]
+        faces: list[object] = [[[0, *region], [number, *known]] for region, number in self.seen]
+        return [stamp, [*faces, news], *poses, self._camera]
 
-    setRecognitionEnabled = constant("Do nothing: it does not recognize anybody.", enable=switch)
-    setTrackingEnabled = constant("Do nothing: ALTracker follows a face.", enable=switch)
+    def learnFace(self, call: Call, name: object) -> bool:  # noqa: ARG002 - a picture may take long
+        """Learn the face in the newest picture under a name; returns whether there is one."""
+        new = text(name, "name")
+        self._require()
+        self._look()
+        if self.seen:
+            self.forgetPerson(new)
+            self._learned[new] = None
+            if len(self._learned) > _MOST_LEARNED:
+                self.forgetPerson(next(iter(self._learned)))
+        return bool(self.seen)
+
+    reLearnFace = learnFace
+
+    def forgetPerson(self, name: object) -> bool:
+        """Forget the face of a name; returns whether it was learned."""
+        return self._learned.pop(text(name, "name"), False) is None
+
+    def clearDatabase(self) -> bool:
+        """Forget every face; returns True."""
+        self._learned.clear()
+        return True
+
+    def getLearnedFacesList(self) -> list[str]:
+        """Return the names of the learned faces."""
+        return list(self._learned)
+
+    def setRecognitionEnabled(self, enable: object) -> None:
+        """Recognize learned faces, or only detect them."""
+        self._recognizes = bool(enable)
+
+    def isRecognitionEnabled(self) -> bool:
+        """Return whether learned faces are recognized."""
+        return self._recognizes
+
+    enableRecognition, enableTracking = setRecognitionEnabled, setTrackingEnabled  # their former names
 
 
 class ALColorBlobDetection(Detector):

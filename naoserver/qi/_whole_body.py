@@ -77,18 +77,20 @@ class WholeBody(Service):
     def wbGoToBalance(self, call: Call, supportLeg: object, duration: object) -> bool:
         """Move the center of mass over a foot, or between both, in s; returns whether it is there.
 
-        Both feet stay where they are. Does nothing unless whole body control is enabled.
+        Both feet carry the robot on the way and stay where they are, and the torso comes upright. Does
+        nothing unless whole body control is enabled.
         """
         support = Support(chosen(supportLeg, "leg", _SUPPORTS))
         seconds = number(duration, "duration")
         with self._lock:
             if not self._enabled:
                 return False
+            self._free.clear()
             self._constraint = Support.LEGS
             self._choose()
-        forward, left = self._shift(support)
+        place = self._torso_over(support)
         self._effectors.positionInterpolation(
-            call, "Torso", _ROBOT, [forward, left, 0.0, 0.0, 0.0, 0.0], _ALL_AXES, seconds, False
+            call, "Torso", _ROBOT, [*place, 0.0, 0.0, 0.0], _ALL_AXES, seconds, True
         )
         with self._lock:
             arrived = self._enabled and not call.stopped.is_set()
@@ -144,17 +146,20 @@ class WholeBody(Service):
         if self._enabled or balancer.support() is not None:
             balancer.command(access.support)
 
-    def _shift(self, support: Support) -> tuple[float, float]:
-        """Return how far forward and left in m the torso has to move, on both feet, to bring it there."""
+    def _torso_over(self, support: Support) -> list[float]:
+        """Return x, y and z in m of the upright torso, on both feet, whose center of mass is over some.
+
+        Upright, since the legs cannot bring a torso that leans forward to a side without turning the feet.
+        """
         kinematics, start = self._access.kinematics, self._access.angles(measured=False)
         base = self._access.place("Torso", _ROBOT, measured=False)
         feet = _LEGS if support is Support.LEGS else (support.value,)
         ahead = np.array([_AHEAD, 0.0, 0.0, 1.0])
         goal = sum((base @ kinematics.place_of(foot, start) @ ahead)[:2] for foot in feet) / len(feet)
-        torso: Matrix = base.copy()
+        torso: Matrix = np.eye(4)
+        torso[:3, 3] = base[:3, 3]
         for _ in range(_ROUNDS):
             found = reach_places(kinematics, {"Torso": (torso, _ALL_AXES)}, base, start, near=start)
             _, center = kinematics.center_of_mass("Body", found)
             torso[:2, 3] += goal - (torso @ [*center, 1.0])[:2]
-        forward, left = (torso - base)[:2, 3].tolist()
-        return forward, left
+        return [float(part) for part in torso[:3, 3]]

@@ -1,6 +1,7 @@
 """Faults of a robot over genuine libqi, and the errors that the server's clients get."""
 
 import signal
+import threading
 from contextlib import closing, contextmanager
 
 import pytest
@@ -9,13 +10,18 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
+from naoserver.errors import RobotError
+from naoserver.hardware.connection import HardwareLimits
+from naoserver.hardware.serving import serve_hardware
+from naoserver.latch import latch_of
 from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import RobotAddress
-from naoserver.naoqi._robot import NaoqiRobot
+from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot, Start
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
-from tests.support.processes import ComponentProcess, module
+from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import eventually, served_to_client, wait_for
+from zenoh_ice.settings import Settings
 
 
 @pytest.fixture(scope="module")
@@ -148,3 +154,55 @@ def test_memory_that_fails_is_reported_and_keeps_the_newest_state(nao, address):
     faults(address, "clear")
     state = nao.proxy(JointsPrx, "Body").getJointState
     wait_for(state, lambda reading: reading.time > nao.robot.clock.now() - 0.2)
+
+
+@contextmanager
+def hanging_when_it_wakes_up(process, address, limits, seconds=None):
+    """Make a robot that stands up at its start; it hangs the first time, for some seconds or until the end."""
+    waking = []
+
+    def connected(timeout):
+        link = connect(address, timeout)
+        begin = link.begin
+
+        def begin_and_hang(operation, *arguments):
+            reply = begin(operation, *arguments)
+            if operation == "ALMotion.wakeUp":
+                waking.append(operation)
+                if len(waking) == 1:
+                    process.freeze()
+                    if seconds is not None:
+                        threading.Timer(seconds, process.process.send_signal, [signal.SIGCONT]).start()
+            return reply
+
+        link.begin = begin_and_hang  # type: ignore[method-assign]
+        return link
+
+    try:
+        with closing(NaoqiRobot(connected, LifecycleOptions(Start.STAND), limits=limits)) as robot:
+            yield robot, waking
+    finally:
+        process.process.send_signal(signal.SIGCONT)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.9, 2.0])
+def test_a_robot_that_hangs_while_it_wakes_up_is_woken_up_again(process, address, caplog, seconds):
+    with hanging_when_it_wakes_up(process, address, HardwareLimits(), seconds) as (robot, waking):
+        robot.start()
+        assert len(waking) > 1
+        assert robot.postures.current() == "Stand"
+    assert "lost at its start (ALMotion.wakeUp: " in caplog.text
+
+
+@pytest.mark.slow
+def test_a_robot_that_answers_nothing_once_it_wakes_up_ends_its_server_and_leaves_no_stop(process, address):
+    settings = Settings(listen=(free_endpoint(),), connect=(), clock="wall")
+    with (
+        hanging_when_it_wakes_up(process, address, HardwareLimits(start=0.5)) as (robot, _),
+        pytest.raises(RobotError, match=r"ALMotion\.wakeUp.*not found within 0\.5 s"),
+    ):
+        serve_hardware(robot, settings, lifecycle=robot.lifecycle)
+    with latch_of(settings) as latch:
+        assert latch is not None
+        assert latch.found.stop == ""

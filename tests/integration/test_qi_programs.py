@@ -155,6 +155,18 @@ def listens_how_loud_it_is(service):
 
 
 @program
+def listens_for_words_as_a_box_of_choregraphe_does(service):
+    recognition, memory = service("ALSpeechRecognition"), service("ALMemory")
+    recognition.pushContexts()
+    recognition.setVocabulary(["yes", "no"], True)
+    memory.subscribeToEvent("WordRecognized", "Box", "onWordRecognized")
+    assert service("Faults").say("Oh yes") == "yes"
+    memory.unsubscribeToEvent("WordRecognized", "Box")
+    recognition.popContexts()
+    assert service("Faults").say("Oh yes") == ""
+
+
+@program
 def asks_for_a_dialogue_and_goes_on_without(service):
     with pytest.raises(RuntimeError, match="holds no dialogues"):
         service("ALDialog").loadTopic("/home/nao/greeting.top")
@@ -172,6 +184,25 @@ def waits_for_a_word(service):
     word, confidence = memory.getData("WordRecognized")
     assert (word, confidence > 0.5) == ("yes", True)
     recognition.unsubscribe("program")
+
+
+@program
+def switches_off_what_moves_by_itself(service):
+    for each in ("AutonomousBlinking", "BackgroundMovement", "ListeningMovement", "SpeakingMovement"):
+        service(f"AL{each}").setEnabled(False)
+        assert service(f"AL{each}").isEnabled() is False
+    service("ALAutonomousMoves").setExpressiveListeningEnabled(False)
+    service("ALBasicAwareness").stopAwareness()
+
+
+@program
+def chooses_a_camera_before_it_has_subscribed(service):
+    video = service("ALVideoDevice")
+    assert video.setCameraParameter("test", 18, 1) is False
+    handle = video.subscribe("test", 1, 11, 5)
+    assert video.setCameraParameter(handle, 18, 1) is True
+    assert video.getActiveCamera(handle) == 1
+    video.unsubscribe(handle)
 
 
 # -- joints --------------------------------------------------------------------------------------------------

@@ -96,3 +96,32 @@ def test_vocabularies_that_are_none(recognition, vocabulary):
 def test_grammars_are_refused(recognition):
     with pytest.raises(InvalidCommand, match="only vocabularies: call setVocabulary"):
         recognition.compile("a.bnf", "a.lcf", "English")
+
+
+def test_a_vocabulary_is_put_aside_and_comes_back(recognition, say):
+    recognition.subscribe("me")
+    recognition.setVocabulary(["yes"])
+    recognition.pushContexts()
+    assert say("yes") == ""
+    recognition.setVocabulary(["stop"], True)
+    recognition.pushContexts()
+    recognition.setVocabulary(["left"])
+    assert say("left") == "left"
+    recognition.popContexts()
+    assert say("please stop") == "stop"
+    recognition.popContexts()
+    assert say("yes") == "yes"
+    assert say("please stop") == ""
+    recognition.popContexts()
+    assert say("yes") == "yes"  # nothing was left to come back
+
+
+def test_it_recognizes_for_who_is_called_at_its_events(memory, recognition, say):
+    recognition.setVocabulary(["yes"])
+    memory.subscribeToEvent("WordRecognized", "Box", "onWord")
+    memory.subscribeToEvent("SpeechDetected", "Box", "onSpeech")
+    memory.unsubscribeToEvent("WordRecognized", "Box")
+    assert say("yes") == "yes"
+    memory.unsubscribeToEvent("SpeechDetected", "Box")
+    assert say("yes") == ""
+    assert recognition.getSubscribersInfo() == []

@@ -4,9 +4,20 @@ import pytest
 
 pytest.importorskip("qi")
 
+from naoserver.bodies.nao import H21, H25
 from naoserver.capabilities import SonarReading
 from naoserver.errors import HardwareFailure
-from naoserver.qi._sensors import ALSonar, ALSystem, ALTouch
+from naoserver.fake import FakeRobot
+from naoserver.qi._sensors import ALRobotModel, ALSonar, ALSystem, ALTouch
+from tests.support.qi_service import Rig
+
+
+@pytest.mark.parametrize(("body", "hands"), [(H25, True), (H21, False)], ids=["H25", "H21"])
+def test_the_model_says_whether_there_are_hands(body, hands):
+    rig = Rig(lambda clock: FakeRobot(clock, body=body))
+    model = rig.access.service(ALRobotModel)
+    assert (model.getRobotType(), model.hasArms(), model.hasHands()) == ("Nao", True, hands)
+    rig.close()
 
 
 def test_touch_lists_its_sensors(rig):

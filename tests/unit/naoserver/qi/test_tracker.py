@@ -2,13 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 
 pytest.importorskip("qi")
 pytest.importorskip("cv2")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi._tracker import ALTracker
+from naoserver.qi._tracker import ALBasicAwareness, ALTracker
 from naoserver.qi._vision import LOOKING, ALRedBallDetection
 
 
@@ -120,6 +121,43 @@ def test_it_looks_at_a_point(rig, tracker, rest):
     tracker.lookAt([1.0, 0.5, 0.1], *rest)
     rig.advance(2.0)
     assert rig.motion.getAngles("HeadYaw", True)[0] == pytest.approx(math.atan2(0.5, 1.0), abs=0.02)
+
+
+@pytest.mark.parametrize("rest", [(2, 0.5), (0.5,), ()], ids=["frame", "no frame", "alone"])
+@pytest.mark.parametrize(
+    ("arm", "point"),
+    [("Arms", (1.0, 0.5, 0.6)), ("Arms", (1.0, -0.5, 0.2)), ("LArm", (0.6, -0.1, 0.9))],
+    ids=["left", "right", "across"],
+)
+def test_an_arm_points_at_a_point(rig, tracker, arm, point, rest):
+    rig.complete(tracker.pointAt, arm, list(point), *rest)
+    side = "R" if arm == "Arms" and point[1] < 0.0 else "L"
+    frame = rest[0] if len(rest) == 2 else 0
+    elbow, hand = (rig.motion.getPosition(f"{side}{name}", frame, False)[:3] for name in ("ElbowYaw", "Arm"))
+    arm, way = np.subtract(hand, elbow), np.subtract(point, elbow)
+    assert arm @ way / np.linalg.norm(arm) / np.linalg.norm(way) > math.cos(math.radians(10))
+
+
+def test_a_point_within_the_robot_is_refused(rig, tracker):
+    with pytest.raises(InvalidCommand, match="within the robot"):
+        tracker.lookAt([0.0, 0.0, 0.0], 0, 0.5, False)
+    with pytest.raises(InvalidCommand, match="within the robot"):
+        rig.complete(tracker.pointAt, "LArm", [0.0, 0.0, 0.0], 0, 0.5)
+
+
+def test_awareness_follows_a_face_until_it_is_stopped(rig, tracker):
+    awareness = rig.access.service(ALBasicAwareness)
+    awareness.setEngagementMode("FullyEngaged")
+    awareness.startAwareness()
+    assert awareness.isAwarenessRunning()
+    assert tracker.getActiveTarget() == "Face"
+    awareness.pauseAwareness()
+    assert not awareness.isEnabled()
+    awareness.setEnabled(True)
+    assert tracker.getActiveTarget() == "Face"
+    tracker.track("RedBall")
+    awareness.setEnabled(False)
+    assert tracker.getActiveTarget() == "RedBall"  # another follower's
 
 
 def test_what_is_no_target(tracker):

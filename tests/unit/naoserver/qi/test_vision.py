@@ -18,6 +18,7 @@ from naoserver.qi._vision import (
     find_landmarks,
     find_red_ball,
 )
+from naoserver.robot import Frame
 from naoserver_sim._surroundings import draw_face, draw_landmark
 
 
@@ -128,3 +129,62 @@ def test_the_color_of_a_blob_is_chosen(rig, memory):
     assert memory.getData(detector.KEY)[1][0] == pytest.approx(0.15, abs=0.03)
     with pytest.raises(InvalidCommand, match="green is 300"):
         detector.setColor(30, 300, 40, 60)
+
+
+@pytest.fixture
+def show(rig, monkeypatch):
+    """Let the cameras of a robot see a picture, at first a face."""
+    shown = {}
+
+    def see(pixels):
+        shown["pixels"] = pixels
+
+    def capture(name, width, height):
+        return Frame(name, rig.clock.now(), width, height, shown["pixels"])
+
+    monkeypatch.setattr(rig.robot, "capture", capture)
+    see(picture(draw_face()[::2, ::2], 200, 100))
+    return see
+
+
+def names_seen(detector, memory):
+    """Return the name of each face in the newest picture, and what is new about people."""
+    detector._look()
+    *faces, news = memory.getData("FaceDetected")[1]
+    return [name for _, (_, _, name) in faces], news
+
+
+def test_a_learned_face_has_a_name_which_is_told_again_when_nobody_was_there_for_a_while(rig, memory, show):
+    faces = rig.access.service(ALFaceDetection)
+    assert names_seen(faces, memory) == ([""], [])
+    rig.complete(faces.learnFace, "Ada")
+    assert names_seen(faces, memory) == (["Ada"], [2, ["Ada"]])
+    assert names_seen(faces, memory) == (["Ada"], [])
+    show(picture())
+    faces._look()
+    rig.advance(5.0)
+    show(picture(draw_face()[::2, ::2], 200, 100))
+    assert names_seen(faces, memory) == (["Ada"], [2, ["Ada"]])
+    faces.setRecognitionEnabled(False)
+    assert names_seen(faces, memory) == ([""], [])
+
+
+def test_a_face_is_learned_only_where_one_is_seen(rig, show):
+    faces = rig.access.service(ALFaceDetection)
+    show(picture())
+    learn = rig.begin(faces.learnFace, "Ada")
+    learn.join()
+    assert learn.result is False
+    assert faces.getLearnedFacesList() == []
+
+
+def test_learned_faces_are_forgotten(rig, memory, show):
+    faces = rig.access.service(ALFaceDetection)
+    for name in ("Ada", "Bob", "Ada"):
+        rig.complete(faces.learnFace, name)
+    assert faces.getLearnedFacesList() == ["Bob", "Ada"]
+    assert faces.forgetPerson("Ada")
+    assert not faces.forgetPerson("Ada")
+    assert names_seen(faces, memory)[0] == ["Bob"]
+    assert faces.clearDatabase()
+    assert names_seen(faces, memory)[0] == [""]
