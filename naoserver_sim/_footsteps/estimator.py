@@ -23,7 +23,7 @@ import numpy as np
 from naoserver.capabilities import InertialReading
 from naoserver.footsteps import Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
-from naoserver_sim._footsteps.vectors import cross, quaternion
+from naoserver_sim._footsteps.vectors import quaternion
 
 FEET: Final = (LEFT, RIGHT)
 _SMOOTHING: Final = 0.5
@@ -51,24 +51,27 @@ class Estimator:
         """Place of the base in m."""
         self.soles: Final[Array] = np.zeros((2, 3))
         """The middles of the soles in m, left and right."""
-        self.center: Array = np.zeros(3)
-        """Center of mass in m, the height above the floor."""
-        self.velocity: Array = np.zeros(3)
+        self.levers: Final[Array] = np.zeros((12, mj.nv))
+        """How each degree of freedom moves and turns the left sole, then the right one: 6 rows each."""
+        self._levers = [(self.levers[row : row + 3], self.levers[row + 3 : row + 6]) for row in (0, 6)]
+        self.center = 0j
+        """Place of the center of mass on the floor."""
+        self.height = 0.0
+        """Of the center of mass above the floor in m."""
+        self.velocity = 0j
         """Velocity in m/s of a pendulum with the body's angular momentum about the floor, smoothed."""
         self.heading = 0.0
         """Of the base in rad, not limited to a turn."""
         self._anchors = [0j, 0j]
-        self._velocity = np.zeros(3)
+        self._velocity = 0j  # before it was looked ahead
         self._offset = 0.0  # of the turning rate about the vertical axis
         self._mounting = [0.0, 0.0]  # errors of roll and pitch
         self._still = 0  # ticks over which both are means
-        self._turned = np.zeros(6)
 
     @property
     def capture_point(self) -> complex:
         """The point on the floor over which the body would come to rest (Pratt et al., Humanoids 2006)."""
-        place = self.center[:2] + self.velocity[:2] / self._frequency
-        return complex(place[0], place[1])
+        return self.center + self.velocity / self._frequency
 
     def heading_of(self, foot: int) -> float:
         """Return the heading of a foot in rad, within half a turn of that of the base."""
@@ -90,10 +93,9 @@ class Estimator:
 
     def look_ahead(self, seconds: float, zmp: complex) -> None:
         """Move the center of mass on for some seconds, as a pendulum over the zero moment point."""
-        place, velocity = self.center[:2], self.velocity[:2]
-        acceleration = self._frequency**2 * (place - (zmp.real, zmp.imag))
-        place += velocity * seconds + 0.5 * acceleration * seconds * seconds
-        velocity += acceleration * seconds
+        acceleration = self._frequency**2 * (self.center - zmp)
+        self.center += self.velocity * seconds + 0.5 * acceleration * seconds * seconds
+        self.velocity += acceleration * seconds
 
     def tick(
         self,
@@ -120,22 +122,20 @@ class Estimator:
         self._put(inertial, angles, speeds)
         if still:
             self._level(shares)
-        data, limbs = self.data, self._limbs
-        drift = np.zeros(3)
-        for foot in FEET:
-            link = limbs.feet[foot]
-            arm = data.xmat[link].reshape(3, 3) @ self._sole
-            mujoco.mj_objectVelocity(self._mj, data, mujoco.mjtObj.mjOBJ_XBODY, link, self._turned, 0)
-            self.soles[foot] = data.xpos[link] + arm
-            drift += shares[foot] * (self._turned[3:] + cross(self._turned[:3], arm))
+        mj, data, base = self._mj, self.data, self._limbs.base
+        for link, sole, levers in zip(self._limbs.feet, self.soles, self._levers, strict=True):
+            sole[:] = data.xpos[link] + data.xmat[link].reshape(3, 3) @ self._sole
+            mujoco.mj_jac(mj, data, *levers, sole, link)
+        moved = (self.levers @ data.qvel).tolist()  # how fast the soles move, as if the base rested
+        drift = shares[LEFT] * complex(*moved[:2]) + shares[RIGHT] * complex(*moved[6:8])
         self._stand_on(shares, sliding=sliding)
-        base = limbs.base
-        self.center = self.origin + data.subtree_com[base]
-        velocity = data.subtree_linvel[base] - drift
-        about_x, about_y, _ = data.subtree_angmom[base] / self._lever
-        velocity[:2] += about_y, -about_x
+        x, y, z = (self.origin + data.subtree_com[base]).tolist()
+        self.center, self.height = complex(x, y), z
+        along_x, along_y, _ = data.subtree_linvel[base].tolist()
+        about_x, about_y, _ = data.subtree_angmom[base].tolist()
+        velocity = complex(along_x, along_y) + complex(about_y, -about_x) / self._lever - drift
         self._velocity = _SMOOTHING * self._velocity + (1.0 - _SMOOTHING) * velocity
-        self.velocity = self._velocity.copy()
+        self.velocity = self._velocity
 
     def _turn(self, seconds: float, inertial: InertialReading, *, still: bool) -> None:
         """Integrate the heading."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import mujoco
@@ -57,12 +58,12 @@ class Limbs:
     arms: tuple[Arm, ...]
     """Left and right; none when no arm swings."""
 
-    @property
+    @cached_property
     def leg_dofs(self) -> Indices:
         """Degrees of freedom of the legs' joints."""
         return self.dofs[self.legs]
 
-    @property
+    @cached_property
     def leg_motors(self) -> Indices:
         """Motors of the legs' joints."""
         return self.motors[self.legs]

@@ -58,8 +58,8 @@ class PlannedMotion:
         self._planned = np.concatenate(
             [np.arange(limbs.base_dof, limbs.base_dof + 6), limbs.leg_dofs]
         )  # the others move as they are commanded
-        self._center = np.zeros(2)
-        self._velocity = np.zeros(2)
+        self._center = 0j
+        self._velocity = 0j
         self._bend = _Bend(0.0, (0.0, 0.0), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
         self._return_time = 0.0
         self._time = 0.0
@@ -87,8 +87,8 @@ class PlannedMotion:
         posture.data.qpos[limbs.qpos] = angles
         posture.look()
         center = posture.data.subtree_com[limbs.base]
-        self._center = center[:2].copy()
-        self._velocity = estimator.velocity[:2].copy()
+        self._center = complex(center[0], center[1])
+        self._velocity = estimator.velocity
         self._bend = _Bend(
             center[2] - self._footsteps.com_height,
             inclination(posture.axes(limbs.pelvis)),
@@ -127,11 +127,11 @@ class PlannedMotion:
     def _fall(self, seconds: float, zmp: complex) -> None:
         """Move the center of mass as a pendulum, and towards the measured one."""
         estimator, footsteps = self._estimator, self._footsteps
-        acceleration = footsteps.frequency**2 * (self._center - (zmp.real, zmp.imag))
+        acceleration = footsteps.frequency**2 * (self._center - zmp)
         self._center += self._velocity * seconds + 0.5 * acceleration * seconds * seconds
         self._velocity += acceleration * seconds
-        self._center += footsteps.pull * (estimator.center[:2] - self._center)
-        self._velocity += footsteps.pull * (estimator.velocity[:2] - self._velocity)
+        self._center += footsteps.pull * (estimator.center - self._center)
+        self._velocity += footsteps.pull * (estimator.velocity - self._velocity)
 
     def _target(self, steps: Steps) -> Target:
         bend, left = self._bend, self._left
@@ -144,7 +144,9 @@ class PlannedMotion:
             feet.append(axes(planned.heading, left * roll, left * pitch))
         roll, pitch = bend.pelvis
         return Target(
-            center=np.append(self._center, self._footsteps.com_height + left * bend.height),
+            center=np.array(
+                [self._center.real, self._center.imag, self._footsteps.com_height + left * bend.height]
+            ),
             soles=(soles[0], soles[1]),
             feet=(feet[0], feet[1]),
             pelvis=axes(steps.heading, left * roll, left * pitch),

@@ -1,4 +1,4 @@
-"""Turns and products of vectors in space. For three numbers they are faster than those of numpy."""
+"""Turns in space. For three numbers they are faster than those of numpy."""
 
 from __future__ import annotations
 
@@ -7,13 +7,6 @@ import math
 import numpy as np
 
 from naoserver_sim._footsteps.limbs import Array
-
-
-def cross(first: Array, second: Array) -> Array:
-    """Return the cross product of two vectors."""
-    a, b, c = first.tolist()
-    x, y, z = second.tolist()
-    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 def axes(heading: float, roll: float = 0.0, pitch: float = 0.0) -> Array:

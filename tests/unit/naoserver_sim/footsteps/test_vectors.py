@@ -4,12 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver_sim._footsteps.vectors import axes, cross, inclination, quaternion, turn_between
-
-
-def test_the_cross_product_is_that_of_numpy():
-    first, second = np.array([1.0, -2.0, 0.5]), np.array([0.3, 4.0, -1.0])
-    assert cross(first, second) == pytest.approx(np.cross(first, second))
+from naoserver_sim._footsteps.vectors import axes, inclination, quaternion, turn_between
 
 
 def test_axes_and_quaternion_are_the_same_turn():
