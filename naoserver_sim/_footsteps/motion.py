@@ -13,14 +13,12 @@ import mujoco
 import numpy as np
 
 from naoserver.footsteps import Footsteps
-from naoserver_sim._footsteps.estimator import FEET, Estimator
+from naoserver_sim._footsteps.estimator import Estimator
 from naoserver_sim._footsteps.limbs import Array, Limbs
 from naoserver_sim._footsteps.posture import Posture, Target
 from naoserver_sim._footsteps.steps import Steps
-from naoserver_sim._footsteps.vectors import axes, inclination
+from naoserver_sim._footsteps.vectors import inclination, quaternion
 
-_ROUNDS: Final = 2
-"""Rounds of the inverse kinematics at a tick."""
 _SMOOTHING: Final = 0.5
 """Part of the last speeds that is kept at each tick."""
 _PACE: Final = 0.15
@@ -55,9 +53,9 @@ class PlannedMotion:
         self._footsteps = footsteps
         self._estimator = estimator
         self._posture = Posture(mj, limbs, footsteps)
-        self._planned = np.concatenate(
-            [np.arange(limbs.base_dof, limbs.base_dof + 6), limbs.leg_dofs]
-        )  # the others move as they are commanded
+        planned = [*range(limbs.base_dof, limbs.base_dof + 6), *limbs.leg_dofs]
+        self._weights = np.zeros(mj.nv)  # the others move as they are commanded
+        self._weights[planned] = 1.0 - _SMOOTHING
         self._center = 0j
         self._velocity = 0j
         self._bend = _Bend(0.0, (0.0, 0.0), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
@@ -103,8 +101,8 @@ class PlannedMotion:
         self._return_time = largest / _PACE if largest > _NEAR else 0.0
         self._time = 0.0
         self._last[:] = posture.data.qpos
-        self.speeds[:] = 0.0
-        self.accelerations[:] = 0.0
+        self.speeds = np.zeros(self._mj.nv)
+        self.accelerations = np.zeros(self._mj.nv)
 
     def tick(self, seconds: float, steps: Steps, angles: Array, *, landed: bool) -> None:
         """Advance by some seconds; after a step that has just ended it has `landed`.
@@ -114,13 +112,12 @@ class PlannedMotion:
         """
         self._time += seconds
         self._fall(seconds, steps.zmp)
-        self._posture.solve(self._target(steps), angles, _ROUNDS)
+        self._posture.solve(self._target(steps), angles)
         mujoco.mj_differentiatePos(self._mj, self._change, seconds, self._last, self._posture.data.qpos)
         self._last[:] = self._posture.data.qpos
-        speeds = self.speeds.copy()
+        speeds = self.speeds
         if not landed:  # the plan jumps to where the foot has really come down
-            now = self._planned
-            speeds[now] = _SMOOTHING * speeds[now] + (1.0 - _SMOOTHING) * self._change[now]
+            speeds = _SMOOTHING * speeds + self._weights * self._change
         self.accelerations = (speeds - self.speeds) / seconds
         self.speeds = speeds
 
@@ -134,22 +131,22 @@ class PlannedMotion:
         self._velocity += footsteps.pull * (estimator.velocity - self._velocity)
 
     def _target(self, steps: Steps) -> Target:
-        bend, left = self._bend, self._left
-        soles, feet = [], []
-        for foot in FEET:
-            planned = steps.feet[foot]
-            height = planned.height + left * bend.soles[foot]
-            soles.append(np.array([planned.place.real, planned.place.imag, height]))
-            roll, pitch = bend.feet[foot]
-            feet.append(axes(planned.heading, left * roll, left * pitch))
-        roll, pitch = bend.pelvis
+        bend, left, center = self._bend, self._left, self._center
+        turns = (
+            *zip((foot.heading for foot in steps.feet), bend.feet, strict=True),
+            (steps.heading, bend.pelvis),
+        )
         return Target(
-            center=np.array(
-                [self._center.real, self._center.imag, self._footsteps.com_height + left * bend.height]
+            center=np.array([center.real, center.imag, self._footsteps.com_height + left * bend.height]),
+            soles=np.array(
+                [
+                    (foot.place.real, foot.place.imag, foot.height + left * height)
+                    for foot, height in zip(steps.feet, bend.soles, strict=True)
+                ]
             ),
-            soles=(soles[0], soles[1]),
-            feet=(feet[0], feet[1]),
-            pelvis=axes(steps.heading, left * roll, left * pitch),
+            turned=np.array(
+                [quaternion(heading, left * roll, left * pitch) for heading, (roll, pitch) in turns]
+            ),
         )
 
     @property
