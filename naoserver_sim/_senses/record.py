@@ -129,9 +129,10 @@ STEP: Final = math.tau / 4096
 """Resolution in rad: the 12 bits, about 0.1 degrees, that the documentation of the robot gives."""
 
 
-def encoded(angles: Sequence[float]) -> tuple[float, ...]:
+def encoded(angles: Array) -> Array:
     """Return angles in rad at the resolution of encoders."""
-    return tuple(round(angle / STEP) * STEP for angle in angles)
+    found: Array = np.rint(angles / STEP) * STEP
+    return found
 
 
 _FOOT: Final = 21
