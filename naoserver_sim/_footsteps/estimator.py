@@ -28,6 +28,10 @@ from naoserver_sim._footsteps.vectors import quaternion
 FEET: Final = (LEFT, RIGHT)
 _SMOOTHING: Final = 0.5
 """Part of the last velocity that is kept at each tick."""
+_PULL: Final = 0.1
+"""Part of its distance from the measured attitude that the integrated one makes up for in a tick."""
+_LOST: Final = 0.1
+"""Distance in rad from the measured attitude from which the integrated one is that at once."""
 _STILL: Final = 0.1
 """Turning rate in rad/s about each axis below which a robot that does not step stands still."""
 _STANDING_TICKS: Final = 500
@@ -64,6 +68,7 @@ class Estimator:
         """Of the base in rad, not limited to a turn."""
         self._anchors = [0j, 0j]
         self._velocity = 0j  # before it was looked ahead
+        self._roll = self._pitch = math.nan  # of the base, as the unit measures them
         self._offset = 0.0  # of the turning rate about the vertical axis
         self._mounting = [0.0, 0.0]  # errors of roll and pitch
         self._still = 0  # ticks over which both are means
@@ -138,10 +143,14 @@ class Estimator:
         self.velocity = self._velocity
 
     def _turn(self, seconds: float, inertial: InertialReading, *, still: bool) -> None:
-        """Integrate the heading."""
-        _, about_y, about_z = inertial.angular_velocity
+        """Integrate the attitude: roll and pitch are measured, too, but with more noise."""
+        about_x, about_y, about_z = inertial.angular_velocity
+        sine, cosine = math.sin(inertial.roll), math.cos(inertial.roll)
         upright = max(math.cos(inertial.pitch), 0.1)  # a trunk that lies has no heading
-        rate = (about_y * math.sin(inertial.roll) + about_z * math.cos(inertial.roll)) / upright
+        rate = (about_y * sine + about_z * cosine) / upright
+        rolled = about_x + rate * math.sin(inertial.pitch)
+        self._roll = _pulled(self._roll + rolled * seconds, inertial.roll)
+        self._pitch = _pulled(self._pitch + (about_y * cosine - about_z * sine) * seconds, inertial.pitch)
         if still:
             self._offset += (rate - self._offset) / self._still
         self.heading += (rate - self._offset) * seconds
@@ -151,7 +160,8 @@ class Estimator:
         mj, data, limbs = self._mj, self.data, self._limbs
         at, dof = limbs.base_qpos, limbs.base_dof
         data.qpos[at : at + 3] = 0.0
-        data.qpos[at + 3 : at + 7] = self._attitude(inertial)
+        roll, pitch = self._roll - self._mounting[0], self._pitch - self._mounting[1]
+        data.qpos[at + 3 : at + 7] = quaternion(self.heading, roll, pitch)
         data.qpos[limbs.qpos] = angles
         data.qvel[dof : dof + 3] = 0.0
         data.qvel[dof + 3 : dof + 6] = inertial.angular_velocity
@@ -160,10 +170,6 @@ class Estimator:
         mujoco.mj_comPos(mj, data)
         mujoco.mj_comVel(mj, data)
         mujoco.mj_subtreeVel(mj, data)
-
-    def _attitude(self, inertial: InertialReading) -> tuple[float, float, float, float]:
-        roll, pitch = inertial.roll - self._mounting[0], inertial.pitch - self._mounting[1]
-        return quaternion(self.heading, roll, pitch)
 
     def _level(self, shares: Sequence[float]) -> None:
         """Learn by how much the unit is mounted askew: the soles that seem to be tilted are level."""
@@ -187,3 +193,9 @@ class Estimator:
         if sliding:
             for foot in FEET:
                 self._anchors[foot] += (1.0 - shares[foot]) * (self.place_of(foot) - self._anchors[foot])
+
+
+def _pulled(angle: float, measured: float) -> float:
+    """Return an integrated angle, pulled to the measured one."""
+    error = math.remainder(measured - angle, math.tau)
+    return angle + _PULL * error if abs(error) < _LOST else measured
