@@ -26,8 +26,8 @@ from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
 from naoserver_sim._footsteps.vectors import quaternion
 
 FEET: Final = (LEFT, RIGHT)
-_SMOOTHING: Final = 0.5
-"""Part of the last velocity that is kept at each tick."""
+_HALF_LIFE: Final = 0.01
+"""Seconds in which half of the last velocity is replaced."""
 _PULL: Final = 0.1
 """Part of its distance from the measured attitude that the integrated one makes up for in a tick."""
 _LOST: Final = 0.1
@@ -72,6 +72,7 @@ class Estimator:
         self._offset = 0.0  # of the turning rate about the vertical axis
         self._mounting = [0.0, 0.0]  # errors of roll and pitch
         self._still = 0  # ticks over which both are means
+        self._resting = False  # whether nothing turns
 
     @property
     def capture_point(self) -> complex:
@@ -102,6 +103,25 @@ class Estimator:
         self.center += self.velocity * seconds + 0.5 * acceleration * seconds * seconds
         self.velocity += acceleration * seconds
 
+    def turn(self, seconds: float, inertial: InertialReading, *, resting: bool = False) -> None:
+        """Integrate the attitude for a control tick: roll and pitch are measured, too, but with more noise.
+
+        A robot that is `resting` stands flat on its soles without stepping: if nothing turns, it learns the
+        errors of the inertial unit.
+        """
+        about_x, about_y, about_z = inertial.angular_velocity
+        sine, cosine = math.sin(inertial.roll), math.cos(inertial.roll)
+        upright = max(math.cos(inertial.pitch), 0.1)  # a trunk that lies has no heading
+        rate = (about_y * sine + about_z * cosine) / upright
+        rolled = about_x + rate * math.sin(inertial.pitch)
+        self._roll = _pulled(self._roll + rolled * seconds, inertial.roll)
+        self._pitch = _pulled(self._pitch + (about_y * cosine - about_z * sine) * seconds, inertial.pitch)
+        self._resting = resting and max(map(abs, inertial.angular_velocity)) < _STILL
+        if self._resting:
+            self._still = min(self._still + 1, _STANDING_TICKS)
+            self._offset += (rate - self._offset) / self._still
+        self.heading += (rate - self._offset) * seconds
+
     def tick(
         self,
         seconds: float,
@@ -110,22 +130,16 @@ class Estimator:
         speeds: Array,
         shares: Sequence[float],
         *,
-        resting: bool = False,
         sliding: bool = False,
     ) -> None:
-        """Advance by some seconds, at the end of which the sensors have these readings.
+        """Advance by some seconds, at the end of which the sensors have these readings, after `turn`.
 
         `angles` in rad and `speeds` in rad/s are those of all joints of the body; `shares` are those of the
-        left and the right foot in bearing it, 1 together. A robot that is `resting` stands flat on its soles
-        without stepping: if nothing turns, it learns the errors of the inertial unit. While feet may be
-        `sliding`, moved by somebody, each comes to rest where it is, the sooner the less it bears.
+        left and the right foot in bearing it, 1 together. While feet may be `sliding`, moved by somebody,
+        each comes to rest where it is, the sooner the less it bears.
         """
-        still = resting and max(map(abs, inertial.angular_velocity)) < _STILL
-        if still:
-            self._still = min(self._still + 1, _STANDING_TICKS)
-        self._turn(seconds, inertial, still=still)
         self._put(inertial, angles, speeds)
-        if still:
+        if self._resting:
             self._level(shares)
         mj, data, base = self._mj, self.data, self._limbs.base
         for link, sole, levers in zip(self._limbs.feet, self.soles, self._levers, strict=True):
@@ -139,21 +153,8 @@ class Estimator:
         along_x, along_y, _ = data.subtree_linvel[base].tolist()
         about_x, about_y, _ = data.subtree_angmom[base].tolist()
         velocity = complex(along_x, along_y) + complex(about_y, -about_x) / self._lever - drift
-        self._velocity = _SMOOTHING * self._velocity + (1.0 - _SMOOTHING) * velocity
+        self._velocity = velocity + 0.5 ** (seconds / _HALF_LIFE) * (self._velocity - velocity)
         self.velocity = self._velocity
-
-    def _turn(self, seconds: float, inertial: InertialReading, *, still: bool) -> None:
-        """Integrate the attitude: roll and pitch are measured, too, but with more noise."""
-        about_x, about_y, about_z = inertial.angular_velocity
-        sine, cosine = math.sin(inertial.roll), math.cos(inertial.roll)
-        upright = max(math.cos(inertial.pitch), 0.1)  # a trunk that lies has no heading
-        rate = (about_y * sine + about_z * cosine) / upright
-        rolled = about_x + rate * math.sin(inertial.pitch)
-        self._roll = _pulled(self._roll + rolled * seconds, inertial.roll)
-        self._pitch = _pulled(self._pitch + (about_y * cosine - about_z * sine) * seconds, inertial.pitch)
-        if still:
-            self._offset += (rate - self._offset) / self._still
-        self.heading += (rate - self._offset) * seconds
 
     def _put(self, inertial: InertialReading, angles: Array, speeds: Array) -> None:
         """Compute where all links are, relative to the base, and how they move."""

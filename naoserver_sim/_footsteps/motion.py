@@ -19,8 +19,9 @@ from naoserver_sim._footsteps.posture import Posture, Target
 from naoserver_sim._footsteps.steps import Steps
 from naoserver_sim._footsteps.vectors import inclination, quaternion
 
-_SMOOTHING: Final = 0.5
-"""Part of the last speeds that is kept at each tick."""
+_TICK: Final = 0.01
+"""Seconds of a control tick, for which `Footsteps.pull` is given, and in which half of the last speeds is
+replaced."""
 _PACE: Final = 0.15
 """Mean speed in m/s, and in rad/s, at which the body comes into its stance."""
 _NEAR: Final = 0.005
@@ -54,8 +55,8 @@ class PlannedMotion:
         self._estimator = estimator
         self._posture = Posture(mj, limbs, footsteps)
         planned = [*range(limbs.base_dof, limbs.base_dof + 6), *limbs.leg_dofs]
-        self._weights = np.zeros(mj.nv)  # the others move as they are commanded
-        self._weights[planned] = 1.0 - _SMOOTHING
+        self._planned = np.zeros(mj.nv)  # the others move as they are commanded
+        self._planned[planned] = 1.0
         self._center = 0j
         self._velocity = 0j
         self._bend = _Bend(0.0, (0.0, 0.0), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
@@ -117,7 +118,8 @@ class PlannedMotion:
         self._last[:] = self._posture.data.qpos
         speeds = self.speeds
         if not landed:  # the plan jumps to where the foot has really come down
-            speeds = _SMOOTHING * speeds + self._weights * self._change
+            kept = 0.5 ** (seconds / _TICK)
+            speeds = kept * speeds + (1.0 - kept) * self._planned * self._change
         self.accelerations = (speeds - self.speeds) / seconds
         self.speeds = speeds
 
@@ -127,8 +129,9 @@ class PlannedMotion:
         acceleration = footsteps.frequency**2 * (self._center - zmp)
         self._center += self._velocity * seconds + 0.5 * acceleration * seconds * seconds
         self._velocity += acceleration * seconds
-        self._center += footsteps.pull * (estimator.center - self._center)
-        self._velocity += footsteps.pull * (estimator.velocity - self._velocity)
+        pull = min(footsteps.pull * seconds / _TICK, 1.0)
+        self._center += pull * (estimator.center - self._center)
+        self._velocity += pull * (estimator.velocity - self._velocity)
 
     def _target(self, steps: Steps) -> Target:
         bend, left, center = self._bend, self._left, self._center

@@ -15,7 +15,7 @@ class BodySensors:
 
     Readings of different moments contradict each other: a step shakes the trunk by more than a radian per
     second. `delay` is that of the inertial unit in ticks. With `noise` angles are those of encoders. `tick`
-    is due at the beginning of a control tick.
+    is due at the beginning of a control tick, when the joints are needed.
     """
 
     def __init__(
@@ -35,13 +35,17 @@ class BodySensors:
         """Of all readings, in ticks."""
         self.tick()
 
+    @property
+    def inertial(self) -> InertialReading:
+        """The reading of the inertial unit."""
+        return self._read_inertial()
+
     def tick(self) -> None:
-        """Read the sensors.
+        """Read the joints.
 
         Angles and speeds, in rad and rad/s, are those of all joints of the body; torques, in N m, those of
         the motors of the legs, in the order of `Limbs.legs`.
         """
-        self.inertial = self._read_inertial()
         simulator, limbs = self._simulator, self._limbs
         then = simulator.past(self.delay * simulator.tick_period)
         angles = then.qpos[limbs.qpos]
