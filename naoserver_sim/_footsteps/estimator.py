@@ -46,14 +46,14 @@ class Estimator:
     def __init__(self, mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps) -> None:
         self._mj = mj
         self._limbs = limbs
-        self._sole = np.array(footsteps.sole_middle)
         self._frequency = footsteps.frequency
         self._lever = footsteps.com_height * float(mj.body_subtreemass[limbs.base])
         self.data: Final = mujoco.MjData(mj)
-        """The measured body: its base is at 0, turned as it is measured."""
+        """The measured body: its base rests at 0, turned and turning as it is measured."""
+        self.data.qpos[limbs.base_qpos : limbs.base_qpos + 3] = 0.0
         self.origin: Final[Array] = np.zeros(3)
         """Place of the base in m."""
-        self.soles: Final[Array] = np.zeros((2, 3))
+        self.soles: Array = np.zeros((2, 3))
         """The middles of the soles in m, left and right."""
         self.levers: Final[Array] = np.zeros((12, mj.nv))
         """How each degree of freedom moves and turns the left sole, then the right one: 6 rows each."""
@@ -142,8 +142,8 @@ class Estimator:
         if self._resting:
             self._level(shares)
         mj, data, base = self._mj, self.data, self._limbs.base
+        self.soles = self._limbs.soles(data)
         for link, sole, levers in zip(self._limbs.feet, self.soles, self._levers, strict=True):
-            sole[:] = data.xpos[link] + data.xmat[link].reshape(3, 3) @ self._sole
             mujoco.mj_jac(mj, data, *levers, sole, link)
         moved = (self.levers @ data.qvel).tolist()  # how fast the soles move, as if the base rested
         drift = shares[LEFT] * complex(*moved[:2]) + shares[RIGHT] * complex(*moved[6:8])
@@ -159,13 +159,11 @@ class Estimator:
     def _put(self, inertial: InertialReading, angles: Array, speeds: Array) -> None:
         """Compute where all links are, relative to the base, and how they move."""
         mj, data, limbs = self._mj, self.data, self._limbs
-        at, dof = limbs.base_qpos, limbs.base_dof
-        data.qpos[at : at + 3] = 0.0
+        at, dof = limbs.base_qpos + 3, limbs.base_dof + 3
         roll, pitch = self._roll - self._mounting[0], self._pitch - self._mounting[1]
-        data.qpos[at + 3 : at + 7] = quaternion(self.heading, roll, pitch)
+        data.qpos[at : at + 4] = quaternion(self.heading, roll, pitch)
         data.qpos[limbs.qpos] = angles
-        data.qvel[dof : dof + 3] = 0.0
-        data.qvel[dof + 3 : dof + 6] = inertial.angular_velocity
+        data.qvel[dof : dof + 3] = inertial.angular_velocity
         data.qvel[limbs.dofs] = speeds
         mujoco.mj_kinematics(mj, data)
         mujoco.mj_comPos(mj, data)
@@ -174,9 +172,8 @@ class Estimator:
 
     def _level(self, shares: Sequence[float]) -> None:
         """Learn by how much the unit is mounted askew: the soles that seem to be tilted are level."""
-        ups = [self.data.xmat[link].reshape(3, 3)[:2, 2] for link in self._limbs.feet]
-        up = shares[LEFT] * complex(*ups[LEFT]) + shares[RIGHT] * complex(*ups[RIGHT])
-        seen = up * cmath.rect(1.0, -self.heading)
+        left, right = (complex(*self.data.xmat[link, 2:6:3].tolist()) for link in self._limbs.feet)
+        seen = (shares[LEFT] * left + shares[RIGHT] * right) * cmath.rect(1.0, -self.heading)
         for axis, error in enumerate((-seen.imag, seen.real)):
             found = self._mounting[axis] + error / self._still
             self._mounting[axis] = max(-_LARGEST_MOUNTING, min(_LARGEST_MOUNTING, found))

@@ -53,7 +53,7 @@ class PlannedMotion:
         self._limbs = limbs
         self._footsteps = footsteps
         self._estimator = estimator
-        self._posture = Posture(mj, limbs, footsteps)
+        self._posture = Posture(mj, limbs)
         planned = [*range(limbs.base_dof, limbs.base_dof + 6), *limbs.leg_dofs]
         self._planned = np.zeros(mj.nv)  # the others move as they are commanded
         self._planned[planned] = 1.0
@@ -91,7 +91,7 @@ class PlannedMotion:
         self._bend = _Bend(
             center[2] - self._footsteps.com_height,
             inclination(posture.axes(limbs.pelvis)),
-            (posture.sole(0)[2], posture.sole(1)[2]),
+            tuple(limbs.soles(posture.data)[:, 2].tolist()),
             (
                 inclination(posture.axes(limbs.feet[0])),
                 inclination(posture.axes(limbs.feet[1])),

@@ -43,7 +43,7 @@ def walking_stance(mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, angle
 
     `angles` are those to begin with, of a body that is about upright; only those of the legs are changed.
     """
-    posture = Posture(mj, limbs, footsteps)
+    posture = Posture(mj, limbs)
     upright = posture.data.qpos.copy()
     upright[limbs.base_qpos + 3 : limbs.base_qpos + 7] = 1.0, 0.0, 0.0, 0.0
     upright[limbs.qpos] = angles
@@ -62,10 +62,9 @@ def walking_stance(mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, angle
 class Posture:
     """The planned body; each solution begins with the last one."""
 
-    def __init__(self, mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps) -> None:
+    def __init__(self, mj: mujoco.MjModel, limbs: Limbs) -> None:
         self._mj = mj
         self._limbs = limbs
-        self._sole = np.array(footsteps.sole_middle)
         self.data: Final = mujoco.MjData(mj)
         """The planned body in the frame of the odometer."""
         self._legs = limbs.qpos[limbs.legs]
@@ -101,12 +100,6 @@ class Posture:
         mujoco.mj_kinematics(self._mj, self.data)
         mujoco.mj_comPos(self._mj, self.data)
 
-    def sole(self, foot: int) -> Array:
-        """Return the middle of a sole in m."""
-        data, link = self.data, self._limbs.feet[foot]
-        place: Array = data.xpos[link] + data.xmat[link].reshape(3, 3) @ self._sole
-        return place
-
     def axes(self, link: int) -> Array:
         """Return the axes of a link as columns."""
         turned: Array = self.data.xmat[link].reshape(3, 3)
@@ -137,24 +130,22 @@ class Posture:
     def _differences(self, target: Target) -> Array:
         """Return by how much soles, feet, pelvis and center of mass have to move and to turn."""
         data, limbs, errors = self.data, self._limbs, self._errors
-        for foot in (0, 1):
-            errors[3 * foot : 3 * foot + 3] = target.soles[foot] - self.sole(foot)
+        errors[:6] = (target.soles - limbs.soles(data)).ravel()
         errors[6:9] = target.center - data.subtree_com[limbs.base]
-        for row, link, wanted in zip((9, 12, 15), (*limbs.feet, limbs.pelvis), target.turned, strict=True):
+        links, turns = (*limbs.feet, limbs.pelvis), errors[9:].reshape(3, 3)
+        for link, wanted, turn in zip(links, target.turned, turns, strict=True):
             mujoco.mju_subQuat(self._turn, wanted, data.xquat[link])
-            mujoco.mju_rotVecQuat(errors[row : row + 3], self._turn, data.xquat[link])
+            mujoco.mju_rotVecQuat(turn, self._turn, data.xquat[link])
         return errors
 
     def _invert(self) -> None:
         """Compute how the unknowns have to change for what `_differences` returns."""
         mj, data, limbs, matrix = self._mj, self.data, self._limbs, self._matrix
-        for foot, link in enumerate(limbs.feet):
-            moved, turned = 3 * foot, 9 + 3 * foot
-            mujoco.mj_jac(
-                mj, data, matrix[moved : moved + 3], matrix[turned : turned + 3], self.sole(foot), link
-            )
+        moves, turns = matrix[:6].reshape(2, 3, -1), matrix[9:15].reshape(2, 3, -1)
+        for foot, sole in enumerate(limbs.soles(data)):
+            mujoco.mj_jac(mj, data, moves[foot], turns[foot], sole, limbs.feet[foot])
         mujoco.mj_jacSubtreeCom(mj, data, matrix[6:9], limbs.base)
-        mujoco.mj_jacBody(mj, data, None, matrix[15:18], limbs.pelvis)
+        mujoco.mj_jacBody(mj, data, None, matrix[15:], limbs.pelvis)
         used = matrix.take(self._unknowns, axis=1)
         self._inverse[:] = np.linalg.solve(used.T @ used + self._damping, used.T)
         self._stale = False
