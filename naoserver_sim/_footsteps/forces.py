@@ -93,7 +93,5 @@ class SupportTorques:
         return force.real, force.imag, z, pressed.imag * z, -pressed.real * z, twist
 
     def _within_sole(self, place: complex) -> complex:
-        half_length, half_width = self._most_pressed
-        return complex(
-            min(max(place.real, -half_length), half_length), min(max(place.imag, -half_width), half_width)
-        )
+        length, width = self._most_pressed
+        return complex(min(max(place.real, -length), length), min(max(place.imag, -width), width))

@@ -35,6 +35,7 @@ class Loads:
         self.weight: Final = GRAVITY * float(mj.body_subtreemass[limbs.base])
         """Of the body in N."""
         self._bias = np.zeros(mj.nv)
+        self._more = np.zeros(12)
         self._usual = np.zeros(12)
         self._usual[_UP] = 0.5 * self.weight
         self._trust = _TRUST**2 * np.eye(12)
@@ -60,6 +61,8 @@ class Loads:
         lever = self._estimator.levers.take(legs, axis=1)  # a leg moves no other foot
         given = torques - self._damping * data.qvel[legs]
         unexplained = self._bias[legs] - given - self._usual @ lever
-        more = np.linalg.solve(lever @ lever.T + self._trust, lever @ unexplained)
-        loads = np.maximum((self._usual + more)[_UP], 0.0)
+        matrix = lever @ lever.T + self._trust
+        mujoco.mju_cholFactor(matrix, 0.0)
+        mujoco.mju_cholSolve(self._more, matrix, lever @ unexplained)
+        loads = np.maximum((self._usual + self._more)[_UP], 0.0)
         self.feet += (loads - self.feet) * min(seconds / _SMOOTHING, 1.0)

@@ -7,6 +7,7 @@ that the plan is always near to what happens.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import Final
 
 import mujoco
@@ -33,16 +34,15 @@ class _Bend:
     """How a body differs from its stance on flat soles: in m, and in roll and pitch in rad."""
 
     height: float
-    pelvis: tuple[float, float]
-    soles: tuple[float, float]
+    soles: tuple[float, ...]
     """Their heights."""
-    feet: tuple[tuple[float, float], tuple[float, float]]
+    turns: tuple[tuple[float, float], ...]
+    """Of left foot, right foot and pelvis."""
 
     @property
     def largest(self) -> float:
         """The largest of all differences."""
-        turns = (*self.pelvis, *self.feet[0], *self.feet[1])
-        return max(map(abs, (self.height, *self.soles, *turns)))
+        return max(map(abs, (self.height, *self.soles, *chain(*self.turns))))
 
 
 class PlannedMotion:
@@ -59,7 +59,7 @@ class PlannedMotion:
         self._planned[planned] = 1.0
         self._center = 0j
         self._velocity = 0j
-        self._bend = _Bend(0.0, (0.0, 0.0), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
+        self._bend = _Bend(0.0, (0.0, 0.0), 3 * ((0.0, 0.0),))
         self._return_time = 0.0
         self._time = 0.0
         self._last = self._posture.data.qpos.copy()
@@ -90,12 +90,8 @@ class PlannedMotion:
         self._velocity = estimator.velocity
         self._bend = _Bend(
             center[2] - self._footsteps.com_height,
-            inclination(posture.axes(limbs.pelvis)),
             tuple(limbs.soles(posture.data)[:, 2].tolist()),
-            (
-                inclination(posture.axes(limbs.feet[0])),
-                inclination(posture.axes(limbs.feet[1])),
-            ),
+            tuple(inclination(posture.axes(link)) for link in (*limbs.feet, limbs.pelvis)),
         )
         largest = self._bend.largest
         # The eased way is at its middle 1.5 times as fast as on average.
@@ -134,23 +130,19 @@ class PlannedMotion:
         self._velocity += pull * (estimator.velocity - self._velocity)
 
     def _target(self, steps: Steps) -> Target:
-        bend, left, center = self._bend, self._left, self._center
-        turns = (
-            *zip((foot.heading for foot in steps.feet), bend.feet, strict=True),
-            (steps.heading, bend.pelvis),
-        )
-        return Target(
-            center=np.array([center.real, center.imag, self._footsteps.com_height + left * bend.height]),
-            soles=np.array(
-                [
-                    (foot.place.real, foot.place.imag, foot.height + left * height)
-                    for foot, height in zip(steps.feet, bend.soles, strict=True)
-                ]
-            ),
-            turned=np.array(
-                [quaternion(heading, left * roll, left * pitch) for heading, (roll, pitch) in turns]
-            ),
-        )
+        left, right = steps.feet
+        bend, part, center = self._bend, self._left, self._center
+        soles = [
+            (foot.place.real, foot.place.imag, foot.height + part * height)
+            for foot, height in zip(steps.feet, bend.soles, strict=True)
+        ]
+        headings = left.heading, right.heading, steps.heading
+        turned = [
+            quaternion(heading, part * roll, part * pitch)
+            for heading, (roll, pitch) in zip(headings, bend.turns, strict=True)
+        ]
+        height = self._footsteps.com_height + part * bend.height
+        return Target(np.array([center.real, center.imag, height]), np.array(soles), np.array(turned))
 
     @property
     def _left(self) -> float:

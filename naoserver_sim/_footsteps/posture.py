@@ -75,11 +75,13 @@ class Posture:
         lower, upper = mj.jnt_range[joints].T
         self._lower, self._upper = np.where(limited, lower, -np.inf), np.where(limited, upper, np.inf)
         self._matrix = np.zeros((_ROWS, mj.nv))
-        self._inverse = np.zeros((_ROWS, _ROWS))
+        self._used = np.zeros((_ROWS, _ROWS))
+        self._factor = np.zeros((_ROWS, _ROWS))
         self._stale = True
         self._errors = np.zeros(_ROWS)
         self._turn = np.zeros(3)
         self._change = np.zeros(mj.nv)
+        self._found = np.zeros(_ROWS)
         self._damping = _DAMPING * np.eye(_ROWS)
 
     @property
@@ -121,9 +123,10 @@ class Posture:
         self.look()
         errors = self._differences(target)
         if self._stale or np.abs(errors).max() > _SMALL_ERROR:
-            self._invert()
+            self._linearize()
             errors = np.clip(errors, -_LARGEST_ERROR, _LARGEST_ERROR)
-        self._change[self._unknowns] = self._inverse @ errors
+        mujoco.mju_cholSolve(self._found, self._factor, self._used.T @ errors)
+        self._change[self._unknowns] = self._found
         mujoco.mj_integratePos(self._mj, self.data.qpos, self._change, 1.0)
         self.data.qpos[self._legs] = np.minimum(np.maximum(self.legs, self._lower), self._upper)
 
@@ -138,14 +141,15 @@ class Posture:
             mujoco.mju_rotVecQuat(turn, self._turn, data.xquat[link])
         return errors
 
-    def _invert(self) -> None:
-        """Compute how the unknowns have to change for what `_differences` returns."""
+    def _linearize(self) -> None:
+        """Compute how the unknowns change what `_differences` returns."""
         mj, data, limbs, matrix = self._mj, self.data, self._limbs, self._matrix
         moves, turns = matrix[:6].reshape(2, 3, -1), matrix[9:15].reshape(2, 3, -1)
         for foot, sole in enumerate(limbs.soles(data)):
             mujoco.mj_jac(mj, data, moves[foot], turns[foot], sole, limbs.feet[foot])
         mujoco.mj_jacSubtreeCom(mj, data, matrix[6:9], limbs.base)
         mujoco.mj_jacBody(mj, data, None, matrix[15:], limbs.pelvis)
-        used = matrix.take(self._unknowns, axis=1)
-        self._inverse[:] = np.linalg.solve(used.T @ used + self._damping, used.T)
+        np.take(matrix, self._unknowns, axis=1, out=self._used)
+        np.add(self._used.T @ self._used, self._damping, out=self._factor)
+        mujoco.mju_cholFactor(self._factor, 0.0)
         self._stale = False

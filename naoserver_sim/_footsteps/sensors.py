@@ -29,16 +29,12 @@ class BodySensors:
     ) -> None:
         self._simulator = simulator
         self._limbs = limbs
-        self._read_inertial = inertial
+        self.inertial = inertial
+        """Return the reading of the inertial unit."""
         self._noise = noise
         self.delay = delay
         """Of all readings, in ticks."""
         self.tick()
-
-    @property
-    def inertial(self) -> InertialReading:
-        """The reading of the inertial unit."""
-        return self._read_inertial()
 
     def tick(self) -> None:
         """Read the joints.

@@ -80,7 +80,6 @@ class FootstepWalker(CommandedWay):
         """Those of the legs."""
         self.limits: Final = footsteps.limits
         self.lag = _STEPS_LATE * footsteps.step_time
-        self._mj = mj
         self._footsteps = footsteps
         self._limbs = limbs
         self._setpoints = simulator.setpoints
@@ -94,6 +93,7 @@ class FootstepWalker(CommandedWay):
         self._held = HeldPosture(mj, limbs, footsteps)
         self._arms = ArmSwing(limbs, self._setpoints, footsteps.arm_swing)
         self._damping = mj.dof_damping[limbs.leg_dofs]
+        self._gains, self._biases = mj.actuator_gainprm[:, 0], mj.actuator_biasprm[:, 2]  # with the stiffness
         self._legs = self._setpoints.setpoints[limbs.leg_motors]  # setpoints of the last tick
         self._still = np.zeros(mj.nv)
         self._stage = _Stage.LOST
@@ -120,7 +120,7 @@ class FootstepWalker(CommandedWay):
     def tick(self, seconds: float) -> None:
         """Move the legs, and arms that hang, and update the odometry."""
         resting = self._steps.phase is Phase.STANDING and self._stage is not _Stage.LOST
-        self._estimator.turn(seconds, self._sensors.inertial, resting=resting)
+        self._estimator.turn(seconds, self._sensors.inertial(), resting=resting)
         self._since += seconds
         if self._calm and self._velocity == STILL and self._since < _CALM_PERIOD:
             self._simulator.commands[self._limbs.leg_motors] = self._given
@@ -171,7 +171,7 @@ class FootstepWalker(CommandedWay):
         balanced = self._stage is _Stage.BALANCED
         estimator.tick(
             seconds,
-            sensors.inertial,
+            sensors.inertial(),
             sensors.angles,
             sensors.speeds,
             self._steps.shares if balanced else self._loads.shares,
@@ -184,7 +184,7 @@ class FootstepWalker(CommandedWay):
 
     def _hindrance(self, stiffnesses: Array) -> str:
         """Return why it can neither walk nor balance; empty when it can."""
-        inertial = self._sensors.inertial
+        inertial = self._sensors.inertial()
         limp = min(stiffnesses[self._limbs.leg_motors].tolist()) < _FIRM
         if max(abs(inertial.roll), abs(inertial.pitch)) > (_LEANING if limp else _TILT):
             return "it lies, or it falls; make it stand up first"
@@ -261,6 +261,6 @@ class FootstepWalker(CommandedWay):
     def _offsets(self, torques: Array, speeds: Array) -> Array:
         """Return by how much motors of the legs are to be ahead to give torques in N m at speeds in rad/s."""
         motors = self._limbs.leg_motors
-        damping = self._damping - self._mj.actuator_biasprm[motors, 2]
-        offsets: Array = (torques + damping * speeds) / self._mj.actuator_gainprm[motors, 0]
+        damping = self._damping - self._biases.take(motors)
+        offsets: Array = (torques + damping * speeds) / self._gains.take(motors)
         return offsets
