@@ -149,7 +149,7 @@ class Posture:
             mujoco.mj_jac(mj, data, moves[foot], turns[foot], sole, limbs.feet[foot])
         mujoco.mj_jacSubtreeCom(mj, data, matrix[6:9], limbs.base)
         mujoco.mj_jacBody(mj, data, None, matrix[15:], limbs.pelvis)
-        np.take(matrix, self._unknowns, axis=1, out=self._used)
-        np.add(self._used.T @ self._used, self._damping, out=self._factor)
+        self._used = matrix.take(self._unknowns, axis=1)
+        self._factor = self._used.T @ self._used + self._damping
         mujoco.mju_cholFactor(self._factor, 0.0)
         self._stale = False
