@@ -28,7 +28,7 @@ from naoserver_sim._footsteps.vectors import quaternion
 FEET: Final = (LEFT, RIGHT)
 _HALF_LIFE: Final = 0.01
 """Seconds in which half of the last velocity is replaced."""
-_PULL: Final = 0.05
+_PULL: Final = 0.2
 """Part of its distance from the measured attitude that the integrated one makes up for in a tick."""
 _LOST: Final = 0.1
 """Distance in rad from the measured attitude from which the integrated one is that at once."""

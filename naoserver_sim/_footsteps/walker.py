@@ -34,7 +34,7 @@ _FIRM: Final = 0.5
 """Least stiffness of the legs with which it balances."""
 _CARRIES: Final = 0.1
 """Least share of the load with which a foot carries a robot whose legs are held."""
-_CALM: Final = 0.02
+_CALM: Final = 0.01
 """Distance in m of the capture point from the middle between the feet within which a robot stands calmly."""
 _CALM_PERIOD: Final = 0.015
 """Least seconds between two corrections of a robot that stands calmly: every second tick has one."""
