@@ -195,7 +195,7 @@ class SimulatedBalancer:
         inertial = self._sensors.newest.inertial
         angles = qpos[self._joints]
         if self._noise:
-            angles = np.array(encoded(angles.tolist()))
+            angles = encoded(angles)
         measured = self._figure(angles)
         reference, carrying = self._carrying(support, commanded)
         if reference != self._reference:

@@ -49,8 +49,8 @@ class SetpointController:
 
     def place(self, motors: NDArray[np.intp], positions: Array, out: Array) -> None:
         """Set the setpoints of some motors to fixed positions at once; fill `out`."""
-        self._setpoints[motors] = np.clip(positions, self._lower[motors], self._upper[motors])
-        self._targets[motors] = self._setpoints[motors]
+        positions = np.minimum(np.maximum(positions, self._lower[motors]), self._upper[motors])
+        self._setpoints[motors] = self._targets[motors] = positions
         out[:] = self._setpoints
 
     def tick(self, period: float, out: Array) -> None:

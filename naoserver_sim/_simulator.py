@@ -8,7 +8,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import mujoco
@@ -34,8 +33,7 @@ _DIVERGED: Final = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWa
 _SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
-@dataclass(frozen=True, slots=True)
-class Snapshot:
+class Snapshot(NamedTuple):
     """The state at the end of a control tick. Its arrays are never modified."""
 
     time: float

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cached_property, partial
 from typing import Final
 
@@ -76,13 +75,17 @@ class SimulatedDevice:
         index = self._index
         return JointReading(
             time=snapshot.time,
-            positions=tuple(snapshot.qpos[index.qpos].tolist()),
+            positions=tuple(self._angles(snapshot).tolist()),
             velocities=tuple(snapshot.qvel[index.dofs].tolist()),
             commands=tuple(index.commanded(snapshot.setpoints, snapshot.qpos).tolist()),
             torques=tuple(index.of_motors(snapshot.forces, 0.0).tolist()),
             stiffnesses=tuple(index.of_motors(snapshot.stiffnesses, 0.0).tolist()),
             temperatures=tuple(index.of_motors(snapshot.temperatures, AMBIENT).tolist()),
         )
+
+    def _angles(self, snapshot: Snapshot) -> NDArray[np.float64]:
+        """Return the angles of the joints as they are measured, in rad or m."""
+        return snapshot.qpos[self._index.qpos]
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
         index = self._index
@@ -225,10 +228,9 @@ class SimulatedRobot(SimulatedDevice):
             model, simulator, self.senses.record, lambda: walker.walking, noise=self._noise
         )
 
-    def _reading(self, snapshot: Snapshot) -> JointReading:
-        """Return the reading of the joints in a snapshot; with noise, at the resolution of encoders."""
-        reading = super()._reading(snapshot)
-        return replace(reading, positions=encoded(reading.positions)) if self._noise else reading
+    def _angles(self, snapshot: Snapshot) -> NDArray[np.float64]:
+        angles = super()._angles(snapshot)
+        return encoded(angles) if self._noise else angles
 
     def looks(self) -> str:
         return write_looks(self.body)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Final
 
@@ -26,6 +27,7 @@ class ArmSwing:
         self._setpoints = setpoints
         self._swing = swing  # in rad for each metre
         self._shoulders = limbs.motors[[arm.swing for arm in limbs.arms]]
+        self._motors = [limbs.motors[arm.joints] for arm in limbs.arms]
         self._swinging = np.zeros(len(limbs.arms), dtype=bool)
         self._rests = np.zeros(len(limbs.arms))
         self._begun = self._commands()
@@ -44,14 +46,13 @@ class ArmSwing:
         if not self._swinging.any():
             return
         left, right = steps.feet
-        ahead = ((left.place - right.place) * np.exp(-1j * steps.heading)).real
+        ahead = ((left.place - right.place) * cmath.rect(1.0, -steps.heading)).real
         angles = self._rests + 0.5 * self._swing * np.array([ahead, -ahead])
         reach = _FASTEST_SWING * seconds
         present = self._setpoints.setpoints[self._shoulders]
-        angles = np.clip(angles, present - reach, present + reach)
+        angles = np.minimum(np.maximum(angles, present - reach), present + reach)
         self._setpoints.place(self._shoulders[self._swinging], angles[self._swinging], out)
 
     def _commands(self) -> Array:
         """Return the numbers of commands to the joints of each arm."""
-        counted = [self._setpoints.commands[self._limbs.motors[arm.joints]].sum() for arm in self._limbs.arms]
-        return np.array(counted)
+        return np.array([self._setpoints.commands[motors].sum() for motors in self._motors])

@@ -23,11 +23,15 @@ import numpy as np
 from naoserver.capabilities import InertialReading
 from naoserver.footsteps import Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
-from naoserver_sim._footsteps.vectors import cross, quaternion
+from naoserver_sim._footsteps.vectors import quaternion
 
 FEET: Final = (LEFT, RIGHT)
-_SMOOTHING: Final = 0.5
-"""Part of the last velocity that is kept at each tick."""
+_HALF_LIFE: Final = 0.01
+"""Seconds in which half of the last velocity is replaced."""
+_PULL: Final = 0.2
+"""Part of its distance from the measured attitude that the integrated one makes up for in a tick."""
+_LOST: Final = 0.1
+"""Distance in rad from the measured attitude from which the integrated one is that at once."""
 _STILL: Final = 0.1
 """Turning rate in rad/s about each axis below which a robot that does not step stands still."""
 _STANDING_TICKS: Final = 500
@@ -42,33 +46,38 @@ class Estimator:
     def __init__(self, mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps) -> None:
         self._mj = mj
         self._limbs = limbs
-        self._sole = np.array(footsteps.sole_middle)
         self._frequency = footsteps.frequency
         self._lever = footsteps.com_height * float(mj.body_subtreemass[limbs.base])
         self.data: Final = mujoco.MjData(mj)
-        """The measured body: its base is at 0, turned as it is measured."""
+        """The measured body: its base rests at 0, turned and turning as it is measured."""
+        self.data.qpos[limbs.base_qpos : limbs.base_qpos + 3] = 0.0
         self.origin: Final[Array] = np.zeros(3)
         """Place of the base in m."""
-        self.soles: Final[Array] = np.zeros((2, 3))
+        self.soles: Array = np.zeros((2, 3))
         """The middles of the soles in m, left and right."""
-        self.center: Array = np.zeros(3)
-        """Center of mass in m, the height above the floor."""
-        self.velocity: Array = np.zeros(3)
+        self.levers: Final[Array] = np.zeros((12, mj.nv))
+        """How each degree of freedom moves and turns the left sole, then the right one: 6 rows each."""
+        self._levers = [(self.levers[row : row + 3], self.levers[row + 3 : row + 6]) for row in (0, 6)]
+        self.center = 0j
+        """Place of the center of mass on the floor."""
+        self.height = 0.0
+        """Of the center of mass above the floor in m."""
+        self.velocity = 0j
         """Velocity in m/s of a pendulum with the body's angular momentum about the floor, smoothed."""
         self.heading = 0.0
         """Of the base in rad, not limited to a turn."""
         self._anchors = [0j, 0j]
-        self._velocity = np.zeros(3)
+        self._velocity = 0j  # before it was looked ahead
+        self._roll = self._pitch = math.nan  # of the base, as the unit measures them
         self._offset = 0.0  # of the turning rate about the vertical axis
         self._mounting = [0.0, 0.0]  # errors of roll and pitch
         self._still = 0  # ticks over which both are means
-        self._turned = np.zeros(6)
+        self._resting = False  # whether nothing turns
 
     @property
     def capture_point(self) -> complex:
         """The point on the floor over which the body would come to rest (Pratt et al., Humanoids 2006)."""
-        place = self.center[:2] + self.velocity[:2] / self._frequency
-        return complex(place[0], place[1])
+        return self.center + self.velocity / self._frequency
 
     def heading_of(self, foot: int) -> float:
         """Return the heading of a foot in rad, within half a turn of that of the base."""
@@ -90,10 +99,28 @@ class Estimator:
 
     def look_ahead(self, seconds: float, zmp: complex) -> None:
         """Move the center of mass on for some seconds, as a pendulum over the zero moment point."""
-        place, velocity = self.center[:2], self.velocity[:2]
-        acceleration = self._frequency**2 * (place - (zmp.real, zmp.imag))
-        place += velocity * seconds + 0.5 * acceleration * seconds * seconds
-        velocity += acceleration * seconds
+        acceleration = self._frequency**2 * (self.center - zmp)
+        self.center += self.velocity * seconds + 0.5 * acceleration * seconds * seconds
+        self.velocity += acceleration * seconds
+
+    def turn(self, seconds: float, inertial: InertialReading, *, resting: bool = False) -> None:
+        """Integrate the attitude for a control tick: roll and pitch are measured, too, but with more noise.
+
+        A robot that is `resting` stands flat on its soles without stepping: if nothing turns, it learns the
+        errors of the inertial unit.
+        """
+        about_x, about_y, about_z = inertial.angular_velocity
+        sine, cosine = math.sin(inertial.roll), math.cos(inertial.roll)
+        upright = max(math.cos(inertial.pitch), 0.1)  # a trunk that lies has no heading
+        rate = (about_y * sine + about_z * cosine) / upright
+        rolled = about_x + rate * math.sin(inertial.pitch)
+        self._roll = _pulled(self._roll + rolled * seconds, inertial.roll)
+        self._pitch = _pulled(self._pitch + (about_y * cosine - about_z * sine) * seconds, inertial.pitch)
+        self._resting = resting and max(map(abs, inertial.angular_velocity)) < _STILL
+        if self._resting:
+            self._still = min(self._still + 1, _STANDING_TICKS)
+            self._offset += (rate - self._offset) / self._still
+        self.heading += (rate - self._offset) * seconds
 
     def tick(
         self,
@@ -103,73 +130,50 @@ class Estimator:
         speeds: Array,
         shares: Sequence[float],
         *,
-        resting: bool = False,
         sliding: bool = False,
     ) -> None:
-        """Advance by some seconds, at the end of which the sensors have these readings.
+        """Advance by some seconds, at the end of which the sensors have these readings, after `turn`.
 
         `angles` in rad and `speeds` in rad/s are those of all joints of the body; `shares` are those of the
-        left and the right foot in bearing it, 1 together. A robot that is `resting` stands flat on its soles
-        without stepping: if nothing turns, it learns the errors of the inertial unit. While feet may be
-        `sliding`, moved by somebody, each comes to rest where it is, the sooner the less it bears.
+        left and the right foot in bearing it, 1 together. While feet may be `sliding`, moved by somebody,
+        each comes to rest where it is, the sooner the less it bears.
         """
-        still = resting and max(map(abs, inertial.angular_velocity)) < _STILL
-        if still:
-            self._still = min(self._still + 1, _STANDING_TICKS)
-        self._turn(seconds, inertial, still=still)
         self._put(inertial, angles, speeds)
-        if still:
+        if self._resting:
             self._level(shares)
-        data, limbs = self.data, self._limbs
-        drift = np.zeros(3)
-        for foot in FEET:
-            link = limbs.feet[foot]
-            arm = data.xmat[link].reshape(3, 3) @ self._sole
-            mujoco.mj_objectVelocity(self._mj, data, mujoco.mjtObj.mjOBJ_XBODY, link, self._turned, 0)
-            self.soles[foot] = data.xpos[link] + arm
-            drift += shares[foot] * (self._turned[3:] + cross(self._turned[:3], arm))
+        mj, data, base = self._mj, self.data, self._limbs.base
+        self.soles = self._limbs.soles(data)
+        for link, sole, levers in zip(self._limbs.feet, self.soles, self._levers, strict=True):
+            mujoco.mj_jac(mj, data, *levers, sole, link)
+        moved = (self.levers @ data.qvel).tolist()  # how fast the soles move, as if the base rested
+        drift = shares[LEFT] * complex(*moved[:2]) + shares[RIGHT] * complex(*moved[6:8])
         self._stand_on(shares, sliding=sliding)
-        base = limbs.base
-        self.center = self.origin + data.subtree_com[base]
-        velocity = data.subtree_linvel[base] - drift
-        about_x, about_y, _ = data.subtree_angmom[base] / self._lever
-        velocity[:2] += about_y, -about_x
-        self._velocity = _SMOOTHING * self._velocity + (1.0 - _SMOOTHING) * velocity
-        self.velocity = self._velocity.copy()
-
-    def _turn(self, seconds: float, inertial: InertialReading, *, still: bool) -> None:
-        """Integrate the heading."""
-        _, about_y, about_z = inertial.angular_velocity
-        upright = max(math.cos(inertial.pitch), 0.1)  # a trunk that lies has no heading
-        rate = (about_y * math.sin(inertial.roll) + about_z * math.cos(inertial.roll)) / upright
-        if still:
-            self._offset += (rate - self._offset) / self._still
-        self.heading += (rate - self._offset) * seconds
+        x, y, z = (self.origin + data.subtree_com[base]).tolist()
+        self.center, self.height = complex(x, y), z
+        along_x, along_y, _ = data.subtree_linvel[base].tolist()
+        about_x, about_y, _ = data.subtree_angmom[base].tolist()
+        velocity = complex(along_x, along_y) + complex(about_y, -about_x) / self._lever - drift
+        self._velocity = velocity + 0.5 ** (seconds / _HALF_LIFE) * (self._velocity - velocity)
+        self.velocity = self._velocity
 
     def _put(self, inertial: InertialReading, angles: Array, speeds: Array) -> None:
         """Compute where all links are, relative to the base, and how they move."""
         mj, data, limbs = self._mj, self.data, self._limbs
-        at, dof = limbs.base_qpos, limbs.base_dof
-        data.qpos[at : at + 3] = 0.0
-        data.qpos[at + 3 : at + 7] = self._attitude(inertial)
+        at, dof = limbs.base_qpos + 3, limbs.base_dof + 3
+        roll, pitch = self._roll - self._mounting[0], self._pitch - self._mounting[1]
+        data.qpos[at : at + 4] = quaternion(self.heading, roll, pitch)
         data.qpos[limbs.qpos] = angles
-        data.qvel[dof : dof + 3] = 0.0
-        data.qvel[dof + 3 : dof + 6] = inertial.angular_velocity
+        data.qvel[dof : dof + 3] = inertial.angular_velocity
         data.qvel[limbs.dofs] = speeds
         mujoco.mj_kinematics(mj, data)
         mujoco.mj_comPos(mj, data)
         mujoco.mj_comVel(mj, data)
         mujoco.mj_subtreeVel(mj, data)
 
-    def _attitude(self, inertial: InertialReading) -> tuple[float, float, float, float]:
-        roll, pitch = inertial.roll - self._mounting[0], inertial.pitch - self._mounting[1]
-        return quaternion(self.heading, roll, pitch)
-
     def _level(self, shares: Sequence[float]) -> None:
         """Learn by how much the unit is mounted askew: the soles that seem to be tilted are level."""
-        ups = [self.data.xmat[link].reshape(3, 3)[:2, 2] for link in self._limbs.feet]
-        up = shares[LEFT] * complex(*ups[LEFT]) + shares[RIGHT] * complex(*ups[RIGHT])
-        seen = up * cmath.rect(1.0, -self.heading)
+        left, right = (complex(*self.data.xmat[link, 2:6:3].tolist()) for link in self._limbs.feet)
+        seen = (shares[LEFT] * left + shares[RIGHT] * right) * cmath.rect(1.0, -self.heading)
         for axis, error in enumerate((-seen.imag, seen.real)):
             found = self._mounting[axis] + error / self._still
             self._mounting[axis] = max(-_LARGEST_MOUNTING, min(_LARGEST_MOUNTING, found))
@@ -187,3 +191,9 @@ class Estimator:
         if sliding:
             for foot in FEET:
                 self._anchors[foot] += (1.0 - shares[foot]) * (self.place_of(foot) - self._anchors[foot])
+
+
+def _pulled(angle: float, measured: float) -> float:
+    """Return an integrated angle, pulled to the measured one."""
+    error = math.remainder(measured - angle, math.tau)
+    return angle + _PULL * error if abs(error) < _LOST else measured

@@ -8,6 +8,7 @@ the motors have to give.
 
 from __future__ import annotations
 
+import cmath
 from typing import Final
 
 import mujoco
@@ -16,7 +17,6 @@ import numpy as np
 from naoserver.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import FEET, Estimator
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
-from naoserver_sim._footsteps.vectors import cross
 
 _LARGEST_ACCELERATION: Final = 150.0
 """Largest planned acceleration in rad/s2 and m/s2 that counts."""
@@ -37,11 +37,8 @@ class SupportTorques:
         self._estimator = estimator
         self._share = footsteps.acceleration_share
         self._stiffness = footsteps.frequency**2 * float(mj.body_subtreemass[limbs.base])
-        self._most_pressed = _WITHIN_SOLE * np.array(footsteps.sole_half)
-        self._legs = limbs.leg_dofs.reshape(2, -1)
+        self._most_pressed = tuple(_WITHIN_SOLE * half for half in footsteps.sole_half)
         self._torques = np.zeros(mj.nv)
-        self._linear = np.zeros((3, mj.nv))
-        self._angular = np.zeros((3, mj.nv))
 
     def at(self, accelerations: Array, zmp: complex, heading: float, bearing: int | None) -> Array:
         """Return the torques in N m of the legs' joints, in the order of `Limbs.legs`.
@@ -49,21 +46,15 @@ class SupportTorques:
         `accelerations` are the planned ones of all degrees of freedom; `zmp` is where the zero moment point
         has to be, `heading` that of the soles, `bearing` the foot that bears everything, None for both.
         """
-        mj, data, torques = self._mj, self._estimator.data, self._torques
-        np.clip(accelerations, -_LARGEST_ACCELERATION, _LARGEST_ACCELERATION, out=data.qacc)
-        data.qacc *= self._share
-        mujoco.mj_rne(mj, data, 1, torques)
-        share = self._share_of_right(zmp, bearing)
-        place = (1.0 - share) * self._estimator.soles[LEFT] + share * self._estimator.soles[RIGHT]
-        place[2] = 0.0
-        force, moment = self._floor(place)
-        pressed = self._pressed(force, moment, zmp, heading)
-        twist = np.array([0.0, 0.0, min(max(moment[2], -_LARGEST_TWIST), _LARGEST_TWIST)])
-        found = torques[self._legs]
-        for foot, part in zip(FEET, (1.0 - share, share), strict=True):
-            if part > 0.0:
-                found[foot] -= part * self._held(foot, pressed, force, twist)
-        return found.ravel()
+        estimator, torques = self._estimator, self._torques
+        planned = np.minimum(np.maximum(accelerations, -_LARGEST_ACCELERATION), _LARGEST_ACCELERATION)
+        np.multiply(planned, self._share, out=estimator.data.qacc)
+        mujoco.mj_rne(self._mj, estimator.data, 1, torques)
+        right = self._share_of_right(zmp, bearing)
+        held = np.array(self._floor(right, zmp, heading))
+        held = np.concatenate([(1.0 - right) * held, right * held])
+        found: Array = (torques - held @ estimator.levers)[self._limbs.leg_dofs]
+        return found
 
     def _share_of_right(self, zmp: complex, bearing: int | None) -> float:
         """Return the part of the weight that the right foot bears: by the place between them."""
@@ -74,34 +65,33 @@ class SupportTorques:
         share = ((zmp - left) * between.conjugate()).real / max(abs(between) ** 2, 1e-6)
         return min(max(share, 0.0), 1.0)
 
-    def _floor(self, place: Array) -> tuple[Array, Array]:
-        """Return the force in N with which the floor bears the body, and its moment about a place in N m."""
-        dof, base = self._limbs.base_dof, self._limbs.base
-        force = self._torques[dof : dof + 3].copy()
-        force[2] = max(force[2], _LEAST_FORCE)
-        turned = self._estimator.data.xmat[base].reshape(3, 3)
-        about_base = turned @ self._torques[dof + 3 : dof + 6]
-        return force, about_base - cross(place - self._estimator.origin, force)
+    def _floor(self, right: float, zmp: complex, heading: float) -> tuple[float, ...]:
+        """Return the force in N with which the floor bears the body, and its moment about a sole in N m.
 
-    def _pressed(self, force: Array, moment: Array, zmp: complex, heading: float) -> Array:
-        """Return where a sole is pressed, from its middle; let the pendulum decide how hard it is pushed."""
-        center = self._estimator.center
+        The pendulum decides how hard the body is pushed, and with that where the soles are pressed: all at
+        the same place from their middles.
+        """
+        estimator, dof, base = self._estimator, self._limbs.base_dof, self._limbs.base
+        x, y, z, *about_base = self._torques[dof : dof + 6].tolist()
+        z = max(z, _LEAST_FORCE)
+        about_x, about_y, about_z = (estimator.data.xmat[base].reshape(3, 3) @ about_base).tolist()
+        soles = [estimator.place_of(foot) for foot in FEET]
+        # The moment about the place between the soles on the floor.
+        ahead, aside, above = estimator.origin.tolist()
+        away = (1.0 - right) * soles[LEFT] + right * soles[RIGHT] - complex(ahead, aside)
+        about_x += -away.imag * z - above * y
+        about_y += above * x + away.real * z
+        about_z += away.imag * x - away.real * y
         # What draws the plan to the measured body is no planned acceleration: it would cancel the answer to a
         # push.
-        lacking = self._stiffness * (center[:2] - (zmp.real, zmp.imag)) - force[:2]
-        force[:2] += lacking
-        pressed = np.array([-moment[1], moment[0]]) / force[2] - center[2] * lacking / force[2]
-        cosine, sine = np.cos(heading), np.sin(heading)
-        to_heading = np.array([[cosine, sine], [-sine, cosine]])
-        within = np.clip(to_heading @ pressed, -self._most_pressed, self._most_pressed)
-        return np.append(within @ to_heading, 0.0)
+        force = self._stiffness * (estimator.center - zmp)
+        lacking = force - complex(x, y)
+        pressed = (1j * complex(about_x, about_y) - estimator.height * lacking) / z
+        pressed = self._within_sole(pressed * cmath.rect(1.0, -heading)) * cmath.rect(1.0, heading)
+        twist = min(max(about_z, -_LARGEST_TWIST), _LARGEST_TWIST)
+        twist += pressed.real * force.imag - pressed.imag * force.real
+        return force.real, force.imag, z, pressed.imag * z, -pressed.real * z, twist
 
-    def _held(self, foot: int, pressed: Array, force: Array, twist: Array) -> Array:
-        """Return the torques of a leg whose foot is borne by a force at a place of its sole."""
-        estimator = self._estimator
-        place = estimator.soles[foot] - estimator.origin + pressed
-        link = self._limbs.feet[foot]
-        mujoco.mj_jac(self._mj, estimator.data, self._linear, self._angular, place, link)
-        legs = self._legs[foot]
-        torques: Array = force @ self._linear[:, legs] + twist @ self._angular[:, legs]
-        return torques
+    def _within_sole(self, place: complex) -> complex:
+        length, width = self._most_pressed
+        return complex(min(max(place.real, -length), length), min(max(place.imag, -width), width))

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from naoserver.footsteps import Footsteps
-from naoserver_sim._footsteps.estimator import FEET, Estimator
+from naoserver_sim._footsteps.estimator import Estimator
 from naoserver_sim._footsteps.limbs import Array, Limbs
 
 _LEVEL: Final = 0.998
@@ -29,7 +29,6 @@ class HeldPosture:
         self._mj = mj
         self._limbs = limbs
         self._footsteps = footsteps
-        self._sole = np.array(footsteps.sole_middle)
         self._data = mujoco.MjData(mj)
         self._data.qpos[limbs.base_qpos : limbs.base_qpos + 7] = 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
         self._soles = np.zeros((2, 3))
@@ -40,8 +39,7 @@ class HeldPosture:
         data.qpos[limbs.qpos] = angles
         mujoco.mj_kinematics(self._mj, data)
         mujoco.mj_comPos(self._mj, data)
-        for foot in FEET:
-            self._soles[foot] = data.xpos[limbs.feet[foot]] + self._axes(limbs.feet[foot]) @ self._sole
+        self._soles = limbs.soles(data)
 
     def center(self, foot: int, estimator: Estimator) -> complex:
         """Return the place of the center of mass on the floor, by the place of a foot that bears it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import mujoco
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import Body
 from naoserver.errors import RobotError
+from naoserver.footsteps import Footsteps
 from naoserver.parts import Axis
 
 Array = NDArray[np.float64]
@@ -47,6 +49,8 @@ class Limbs:
     """The link that both legs begin at."""
     feet: tuple[int, int]
     """Links, left and right."""
+    sole: Array
+    """The middle of a sole in the frame of its foot in m."""
     qpos: Indices
     dofs: Indices
     motors: Indices
@@ -57,15 +61,21 @@ class Limbs:
     arms: tuple[Arm, ...]
     """Left and right; none when no arm swings."""
 
-    @property
+    @cached_property
     def leg_dofs(self) -> Indices:
         """Degrees of freedom of the legs' joints."""
         return self.dofs[self.legs]
 
-    @property
+    @cached_property
     def leg_motors(self) -> Indices:
         """Motors of the legs' joints."""
         return self.motors[self.legs]
+
+    def soles(self, data: mujoco.MjData) -> Array:
+        """Return the middles of the soles in m, left and right, by where the links are in `data`."""
+        turned = data.xmat.take(self.feet, axis=0).reshape(2, 3, 3)
+        places: Array = data.xpos.take(self.feet, axis=0) + turned @ self.sole
+        return places
 
     def commanded(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the setpoint of each joint, 0 of one without a separate motor."""
@@ -73,10 +83,11 @@ class Limbs:
 
 
 def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
-    """Return the limbs of a body with two soles.
+    """Return the limbs of a body that walks by footsteps.
 
     Raises RobotError when a leg does not have six joints, all hinges with separate motors.
     """
+    assert isinstance(body.walk, Footsteps)
     joints = body.joint_names
     places = {mj.joint(name).id: place for place, name in enumerate(joints)}
     left_foot, right_foot = (mj.body(sole.link).id for sole in body.soles)
@@ -102,6 +113,7 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
         base_dof=int(mj.jnt_dofadr[free]),
         pelvis=pelvis,
         feet=(left_foot, right_foot),
+        sole=np.array(body.walk.sole_middle),
         qpos=np.array([mj.joint(name).qposadr[0] for name in joints], dtype=np.intp),
         dofs=np.array([mj.joint(name).dofadr[0] for name in joints], dtype=np.intp),
         motors=np.array(

@@ -13,14 +13,15 @@ import mujoco
 import numpy as np
 
 from naoserver.footsteps import GRAVITY
-from naoserver_sim._footsteps.estimator import FEET, Estimator
+from naoserver_sim._footsteps.estimator import Estimator
 from naoserver_sim._footsteps.limbs import Array, Limbs
 
 _SMOOTHING: Final = 0.2
 """Time constant in s: accelerations are not accounted for."""
 _TRUST: Final = 0.02
 """Lever arm in m below which a torque says little about a force."""
-_UP: Final = 2
+_UP: Final = slice(2, None, 6)
+"""The upward forces among the forces and moments of the floor on both feet."""
 
 
 class Loads:
@@ -30,15 +31,14 @@ class Loads:
         self._mj = mj
         self._limbs = limbs
         self._estimator = estimator
-        self._legs = limbs.leg_dofs.reshape(2, -1)
+        self._damping = mj.dof_damping[limbs.leg_dofs]
         self.weight: Final = GRAVITY * float(mj.body_subtreemass[limbs.base])
         """Of the body in N."""
         self._bias = np.zeros(mj.nv)
-        self._linear = np.zeros((3, mj.nv))
-        self._angular = np.zeros((3, mj.nv))
-        self._usual = np.zeros(6)
+        self._more = np.zeros(12)
+        self._usual = np.zeros(12)
         self._usual[_UP] = 0.5 * self.weight
-        self._trust = _TRUST**2 * np.eye(6)
+        self._trust = _TRUST**2 * np.eye(12)
         self.reset()
 
     def reset(self) -> None:
@@ -56,15 +56,13 @@ class Loads:
 
         `torques` are in the order of `Limbs.legs`.
         """
-        mj, data, limbs = self._mj, self._estimator.data, self._limbs
-        mujoco.mj_rne(mj, data, 0, self._bias)
-        for foot in FEET:
-            place = self._estimator.soles[foot] - self._estimator.origin
-            mujoco.mj_jac(mj, data, self._linear, self._angular, place, limbs.feet[foot])
-            legs = self._legs[foot]
-            lever = np.concatenate([self._linear[:, legs], self._angular[:, legs]])
-            given = torques.reshape(2, -1)[foot] - mj.dof_damping[legs] * data.qvel[legs]
-            unexplained = self._bias[legs] - given - self._usual @ lever
-            more = np.linalg.solve(lever @ lever.T + self._trust, lever @ unexplained)[_UP]
-            load = max(self._usual[_UP] + more, 0.0)
-            self.feet[foot] += (load - self.feet[foot]) * min(seconds / _SMOOTHING, 1.0)
+        data, legs = self._estimator.data, self._limbs.leg_dofs
+        mujoco.mj_rne(self._mj, data, 0, self._bias)
+        lever = self._estimator.levers.take(legs, axis=1)  # a leg moves no other foot
+        given = torques - self._damping * data.qvel[legs]
+        unexplained = self._bias[legs] - given - self._usual @ lever
+        matrix = lever @ lever.T + self._trust
+        mujoco.mju_cholFactor(matrix, 0.0)
+        mujoco.mju_cholSolve(self._more, matrix, lever @ unexplained)
+        loads = np.maximum((self._usual + self._more)[_UP], 0.0)
+        self.feet += (loads - self.feet) * min(seconds / _SMOOTHING, 1.0)

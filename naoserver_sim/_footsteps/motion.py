@@ -7,22 +7,22 @@ that the plan is always near to what happens.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import Final
 
 import mujoco
 import numpy as np
 
 from naoserver.footsteps import Footsteps
-from naoserver_sim._footsteps.estimator import FEET, Estimator
+from naoserver_sim._footsteps.estimator import Estimator
 from naoserver_sim._footsteps.limbs import Array, Limbs
 from naoserver_sim._footsteps.posture import Posture, Target
 from naoserver_sim._footsteps.steps import Steps
-from naoserver_sim._footsteps.vectors import axes, inclination
+from naoserver_sim._footsteps.vectors import inclination, quaternion
 
-_ROUNDS: Final = 2
-"""Rounds of the inverse kinematics at a tick."""
-_SMOOTHING: Final = 0.5
-"""Part of the last speeds that is kept at each tick."""
+_TICK: Final = 0.01
+"""Seconds of a control tick, for which `Footsteps.pull` is given, and in which half of the last speeds is
+replaced."""
 _PACE: Final = 0.15
 """Mean speed in m/s, and in rad/s, at which the body comes into its stance."""
 _NEAR: Final = 0.005
@@ -34,16 +34,15 @@ class _Bend:
     """How a body differs from its stance on flat soles: in m, and in roll and pitch in rad."""
 
     height: float
-    pelvis: tuple[float, float]
-    soles: tuple[float, float]
+    soles: tuple[float, ...]
     """Their heights."""
-    feet: tuple[tuple[float, float], tuple[float, float]]
+    turns: tuple[tuple[float, float], ...]
+    """Of left foot, right foot and pelvis."""
 
     @property
     def largest(self) -> float:
         """The largest of all differences."""
-        turns = (*self.pelvis, *self.feet[0], *self.feet[1])
-        return max(map(abs, (self.height, *self.soles, *turns)))
+        return max(map(abs, (self.height, *self.soles, *chain(*self.turns))))
 
 
 class PlannedMotion:
@@ -54,13 +53,13 @@ class PlannedMotion:
         self._limbs = limbs
         self._footsteps = footsteps
         self._estimator = estimator
-        self._posture = Posture(mj, limbs, footsteps)
-        self._planned = np.concatenate(
-            [np.arange(limbs.base_dof, limbs.base_dof + 6), limbs.leg_dofs]
-        )  # the others move as they are commanded
-        self._center = np.zeros(2)
-        self._velocity = np.zeros(2)
-        self._bend = _Bend(0.0, (0.0, 0.0), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
+        self._posture = Posture(mj, limbs)
+        planned = [*range(limbs.base_dof, limbs.base_dof + 6), *limbs.leg_dofs]
+        self._planned = np.zeros(mj.nv)  # the others move as they are commanded
+        self._planned[planned] = 1.0
+        self._center = 0j
+        self._velocity = 0j
+        self._bend = _Bend(0.0, (0.0, 0.0), 3 * ((0.0, 0.0),))
         self._return_time = 0.0
         self._time = 0.0
         self._last = self._posture.data.qpos.copy()
@@ -87,24 +86,20 @@ class PlannedMotion:
         posture.data.qpos[limbs.qpos] = angles
         posture.look()
         center = posture.data.subtree_com[limbs.base]
-        self._center = center[:2].copy()
-        self._velocity = estimator.velocity[:2].copy()
+        self._center = complex(center[0], center[1])
+        self._velocity = estimator.velocity
         self._bend = _Bend(
             center[2] - self._footsteps.com_height,
-            inclination(posture.axes(limbs.pelvis)),
-            (posture.sole(0)[2], posture.sole(1)[2]),
-            (
-                inclination(posture.axes(limbs.feet[0])),
-                inclination(posture.axes(limbs.feet[1])),
-            ),
+            tuple(limbs.soles(posture.data)[:, 2].tolist()),
+            tuple(inclination(posture.axes(link)) for link in (*limbs.feet, limbs.pelvis)),
         )
         largest = self._bend.largest
         # The eased way is at its middle 1.5 times as fast as on average.
         self._return_time = largest / _PACE if largest > _NEAR else 0.0
         self._time = 0.0
         self._last[:] = posture.data.qpos
-        self.speeds[:] = 0.0
-        self.accelerations[:] = 0.0
+        self.speeds = np.zeros(self._mj.nv)
+        self.accelerations = np.zeros(self._mj.nv)
 
     def tick(self, seconds: float, steps: Steps, angles: Array, *, landed: bool) -> None:
         """Advance by some seconds; after a step that has just ended it has `landed`.
@@ -114,41 +109,40 @@ class PlannedMotion:
         """
         self._time += seconds
         self._fall(seconds, steps.zmp)
-        self._posture.solve(self._target(steps), angles, _ROUNDS)
+        self._posture.solve(self._target(steps), angles)
         mujoco.mj_differentiatePos(self._mj, self._change, seconds, self._last, self._posture.data.qpos)
         self._last[:] = self._posture.data.qpos
-        speeds = self.speeds.copy()
+        speeds = self.speeds
         if not landed:  # the plan jumps to where the foot has really come down
-            now = self._planned
-            speeds[now] = _SMOOTHING * speeds[now] + (1.0 - _SMOOTHING) * self._change[now]
+            kept = 0.5 ** (seconds / _TICK)
+            speeds = kept * speeds + (1.0 - kept) * self._planned * self._change
         self.accelerations = (speeds - self.speeds) / seconds
         self.speeds = speeds
 
     def _fall(self, seconds: float, zmp: complex) -> None:
         """Move the center of mass as a pendulum, and towards the measured one."""
         estimator, footsteps = self._estimator, self._footsteps
-        acceleration = footsteps.frequency**2 * (self._center - (zmp.real, zmp.imag))
+        acceleration = footsteps.frequency**2 * (self._center - zmp)
         self._center += self._velocity * seconds + 0.5 * acceleration * seconds * seconds
         self._velocity += acceleration * seconds
-        self._center += footsteps.pull * (estimator.center[:2] - self._center)
-        self._velocity += footsteps.pull * (estimator.velocity[:2] - self._velocity)
+        pull = min(footsteps.pull * seconds / _TICK, 1.0)
+        self._center += pull * (estimator.center - self._center)
+        self._velocity += pull * (estimator.velocity - self._velocity)
 
     def _target(self, steps: Steps) -> Target:
-        bend, left = self._bend, self._left
-        soles, feet = [], []
-        for foot in FEET:
-            planned = steps.feet[foot]
-            height = planned.height + left * bend.soles[foot]
-            soles.append(np.array([planned.place.real, planned.place.imag, height]))
-            roll, pitch = bend.feet[foot]
-            feet.append(axes(planned.heading, left * roll, left * pitch))
-        roll, pitch = bend.pelvis
-        return Target(
-            center=np.append(self._center, self._footsteps.com_height + left * bend.height),
-            soles=(soles[0], soles[1]),
-            feet=(feet[0], feet[1]),
-            pelvis=axes(steps.heading, left * roll, left * pitch),
-        )
+        left, right = steps.feet
+        bend, part, center = self._bend, self._left, self._center
+        soles = [
+            (foot.place.real, foot.place.imag, foot.height + part * height)
+            for foot, height in zip(steps.feet, bend.soles, strict=True)
+        ]
+        headings = left.heading, right.heading, steps.heading
+        turned = [
+            quaternion(heading, part * roll, part * pitch)
+            for heading, (roll, pitch) in zip(headings, bend.turns, strict=True)
+        ]
+        height = self._footsteps.com_height + part * bend.height
+        return Target(np.array([center.real, center.imag, height]), np.array(soles), np.array(turned))
 
     @property
     def _left(self) -> float:

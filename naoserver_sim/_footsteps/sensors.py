@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 
-import numpy as np
-
 from naoserver.capabilities import InertialReading
-from naoserver_sim._footsteps.limbs import Array, Limbs
+from naoserver_sim._footsteps.limbs import Limbs
 from naoserver_sim._senses.record import encoded
 from naoserver_sim._simulator import Simulator
 
 
 class BodySensors:
-    """Keep the readings of the joints for as long as the inertial unit takes to report.
+    """Read the joints as they were when the inertial unit measured what it reports now.
 
     Readings of different moments contradict each other: a step shakes the trunk by more than a radian per
     second. `delay` is that of the inertial unit in ticks. With `noise` angles are those of encoders. `tick`
-    is due at the beginning of each control tick.
+    is due at the beginning of a control tick, when the joints are needed.
     """
 
     def __init__(
@@ -30,33 +27,24 @@ class BodySensors:
         noise: bool = False,
         delay: int = 0,
     ) -> None:
-        self._data = simulator.data
+        self._simulator = simulator
         self._limbs = limbs
-        self._read_inertial = inertial
+        self.inertial = inertial
+        """Return the reading of the inertial unit."""
         self._noise = noise
         self.delay = delay
         """Of all readings, in ticks."""
-        self._joints: deque[tuple[Array, Array]] = deque(maxlen=delay + 1)
         self.tick()
 
     def tick(self) -> None:
-        """Read the sensors."""
-        self.inertial = self._read_inertial()
-        self._joints.append((self._angles(), self._speeds()))
-        self.angles, self.speeds = self._joints[0]
+        """Read the joints.
 
-    @property
-    def torques(self) -> Array:
-        """Torques in N m that the motors of the legs give, in the order of `Limbs.legs`."""
-        torques: Array = self._data.actuator_force[self._limbs.leg_motors]
-        return torques
-
-    def _angles(self) -> Array:
-        """Return the angles of all joints of the body in rad."""
-        angles: Array = self._data.qpos[self._limbs.qpos]
-        return np.array(encoded(angles.tolist())) if self._noise else angles
-
-    def _speeds(self) -> Array:
-        """Return their speeds in rad/s."""
-        speeds: Array = self._data.qvel[self._limbs.dofs]
-        return speeds
+        Angles and speeds, in rad and rad/s, are those of all joints of the body; torques, in N m, those of
+        the motors of the legs, in the order of `Limbs.legs`.
+        """
+        simulator, limbs = self._simulator, self._limbs
+        then = simulator.past(self.delay * simulator.tick_period)
+        angles = then.qpos[limbs.qpos]
+        self.angles = encoded(angles) if self._noise else angles
+        self.speeds = then.qvel[limbs.dofs]
+        self.torques = then.forces[limbs.leg_motors]

@@ -34,6 +34,10 @@ _FIRM: Final = 0.5
 """Least stiffness of the legs with which it balances."""
 _CARRIES: Final = 0.1
 """Least share of the load with which a foot carries a robot whose legs are held."""
+_CALM: Final = 0.01
+"""Distance in m of the capture point from the middle between the feet within which a robot stands calmly."""
+_CALM_PERIOD: Final = 0.015
+"""Least seconds between two corrections of a robot that stands calmly: every second tick has one."""
 _RESTING: Final = 0.5
 """Seconds of rest after which legs that are held near the stance balance again."""
 
@@ -76,12 +80,11 @@ class FootstepWalker(CommandedWay):
         """Those of the legs."""
         self.limits: Final = footsteps.limits
         self.lag = _STEPS_LATE * footsteps.step_time
-        self._mj = mj
         self._footsteps = footsteps
         self._limbs = limbs
         self._setpoints = simulator.setpoints
         self._sensors = sensors
-        self._latency = latency
+        self._late = latency + sensors.delay * simulator.tick_period  # from a movement to the answer in s
         self._estimator = Estimator(mj, limbs, footsteps)
         self._loads = Loads(mj, limbs, self._estimator)
         self._steps = Steps(footsteps, self._locate)
@@ -90,11 +93,15 @@ class FootstepWalker(CommandedWay):
         self._held = HeldPosture(mj, limbs, footsteps)
         self._arms = ArmSwing(limbs, self._setpoints, footsteps.arm_swing)
         self._damping = mj.dof_damping[limbs.leg_dofs]
+        self._gains, self._biases = mj.actuator_gainprm[:, 0], mj.actuator_biasprm[:, 2]  # with the stiffness
         self._legs = self._setpoints.setpoints[limbs.leg_motors]  # setpoints of the last tick
         self._still = np.zeros(mj.nv)
         self._stage = _Stage.LOST
         self._rested = 0.0  # seconds for which commanded legs have not moved
-        self._zmp = 0j  # of the last tick
+        self._since = 0.0  # seconds since it was balanced
+        self._zmp = 0j  # from then on
+        self._calm = False  # from then on
+        self._given = self._legs  # commands to the motors of the legs, from then on
         self._restart()
 
     # -- from any thread ---------------------------------------------------------------------------------
@@ -112,6 +119,17 @@ class FootstepWalker(CommandedWay):
 
     def tick(self, seconds: float) -> None:
         """Move the legs, and arms that hang, and update the odometry."""
+        resting = self._steps.phase is Phase.STANDING and self._stage is not _Stage.LOST
+        self._estimator.turn(seconds, self._sensors.inertial(), resting=resting)
+        self._since += seconds
+        if self._calm and self._velocity == STILL and self._since < _CALM_PERIOD:
+            self._simulator.commands[self._limbs.leg_motors] = self._given
+            return
+        self._move(self._since)
+        self._since = 0.0
+
+    def _move(self, seconds: float) -> None:
+        self._calm = False
         self._measure(seconds)
         hindrance = self._hindrance(self._simulator.motors.stiffnesses)
         if hindrance:
@@ -138,6 +156,7 @@ class FootstepWalker(CommandedWay):
     def _restart(self) -> None:
         """Let the robot have stood here for a while."""
         self._stage = _Stage.LOST
+        self._calm = False
         self._rested = _RESTING
         self._loads.reset()
         self._estimator.lose_footing()
@@ -150,24 +169,22 @@ class FootstepWalker(CommandedWay):
         sensors, estimator = self._sensors, self._estimator
         sensors.tick()
         balanced = self._stage is _Stage.BALANCED
-        standing = self._steps.phase is Phase.STANDING
         estimator.tick(
             seconds,
-            sensors.inertial,
+            sensors.inertial(),
             sensors.angles,
             sensors.speeds,
             self._steps.shares if balanced else self._loads.shares,
-            resting=standing and self._stage is not _Stage.LOST,
             sliding=not balanced,
         )
         if self._stage is not _Stage.LOST:
-            estimator.look_ahead(self._latency + sensors.delay * seconds, self._zmp)
-        if standing:
+            estimator.look_ahead(self._late, self._zmp)
+        if self._steps.phase is Phase.STANDING:
             self._loads.tick(seconds, sensors.torques)
 
     def _hindrance(self, stiffnesses: Array) -> str:
         """Return why it can neither walk nor balance; empty when it can."""
-        inertial = self._sensors.inertial
+        inertial = self._sensors.inertial()
         limp = min(stiffnesses[self._limbs.leg_motors].tolist()) < _FIRM
         if max(abs(inertial.roll), abs(inertial.pitch)) > (_LEANING if limp else _TILT):
             return "it lies, or it falls; make it stand up first"
@@ -237,10 +254,13 @@ class FootstepWalker(CommandedWay):
         torques = self._torques.at(motion.accelerations, steps.zmp, heading, bearing)
         self._setpoints.place(limbs.leg_motors, motion.legs, commands)
         commands[limbs.leg_motors] += self._offsets(torques, motion.speeds[limbs.leg_dofs])
+        if steps.phase is Phase.STANDING and not motion.returning:
+            self._calm = abs(point - steps.middle) < _CALM
+            self._given = commands[limbs.leg_motors]
 
     def _offsets(self, torques: Array, speeds: Array) -> Array:
         """Return by how much motors of the legs are to be ahead to give torques in N m at speeds in rad/s."""
         motors = self._limbs.leg_motors
-        damping = self._damping - self._mj.actuator_biasprm[motors, 2]
-        offsets: Array = (torques + damping * speeds) / self._mj.actuator_gainprm[motors, 0]
+        damping = self._damping - self._biases.take(motors)
+        offsets: Array = (torques + damping * speeds) / self._gains.take(motors)
         return offsets

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -68,17 +68,14 @@ class Errors:
         self._offsets[: len(offsets)] = random.normal(0.0, offsets)
         self.gains: Final[list[float]] = random.normal(1.0, noise.pressure_gain, 8).clip(0.5, 1.5).tolist()
         """Gains of the foot's sensors, left before right."""
-        self._block: Array = np.zeros((0, CHANNELS))
-        self._next = 0
+        self._block: Iterator[list[float]] = iter(())
 
-    def next(self) -> Array:
+    def next(self) -> list[float]:
         """Return the errors of the next tick, by channel."""
-        if self._next == len(self._block):
-            shape = (_BLOCK, CHANNELS)
-            self._block = self._random.standard_normal(shape) * self._white + self._offsets
-            self._next = 0
-        row: Array = self._block[self._next]
-        self._next += 1
+        if (row := next(self._block, None)) is None:
+            block = self._random.standard_normal((_BLOCK, CHANNELS)) * self._white + self._offsets
+            self._block = iter(block.tolist())
+            row = next(self._block)
         return row
 
 
@@ -129,9 +126,10 @@ STEP: Final = math.tau / 4096
 """Resolution in rad: the 12 bits, about 0.1 degrees, that the documentation of the robot gives."""
 
 
-def encoded(angles: Sequence[float]) -> tuple[float, ...]:
+def encoded(angles: Array) -> Array:
     """Return angles in rad at the resolution of encoders."""
-    return tuple(round(angle / STEP) * STEP for angle in angles)
+    found: Array = np.rint(angles / STEP) * STEP
+    return found
 
 
 _FOOT: Final = 21
@@ -190,7 +188,7 @@ class SensorRecord:
 
     def look(self, time: float) -> None:
         """Record the measurements at the end of a control tick."""
-        errors: list[float] | None = None if self._errors is None else self._errors.next().tolist()
+        errors = None if self._errors is None else self._errors.next()
         values: list[float] = self._data.sensordata.tolist()
         if self._averages:
             values[self._turning : self._turning + 3] = self._mean_turning(time, values)
@@ -203,7 +201,7 @@ class SensorRecord:
 
     def _mean_turning(self, time: float, values: Sequence[float]) -> list[float]:
         """Return the mean turning rate in rad/s since the last reading."""
-        attitude = np.array(values[self._attitude : self._attitude + 4])
+        attitude = self._data.sensordata[self._attitude : self._attitude + 4].copy()
         before, since = self._last_attitude
         self._last_attitude = attitude, time
         if before is None or time <= since:

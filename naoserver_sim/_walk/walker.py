@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from enum import Enum, auto
 from typing import Final
 
@@ -177,10 +176,10 @@ class SimulatedWalker(CommandedWay):
         self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
-        joints: Sequence[float] = self._data.qpos[self._places].tolist()
+        joints = self._data.qpos[self._places]
         if self._noise:
             joints = encoded(joints)
-        self._odometer.tick(seconds, joints, self._inertial, self._loads, resting=resting)
+        self._odometer.tick(seconds, joints.tolist(), self._inertial, self._loads, resting=resting)
         if resting and self._velocity == STILL:
             return
         if hindrance := self._hindrance(self._simulator.motors.stiffnesses):

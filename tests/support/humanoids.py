@@ -79,9 +79,9 @@ class _NoisySensors(BodySensors):
         self._random = random
         super().__init__(simulator, limbs, inertial, noise=True, delay=noise.delay)
 
-    def _speeds(self) -> Array:
-        speeds = super()._speeds()
-        return speeds + self._random.normal(0.0, self._deviation, len(speeds))
+    def tick(self) -> None:
+        super().tick()
+        self.speeds = self.speeds + self._random.normal(0.0, self._deviation, len(self.speeds))
 
 
 class Humanoid:

@@ -26,6 +26,7 @@ class Rig:
         for _ in range(round(seconds / TICK)):
             robot.go(TICK)
             angles, speeds = robot.data.qpos[limbs.qpos], robot.data.qvel[limbs.dofs]
+            self.estimator.turn(TICK, robot.inertial())
             self.estimator.tick(TICK, robot.inertial(), angles, speeds, (0.5, 0.5))
             self.loads.tick(TICK, robot.data.actuator_force[limbs.leg_motors])
 

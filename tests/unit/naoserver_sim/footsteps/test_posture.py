@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from naoserver_sim._footsteps.posture import Posture, Target, walking_stance
-from naoserver_sim._footsteps.vectors import axes
+from naoserver_sim._footsteps.vectors import quaternion
 from tests.support.humanoids import BODIES, Humanoid
 
 pytestmark = pytest.mark.sim
@@ -31,31 +31,31 @@ def test_the_stance_is_as_high_and_as_wide_as_the_parameters_say(robot):
 
 
 def test_a_foot_goes_where_it_is_wanted_and_the_body_stays(robot):
-    limbs, footsteps = robot.limbs, robot.footsteps
-    posture = Posture(robot.mj, limbs, footsteps)
+    limbs = robot.limbs
+    posture = Posture(robot.mj, limbs)
     posture.put(robot.data.qpos[:3].copy(), robot.data.qpos)
     angles = robot.data.qpos[limbs.qpos]
     posture.look()
     center = posture.data.subtree_com[limbs.base].copy()
-    wanted = posture.sole(0) + np.array([0.1, 0.02, 0.05]), posture.sole(1).copy()
-    target = Target(center, wanted, (axes(0.2), axes(0.0)), axes(0.1))
+    wanted = limbs.soles(posture.data) + np.array([[0.1, 0.02, 0.05], [0.0, 0.0, 0.0]])
+    target = Target(center, wanted, np.array([quaternion(0.2), quaternion(0.0), quaternion(0.1)]))
     posture.solve(target, angles, 20)
     posture.look()
-    assert posture.sole(0) == pytest.approx(wanted[0], abs=1e-4)
-    assert posture.sole(1) == pytest.approx(wanted[1], abs=1e-4)
+    assert limbs.soles(posture.data) == pytest.approx(wanted, abs=1e-4)
     assert posture.data.subtree_com[limbs.base] == pytest.approx(center, abs=1e-4)
-    assert posture.axes(limbs.feet[0]) == pytest.approx(axes(0.2), abs=1e-3)
+    assert posture.data.xquat[limbs.feet[0]] == pytest.approx(quaternion(0.2), abs=1e-3)
+    assert posture.data.xquat[limbs.pelvis] == pytest.approx(quaternion(0.1), abs=1e-3)
 
 
 def test_angles_stay_within_the_ranges_of_the_joints(robot):
-    limbs, footsteps = robot.limbs, robot.footsteps
-    posture = Posture(robot.mj, limbs, footsteps)
+    limbs = robot.limbs
+    posture = Posture(robot.mj, limbs)
     posture.put(robot.data.qpos[:3].copy(), robot.data.qpos)
     posture.look()
-    soles = posture.sole(0).copy(), posture.sole(1).copy()
+    soles = limbs.soles(posture.data)
     center = posture.data.subtree_com[limbs.base] + np.array([0.0, 0.0, 1.0])
-    level = axes(0.0)
-    posture.solve(Target(center, soles, (level, level), level), robot.data.qpos[limbs.qpos], 50)
+    target = Target(center, soles, np.array(3 * [quaternion(0.0)]))
+    posture.solve(target, robot.data.qpos[limbs.qpos], 50)
     lower, upper = robot.mj.jnt_range[robot.mj.dof_jntid[limbs.leg_dofs]].T
     assert (posture.legs >= lower).all()
     assert (posture.legs <= upper).all()

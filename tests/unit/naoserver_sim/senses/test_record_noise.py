@@ -75,7 +75,7 @@ def test_the_offsets_stay_and_are_as_large_as_they_say():
     quiet = dataclasses.replace(SenseNoise(), acceleration=0.0, turning=0.0, tilt=0.0, pressure=0.0)
     errors = [Errors(quiet, np.random.default_rng(seed)) for seed in range(100)]
     offsets = [each.next() for each in errors]
-    assert [each.next().tolist() for each in errors] == [offset.tolist() for offset in offsets]
+    assert [each.next() for each in errors] == offsets
     reported = (
         [quiet.acceleration_offset] * 3 + [quiet.turning_offset] * 3 + [quiet.tilt_offset] * 2 + [0.0] * 8
     )
