@@ -6,6 +6,7 @@ and the bytes of Humble, which test_codec.py compares with rosbags' definitions 
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -15,6 +16,7 @@ import pytest
 
 from interfaces.jderobot import MotorsPrx
 from naoserver.bodies.nao import H25
+from naoserver.fake import FakeRobot
 from tests.integration.test_ros2_gateway import gateway
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.processes import free_endpoint
@@ -24,7 +26,7 @@ from tests.support.ros_nodes import Inbox
 from tests.support.ros_strangers import Stranger
 from tests.support.security import routing
 from tests.support.waiting import until
-from zenoh_ice import Settings
+from zenoh_ice import RobotClock, Settings
 from zenoh_ros2 import LATCHED, ActionServer, Node, Parameters, QoS, Status, Types
 from zenoh_ros2._wire import HASHLESS, key
 
@@ -158,6 +160,21 @@ def test_services_of_both_are_called(met: Met) -> None:
         assert client.call(a=20, b=22, timeout=CALL_LIMIT).sum == 42
 
 
+def test_sizes_are_checked_before_messages_of_both_are_decoded(met: Met) -> None:
+    ours, _, outside = met
+    subscription = ours.create_subscription(TEXT, "/small", largest=100)
+    served = ours.create_service("rcl_interfaces/srv/ListParameters", "/list", lambda _: {}, largest=100)
+    for number, each in enumerate(outside, 1):
+        publish = each.publisher(TEXT, "/small")
+        until(lambda number=number: subscription.publishers == number)  # type: ignore[misc]
+        publish(data="x" * 1000)
+        call = each.node.client(served.type_name, each.hash(served.type_name), "/list")
+        with pytest.raises(AssertionError):
+            call(bytes.fromhex("00010000") + bytes(1000), CALL_LIMIT)
+        until(lambda number=number: (subscription.malformed, served.malformed) == (number, number))  # type: ignore[misc]
+    assert subscription.latest() is None
+
+
 def ready(call: Callable[..., Any], **fields: Any) -> Callable[..., Any]:
     """Wait until a service answers a stranger; return what calls it."""
 
@@ -180,6 +197,7 @@ class Visitor:
         self.sonar = stranger.listen(RANGE, "/sonar/left")
         self.images = stranger.listen("sensor_msgs/msg/Image", "/camera/front/image_raw")
         self.description = stranger.listen(TEXT, "/robot_description", LATCHED)
+        self.clock = stranger.listen("rosgraph_msgs/msg/Clock", "/clock")
         self.drive = stranger.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
         self.reset = stranger.client(TRIGGER, "/nao/reset")
         self.parameters = stranger.client(GET, "/nao/get_parameters")
@@ -189,12 +207,13 @@ class Visitor:
 
     def use(self, motors: MotorsPrx) -> None:
         """Check that each of them works, both ways."""
-        eventually(lambda: self.states() and self.sonar() and self.images() and self.description())
+        eventually(lambda: all(heard() for heard in (self.states, self.sonar, self.images, self.description)))
+        eventually(lambda: self.clock() and self.clock()[-1].clock.nanosec != self.clock()[0].clock.nanosec)
         assert len(self.states()[-1].name) == len(self.states()[-1].position) == len(H25.joint_names)
         assert self.description()[0].data.startswith("<?xml")
         assert ready(self.reset)(CALL_LIMIT).success
         (simulated,) = self.parameters(CALL_LIMIT, names=["use_sim_time"]).values
-        assert (simulated.type, simulated.bool_value) == (1, False)
+        assert (simulated.type, simulated.bool_value) == (1, True)
         eventually(lambda: (self.drive(linear={"x": 0.1}), motors.getV() == pytest.approx(0.1))[1])
         eventually(lambda: motors.getV() == 0.0)
         goal = {"goal_id": {"uuid": random.randbytes(16)}}
@@ -209,7 +228,8 @@ def check_a_start(order: Sequence[str]) -> None:
         visitors: list[Visitor] = []
         for each in order:
             if each == "gateway":
-                robot = opened.enter_context(gateway(router=endpoint))
+                clock = RobotClock(0.0, 1.0, simulated=True, silence=math.inf)
+                robot = opened.enter_context(gateway(FakeRobot(clock), router=endpoint))
             else:
                 node = opened.enter_context(GenuineNode(each, endpoint))
                 visitors.append(Visitor(Stranger(node, Types("jazzy"), humble=each == "humble")))
