@@ -1,7 +1,7 @@
 """The other ends of a topic or a service, and warnings of those that nothing passes to or from.
 
 In Zenoh the type of messages and its hash are part of the key: ends that differ in them never hear each
-other, and nobody tells them.
+other, and do not know it.
 """
 
 from __future__ import annotations

@@ -76,7 +76,7 @@ class Stamps:
     """The headers of messages: the time of ROS, in a simulation the robot's, else the date; and frames."""
 
     def __init__(self, *, simulated: bool, frame_prefix: str = "") -> None:
-        """Begin the names of all frames with `frame_prefix`, which tells robots apart, such as `bob/`."""
+        """Begin the names of all frames with `frame_prefix`, which keeps robots apart, such as `bob/`."""
         self.simulated: Final = simulated
         self.frame_prefix: Final = frame_prefix
         self._offset = 0  # ns
