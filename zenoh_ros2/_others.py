@@ -77,18 +77,19 @@ class OtherEnds(EndpointsOf):
     def _name_strangers(self) -> None:
         with self._timing:
             self._timer = None
-        others = self.all()
-        hearing = {
-            (each.session, each.node_id) for each in others if each.kind == "MS" and self._own.fits(each)
-        }
-        for each in others:
-            known = self._own.fits(each) or each.type_name in self._besides or each in self._named
-            if known or (each.session, each.node_id) in hearing:
-                continue
-            if len(self._named) >= _MOST_NAMED:
-                self._named.clear()
-            self._named.add(each)
-            self._unheard.add(self._difference(each))
+        others = {*self.all()}
+        fitting = {each for each in others if self._own.fits(each)}
+        hearing = {(each.session, each.node_id) for each in fitting if each.kind == "MS"}
+        strangers = [
+            each
+            for each in others - fitting - self._named
+            if each.type_name not in self._besides and (each.session, each.node_id) not in hearing
+        ]
+        if len(self._named) >= _MOST_NAMED:
+            self._named.clear()
+        self._named.update(strangers)
+        if strangers:
+            self._unheard.add("; ".join(map(self._difference, strangers)))
 
     def _difference(self, other: Entity) -> str:
         own = self._own.type_name

@@ -192,9 +192,8 @@ class Service(Endpoint):
 
         A router may keep others from it without a word. Nothing is called.
         """
-        querier: Any = self.node.discovery.session.declare_querier(
-            self._keys[False]
-        )  # its annotations are wrong
+        session: Any = self.node.discovery.session  # the annotations of queriers are wrong
+        querier = session.declare_querier(self._keys[False])
         try:
             yield lambda: bool(querier.matching_status.matching)
         finally:
