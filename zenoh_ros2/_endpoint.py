@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 import time
 from collections.abc import Callable, Collection
 from typing import Any, Final, Protocol
@@ -68,6 +69,7 @@ class Endpoint:
         """The key of most nodes, by False, and that of Humble's, by True."""
         self._numbers: Final = itertools.count(1)
         self._declared: list[Any] = []
+        self._turn: Final = threading.Lock()
         self._closed = False
         self.others: Final = OtherEnds(node.discovery, entity, besides)
 
@@ -88,8 +90,9 @@ class Endpoint:
             return
         self._closed = True
         self.node.on_close(self, None)
-        for each in reversed(self._declared):  # the token first
-            each.undeclare()
+        with self._turn:  # Zenoh cannot withdraw what is in use
+            for each in reversed(self._declared):  # the token first
+                each.undeclare()
         self.others.close()
 
 

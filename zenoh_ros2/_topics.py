@@ -36,7 +36,6 @@ class Publisher(Endpoint):
             humble: self._declare(key) for humble, key in self._keys.items()
         }
         self._announce(*self._publishers.values())
-        self._turn: Final = threading.Lock()
         self._buffer: Final = bytearray()
 
     def _declare(self, key: str) -> Any:  # noqa: ANN401
