@@ -5,14 +5,15 @@ from __future__ import annotations
 import itertools
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any, Final, Protocol
 
 import zenoh
 
 from . import _wire as wire
-from ._graph import Discovery, EndpointsOf
+from ._graph import Discovery
 from ._messages import Types
+from ._others import OtherEnds
 from ._wire import Attachment, Entity
 from ._workers import Workers
 from .exceptions import MessageError, NodeClosedError
@@ -49,35 +50,31 @@ class Owner(Protocol):
 
 
 class Endpoint:
-    """The common part of everything that a node creates: its entity, its key, its token, and its end."""
+    """The common part of everything that a node creates: its entity, its keys, its token, and its end.
 
-    def __init__(self, node: Owner, entity: Entity) -> None:
+    It has two keys, one with the hash of its type, and one for nodes of Humble. Both kinds of nodes know each
+    other by name and type alone, so that one token is enough.
+    """
+
+    def __init__(self, node: Owner, entity: Entity, besides: Collection[str] = ()) -> None:
         self.node: Final = node
         self.entity: Final = entity
         self.name: Final = entity.name
         self.type_name: Final = entity.type_name
         self._gid: Final = entity.gid()
-        self._key: Final = wire.key(entity.domain, entity.name, entity.type_name, entity.type_hash)
+        self._keys: Final = {
+            humble: wire.key(entity.domain, entity.name, entity.type_name, type_hash)
+            for humble, type_hash in ((False, entity.type_hash), (True, wire.HASHLESS))
+        }
+        """The key of most nodes, by False, and that of Humble's, by True."""
         self._numbers: Final = itertools.count(1)
         self._declared: list[Any] = []
-        self._following: Final = threading.Lock()
-        self._others: dict[wire.EntityKind, EndpointsOf] = {}
+        self._turn: Final = threading.Lock()
         self._closed = False
+        self.others: Final = OtherEnds(node.discovery, entity, besides)
 
     def _announce(self, *declared: Any) -> None:  # noqa: ANN401
         self._declared += [*declared, self.node.session.liveliness().declare_token(self.entity.token())]
-
-    def others(self, kind: wire.EntityKind) -> EndpointsOf:
-        """Return the other ends of one kind of its topic or service, followed from the first use on."""
-        with self._following:
-            found = self._others.get(kind)
-            if found is None:
-                self._check_open()
-                found = self._others[kind] = EndpointsOf(self.node.discovery, kind, self.name, self._meet)
-            return found
-
-    def _meet(self, other: Entity) -> None:
-        """Take notice of another end that came."""
 
     def _attachment(self) -> tuple[int, bytes]:
         number = next(self._numbers)
@@ -93,12 +90,10 @@ class Endpoint:
             return
         self._closed = True
         self.node.on_close(self, None)
-        for each in reversed(self._declared):  # the token first
-            each.undeclare()
-        with self._following:
-            followed = [*self._others.values()]
-        for each in followed:
-            each.close()
+        with self._turn:  # Zenoh cannot withdraw what is in use
+            for each in reversed(self._declared):  # the token first
+                each.undeclare()
+        self.others.close()
 
 
 def bytes_of(payload: zenoh.ZBytes, most: int, type_name: str) -> bytes:

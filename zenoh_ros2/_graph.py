@@ -194,7 +194,11 @@ class EndpointsOf(Entities):
     """The entities of one kind that use a topic or a service."""
 
     def __init__(
-        self, discovery: Discovery, kind: EntityKind, name: str, came: Callable[[Entity], object]
+        self,
+        discovery: Discovery,
+        kind: EntityKind,
+        name: str,
+        came: Callable[[Entity], object] | None = None,
     ) -> None:
         tokens, what = tokens_of(discovery.domain, kind, name), f"{name}: its {_KINDS[kind]}"
         super().__init__(discovery, tokens, what, MOST_OF_A_NAME, came)

@@ -9,9 +9,8 @@ from __future__ import annotations
 import difflib
 import os
 import re
-import struct
 import threading
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -19,30 +18,26 @@ from typing import Any, Final, Literal, cast
 
 import numpy as np
 from rosbags.interfaces import Nodetype
-from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
-from ._extents import Extents
+from ._codec import MISFITS, Codec, codec_of_humble, needed_by
 from .exceptions import DefinitionError, MessageError, TypeUnknownError
 
 Kind = Literal["msg", "srv", "action"]
 
 DISTRIBUTIONS: Final = {
-    "humble": Stores.ROS2_HUMBLE,
+    "humble": Stores.ROS2_JAZZY,
     "iron": Stores.ROS2_IRON,
     "jazzy": Stores.ROS2_JAZZY,
     "kilted": Stores.ROS2_KILTED,
 }
-"""Distributions of ROS 2 for which rmw_zenoh was released, and whose messages rosbags has."""
+"""Distributions of ROS 2 for which rmw_zenoh was released, and whose messages rosbags has.
 
-LARGEST_MESSAGE: Final = 64 << 20
-"""Maximum bytes of CDR that are decoded."""
-_LARGE: Final = 1 << 16
-"""Bytes from which the memory of a message is used again."""
-_LONGEST_SEQUENCE: Final = 1 << 26
+Humble has no type hashes. Its nodes are served beside those of any other, whose hashes a node needs to know.
+"""
+
 _LARGEST_DEFINITION: Final = 1 << 18  # characters
 
-_HASHLESS: Final = "TypeHashNotSupported"  # Humble's substitute for a hash
 _NAME: Final = re.compile(r"([a-z][a-z0-9_]*)/(msg|srv|action)/([A-Za-z][A-Za-z0-9_]*)")
 _PARTS: Final = "Request|Response|Event|Goal|Result|Feedback|FeedbackMessage|SendGoal|GetResult"
 _PART: Final = re.compile(rf"_({_PARTS})(_.*)?$")
@@ -54,17 +49,6 @@ _INTEGERS: Final = {
     for name in ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
 } | {"byte": (-128, 127)}  # as in rosbags
 _ARRAYS: Final = {"byte": "int8", "bool": "bool_"}  # names in NumPy that differ
-
-# Exceptions of rosbags for values that do not fit.
-_MISFITS: Final = (
-    struct.error,
-    AssertionError,
-    AttributeError,
-    OverflowError,
-    SerdeError,
-    TypeError,
-    ValueError,
-)
 
 _UUID: Final = "unique_identifier_msgs/UUID goal_id\n"
 
@@ -83,11 +67,11 @@ class Types:
             raise TypeUnknownError(f"{name!r}: the distributions are {', '.join(DISTRIBUTIONS)}")
         self.distribution: Final = name
         self._store: Final = get_typestore(DISTRIBUTIONS[name])
-        self._store.max_sequence_length = _LONGEST_SEQUENCE
         for each, (constants, fields) in self._store.fielddefs.items():
             if "'char'" in str(fields):
                 self._store.fielddefs[each] = constants, [(field, _plain(kind)) for field, kind in fields]
-        self._extents: Final = Extents(self._store.fielddefs)
+        self._codec: Final = Codec(self._store)
+        self._humble: dict[str, Codec] = {}
         self._interfaces: dict[str, Kind] = dict.fromkeys(self._store.types, "msg")
         self._hashes: dict[str, str] = {}
         self._reading: Final = threading.RLock()
@@ -150,7 +134,7 @@ class Types:
             definitions |= _parse(f"{name}_FeedbackMessage", f"{_UUID}{feedback} feedback\n")
         own: set[str] = set()
         for each, (_, fields) in definitions.items():  # a part needs only earlier ones
-            for needed in _names(fields):
+            for needed in needed_by(fields):
                 if needed not in own and (needed in definitions or not self._find(needed)):
                     raise DefinitionError(f"{each}: it needs {needed}, which is not known")
             own.add(each)
@@ -177,8 +161,6 @@ class Types:
 
     def hash(self, name: str) -> str:
         """Return the type hash of a message, a service or a part, as in keys (REP 2016)."""
-        if self.distribution == "humble":
-            return _HASHLESS
         if name not in self._hashes:
             self._require(name)
             self._hashes[name] = self._store.hash_rihs01(name)
@@ -205,59 +187,52 @@ class Types:
             raise MessageError(f"{name}: this is a {getattr(value, '__msgtype__', type(value).__name__)}")
         return value
 
-    def encode(self, message: Any) -> bytes:  # noqa: ANN401
-        """Return a message as CDR; raises MessageError for values that do not fit."""
+    def encode(self, message: Any, *, humble: bool = False) -> bytes:  # noqa: ANN401
+        """Return a message as CDR, or as that of Humble; raises MessageError for values that do not fit."""
         buffer = bytearray()
-        self.encode_into(buffer, message)
+        self.encode_into(buffer, message, humble=humble)
         return bytes(buffer)
 
-    def encode_into(self, buffer: bytearray, message: Any) -> None:  # noqa: ANN401
+    def encode_into(self, buffer: bytearray, message: Any, *, humble: bool = False) -> None:  # noqa: ANN401
         """Write a message as CDR into a buffer, whose length becomes that of the message.
 
         A large message of the same length as the one before takes no new memory, which costs more time than
         the copy; its padding may then have any bytes. Raises MessageError for values that do not fit.
         """
         name = message.__msgtype__
-        self._require(name)
+        codec = self._codec_for(name, humble=humble)
         try:
-            self._write(buffer, message, name)
-        except _MISFITS as error:
+            codec.write(buffer, message, name)
+        except MISFITS as error:
             checked = self._make(name, message, name)  # its error names the field
             try:
-                self._write(buffer, checked, name)
-            except _MISFITS:
+                codec.write(buffer, checked, name)
+            except MISFITS:
                 raise MessageError(f"{name}: {error}") from error
-
-    def _write(self, buffer: bytearray, message: object, name: str) -> None:
-        definition = self._store.get_msgdef(name)
-        size = 4 + definition.getsize_cdr(0, message, self._store)
-        if len(buffer) != size or size < _LARGE:
-            buffer[:] = bytes(size)
-        buffer[1] = 1  # little endian
-        with memoryview(buffer) as view, view[4:] as body:  # a buffer with views cannot change its length
-            end = definition.serialize_cdr_le(body, 0, message, self._store)
-        if end + 4 != size:
-            raise ValueError(f"{end + 4} bytes were written instead of {size}")
 
     def largest(self, name: str) -> int:
         """Return the maximum bytes of a message: exactly, if each of its members has a fixed size."""
-        self._require(name)
-        largest = self._extents.largest(name)
-        return LARGEST_MESSAGE if largest is None else largest
+        return self._codec_for(name).largest(name)
 
-    def decode(self, data: bytes | memoryview, name: str) -> Any:  # noqa: ANN401
-        """Return the message in CDR, with arrays as views of it.
+    def decode(self, data: bytes | memoryview, name: str, *, humble: bool = False) -> Any:  # noqa: ANN401
+        """Return the message in CDR, with arrays as views of it; fields that Humble lacks are zero.
 
         Raises MessageError if it is malformed, too large, or has too many elements.
         """
-        largest = self.largest(name)
-        if len(data) > largest:
-            raise MessageError(f"{name}: {len(data)} bytes; at most {largest} are decoded")
-        self._extents.check(memoryview(data), name)
-        try:
-            return self._store.deserialize_cdr(memoryview(data), name)
-        except (SerdeError, struct.error, AssertionError, IndexError, OverflowError, ValueError) as error:
-            raise MessageError(f"{name}: {error}") from error
+        message = self._codec_for(name, humble=humble).read(data, name)
+        return self._make(name, message, name) if humble and self.differs(name) else message
+
+    def differs(self, name: str) -> bool:
+        """Return whether nodes of Humble write a message with fewer fields."""
+        return self._codec_for(name, humble=True) is not self._codec
+
+    def _codec_for(self, name: str, *, humble: bool = False) -> Codec:
+        self._require(name)
+        if not humble:
+            return self._codec
+        if name not in self._humble:
+            self._humble[name] = codec_of_humble(self._store.fielddefs, name) or self._codec
+        return self._humble[name]
 
     def _make(self, name: str, given: object, path: str) -> Any:  # noqa: ANN401
         own = dict(self._store.fielddefs[name][1])
@@ -265,7 +240,9 @@ class Types:
             found = getattr(given, "__msgtype__", type(given).__name__)
             if found != name:
                 raise MessageError(f"{path}: a {name} is expected, not {found}")
-            given = {field: getattr(given, field) for field in own}  # without constants
+            given = {
+                field: getattr(given, field) for field in own if hasattr(given, field)
+            }  # without constants
         for field in given:
             if field not in own:
                 near = difflib.get_close_matches(str(field), own, 1)
@@ -439,15 +416,6 @@ def _numbers(name: str, given: Any, path: str) -> np.ndarray[Any, Any]:  # noqa:
     except (TypeError, ValueError, OverflowError):
         pass
     raise MessageError(f"{path}: a sequence of {name} is expected, not {given!r:.60}")
-
-
-def _names(fields: Iterable[tuple[str, Any]]) -> Iterator[str]:
-    """Yield the types of the fields that are, or are sequences of, messages."""
-    for _, (node, detail) in fields:
-        if node == Nodetype.NAME:
-            yield detail
-        elif node != Nodetype.BASE and detail[0][0] == Nodetype.NAME:
-            yield detail[0][1]
 
 
 def _read(path: Path) -> str:

@@ -21,10 +21,11 @@ from zenoh_ice.session import close_session, open_session
 
 from . import _wire as wire
 from ._absence import AbsenceWarning
+from ._codec import LARGEST_MESSAGE
 from ._endpoint import Endpoint, Handler
-from ._graph import Discovery, Graph
+from ._graph import Discovery, EndpointsOf, Graph
 from ._limits import LIMITS, NodeLimits
-from ._messages import LARGEST_MESSAGE, Types
+from ._messages import Types
 from ._services import LARGEST_COMMAND, Client, Service
 from ._topics import Publisher, Subscription
 from ._wire import Entity, QoS
@@ -134,6 +135,13 @@ class Node:
             if self._graph is None:
                 self._graph = Graph(self.discovery)
             return self._graph
+
+    def publishers(self, topic: str) -> EndpointsOf:
+        """Return the publishers of a topic, also those of the node, which are followed until it closes."""
+        self.check_open()
+        found = EndpointsOf(self.discovery, "MP", self.resolve(topic))
+        self.on_close(found, found.close)
+        return found
 
     @property
     def full_name(self) -> str:

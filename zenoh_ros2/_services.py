@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from functools import partial
 from typing import Any, Final
 
 import zenoh
@@ -17,11 +18,11 @@ from zenoh.handlers import Callback
 
 from zenoh_ice.text import printable
 
+from ._codec import LARGEST_MESSAGE
 from ._endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of
 from ._graph import Sender
-from ._messages import LARGEST_MESSAGE
 from ._refusals import Refusals
-from ._wire import Attachment, Entity
+from ._wire import HASHLESS, Attachment, Entity
 from ._workers import Job, Line, Workers
 from .exceptions import CallError, CallTimeoutError, MessageError, NodeClosedError, RosError
 
@@ -46,12 +47,11 @@ class Client(Endpoint):
         self._calls: set[Future[Any]] = set()
         self._lock: Final = threading.Lock()
         self._announce()
-        self.others("SS")  # it may be asked soon
 
     @property
     def ready(self) -> bool:
         """Return whether a server is present."""
-        return len(self.others("SS")) > 0
+        return bool(self.others.fitting())
 
     def wait(self, timeout: float) -> None:
         """Wait until a server is present; raises CallTimeoutError."""
@@ -82,7 +82,9 @@ class Client(Endpoint):
         """Send a request; `run` runs the job that ends its future."""
         self._check_open()
         types = self.node.types
-        data = types.encode(types.coerce(f"{self.type_name}_Request", request, **fields))
+        servers = self.others.fitting()
+        humble = bool(servers) and all(each.type_hash == HASHLESS for each in servers)
+        data = types.encode(types.coerce(f"{self.type_name}_Request", request, **fields), humble=humble)
         number, attachment = self._attachment()
         deadline = time.monotonic() + timeout
         future: Future[Any] = Future()
@@ -102,7 +104,9 @@ class Client(Endpoint):
 
         def end() -> None:
             try:
-                response = self._response(replies[0], number) if replies else self._no_response(deadline)
+                response = (
+                    self._response(replies[0], number, humble) if replies else self._no_response(deadline)
+                )
             except RosError as error:
                 fail(future, error)
             else:
@@ -112,7 +116,7 @@ class Client(Endpoint):
         handler = Callback(receive, lambda: None if answered() else run(end), indirect=False)
         try:
             self.node.session.get(
-                self._key,
+                self._keys[humble],
                 handler,
                 target=zenoh.QueryTarget.ALL_COMPLETE,
                 consolidation=zenoh.ConsolidationMode.NONE,
@@ -124,7 +128,7 @@ class Client(Endpoint):
             fail(future, CallError(f"{self.name}: {error}"))
         return future
 
-    def _response(self, reply: zenoh.Reply, number: int) -> Any:  # noqa: ANN401
+    def _response(self, reply: zenoh.Reply, number: int, humble: bool) -> Any:  # noqa: ANN401
         if reply.ok is None:
             why = reply.err.payload.to_bytes().decode(errors="replace") if reply.err else ""
             if why == _TIMED_OUT:
@@ -135,7 +139,7 @@ class Client(Endpoint):
             raise CallError(f"{self.name}: a response came that belongs to another request")
         name = f"{self.type_name}_Response"
         data = bytes_of(reply.ok.payload, LARGEST_MESSAGE, name)
-        return self.node.types.decode(data, name)
+        return self.node.types.decode(data, name, humble=humble)
 
     def _no_response(self, deadline: float) -> Any:  # noqa: ANN401
         if time.monotonic() >= deadline:
@@ -172,11 +176,10 @@ class Service(Endpoint):
         self._refusals: Final = Refusals(self.name, "a malformed request is refused")
         self._own: Final = Workers(f"{self.name} callbacks", 1, at_once=True) if urgent else None
         self._line: Final = Line(self._own or node.workers, _MOST_REQUESTS)
-        if with_sender:
-            self.others("SC")  # they are known when the first request arrives
-        self._announce(
-            node.session.declare_queryable(self._key, Callback(self._receive, indirect=False), complete=True)
-        )
+        for humble, key in self._keys.items():
+            receive = Callback(partial(self._receive, humble), indirect=False)
+            self._declared.append(node.session.declare_queryable(key, receive, complete=True))
+        self._announce()
 
     @property
     def malformed(self) -> int:
@@ -189,7 +192,8 @@ class Service(Endpoint):
 
         A router may keep others from it without a word. Nothing is called.
         """
-        querier: Any = self.node.discovery.session.declare_querier(self._key)  # its annotations are wrong
+        session: Any = self.node.discovery.session  # the annotations of queriers are wrong
+        querier = session.declare_querier(self._keys[False])
         try:
             yield lambda: bool(querier.matching_status.matching)
         finally:
@@ -201,7 +205,7 @@ class Service(Endpoint):
         if self._own is not None:
             self._own.close()
 
-    def _receive(self, query: zenoh.Query) -> None:
+    def _receive(self, humble: bool, query: zenoh.Query) -> None:
         """Take a request from Zenoh's thread."""
         attachment = attachment_of(query.attachment)
         try:
@@ -211,7 +215,7 @@ class Service(Endpoint):
         except MessageError as error:
             self._reject(query, error)
             return
-        dropped = self._line.put(_Request(self, query, attachment, data))
+        dropped = self._line.put(_Request(self, query, attachment, data, humble))
         if isinstance(dropped, _Request):
             self._refuse(dropped.query, f"more than {_MOST_REQUESTS} requests wait")
 
@@ -230,14 +234,14 @@ class Service(Endpoint):
     def handle(self, request: _Request) -> None:
         """Decode a request, run its handler, and answer now or when its future is done."""
         try:
-            message = self.node.types.decode(request.data, f"{self.type_name}_Request")
+            message = self.node.types.decode(request.data, f"{self.type_name}_Request", humble=request.humble)
         except RosError as error:
             self._reject(request.query, error)
             return
         try:
             given: tuple[object, ...] = (message,)
             if self._with_sender:
-                given = (message, Sender(self.others("SC"), request.attachment.gid))
+                given = (message, Sender(self.others, request.attachment.gid))
             response = self._handler(*given)
         except Exception as error:
             _logger.exception("%s: its handler failed", self.name)
@@ -257,16 +261,15 @@ class Service(Endpoint):
     def _answer(self, request: _Request, response: object) -> None:
         name = f"{self.type_name}_Response"
         try:
-            data = self.node.types.encode(self.node.types.coerce(name, response))
+            data = self.node.types.encode(self.node.types.coerce(name, response), humble=request.humble)
         except MessageError as error:
             _logger.error("%s: its handler returned what is no response: %s", self.name, error)
             self._refuse(request.query, str(error))
             return
         asked = request.attachment
         try:
-            request.query.reply(
-                self._key, data, attachment=Attachment(asked.sequence, time.time_ns(), asked.gid).encode()
-            )
+            attachment = Attachment(asked.sequence, time.time_ns(), asked.gid).encode()
+            request.query.reply(self._keys[request.humble], data, attachment=attachment)
         except zenoh.ZError as error:  # the client is gone
             _logger.debug("%s: %s", self.name, error)
         finally:
@@ -276,11 +279,14 @@ class Service(Endpoint):
 class _Request:
     """A request that waits for its turn."""
 
-    def __init__(self, service: Service, query: zenoh.Query, attachment: Attachment, data: bytes) -> None:
+    def __init__(
+        self, service: Service, query: zenoh.Query, attachment: Attachment, data: bytes, humble: bool
+    ) -> None:
         self.service: Final = service
         self.query: Final = query
         self.attachment: Final = attachment
         self.data: Final = data
+        self.humble: Final = humble
 
     def __call__(self) -> None:
         self.service.handle(self)

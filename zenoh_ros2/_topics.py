@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Collection
+from functools import partial
 from typing import Any, Final
 
 import zenoh
@@ -13,13 +14,16 @@ from zenoh.handlers import Callback
 
 from zenoh_ice import Sample
 
+from ._codec import LARGEST_MESSAGE
 from ._endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of
 from ._graph import Sender
-from ._messages import LARGEST_MESSAGE
 from ._refusals import Refusals
-from ._wire import Attachment, Entity
+from ._wire import HASHLESS, Attachment, Entity
 from ._workers import Line
 from .exceptions import CallTimeoutError, MessageError, RosError
+
+_MOST_PUBLISHERS: Final = 1024
+"""Maximum publishers of a topic whose numbers are kept."""
 
 
 class Publisher(Endpoint):
@@ -27,37 +31,43 @@ class Publisher(Endpoint):
 
     def __init__(self, node: Owner, entity: Entity) -> None:
         super().__init__(node, entity)
-        congestion = zenoh.CongestionControl
-        waits = entity.qos.reliability == "reliable" and entity.qos.keep_all  # as in rmw_zenoh
-        control = congestion.BLOCK if waits else congestion.DROP
-        if entity.qos.durability == "transient_local":
-            self._publisher: Any = zenoh.ext.declare_advanced_publisher(
-                node.session,
-                self._key,
-                cache=zenoh.ext.CacheConfig(entity.qos.queue),
-                sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None),
-                publisher_detection=True,
-                congestion_control=control,
-            )
-        else:
-            self._publisher = node.session.declare_publisher(self._key, congestion_control=control)
-        self._announce(self._publisher)
-        self._turn: Final = threading.Lock()
-        self._buffer: Final = bytearray()
         self._latched: Final = entity.qos.durability == "transient_local"
+        self._publishers: Final[dict[bool, Any]] = {
+            humble: self._declare(key) for humble, key in self._keys.items()
+        }
+        self._announce(*self._publishers.values())
+        self._buffer: Final = bytearray()
+
+    def _declare(self, key: str) -> Any:  # noqa: ANN401
+        qos = self.entity.qos
+        waits = qos.reliability == "reliable" and qos.keep_all  # as in rmw_zenoh
+        control = zenoh.CongestionControl.BLOCK if waits else zenoh.CongestionControl.DROP
+        if not self._latched:
+            return self.node.session.declare_publisher(key, congestion_control=control)
+        return zenoh.ext.declare_advanced_publisher(
+            self.node.session,
+            key,
+            cache=zenoh.ext.CacheConfig(qos.queue),
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None),
+            publisher_detection=True,
+            congestion_control=control,
+        )
 
     @property
     def heard(self) -> bool:
         """Return whether messages reach a subscription, announced or not; of a latched topic, announced."""
         if self._latched:  # Zenoh does not report it
-            return len(self.others("MS")) > 0
+            return bool(self.others.fitting())
         self._check_open()
-        return bool(self._publisher.matching_status.matching)
+        return bool(self._publishers[False].matching_status.matching) or self._heard_in_humble()
+
+    def _heard_in_humble(self) -> bool:
+        return any(each.type_hash == HASHLESS for each in self.others.fitting())
 
     @property
     def subscribers(self) -> int:
-        """Return the number of subscriptions of the topic, which are counted from the first use on."""
-        return len(self.others("MS")) or int(self.heard)
+        """Return the number of subscriptions that hear it."""
+        return len(self.others.fitting()) or int(self.heard)
 
     def publish(self, message: object = None, /, **fields: object) -> None:
         """Publish a message, or one with some fields; raises MessageError for a wrong value."""
@@ -68,7 +78,11 @@ class Publisher(Endpoint):
             types.encode_into(self._buffer, made)
             _, attachment = self._attachment()
             try:
-                self._publisher.put(self._buffer, attachment=attachment)  # which copies it
+                self._publishers[False].put(self._buffer, attachment=attachment)  # which copies it
+                if self._latched or self._heard_in_humble():
+                    if types.differs(self.type_name):
+                        types.encode_into(self._buffer, made, humble=True)
+                    self._publishers[True].put(self._buffer, attachment=attachment)
             except zenoh.ZError as error:
                 self._check_open()  # it was closed meanwhile
                 raise RosError(f"{self.name}: {error}") from error
@@ -87,32 +101,30 @@ class Subscription(Endpoint):
         with_sender: bool = False,
         besides: Collection[str] = (),
     ) -> None:
-        super().__init__(node, entity)
+        super().__init__(node, entity, besides)
         self.lost = 0
         """Number of messages dropped because a callback was too slow, or lost on the way."""
         self._callback: Final = callback
         self._with_sender: Final = with_sender
         self._largest: Final = min(largest, node.types.largest(entity.type_name))
         self._refusals: Final = Refusals(self.name, "a malformed message is dropped")
-        self._besides: Final = frozenset(besides)
-        self._unheard: Final = Refusals(self.name, "a publisher is not heard")
         self._received_line: Final = Line(node.receiving, entity.qos.queue)
         self._line: Final = Line(node.workers, entity.qos.queue)
         self._changed: Final = threading.Condition()
         self._newest: Sample[Any] | None = None
         self._received = 0
         self._last: dict[bytes, int] = {}  # number of the newest message of each publisher
-        if entity.qos.durability == "transient_local":
-            subscriber: Any = zenoh.ext.declare_advanced_subscriber(
-                node.session,
-                self._key,
-                Callback(self._receive, indirect=False),
-                history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=entity.qos.queue),
-            )
-        else:
-            subscriber = node.session.declare_subscriber(self._key, Callback(self._receive, indirect=False))
-        self.others("MP")  # they are known when the first message arrives
-        self._announce(subscriber)
+        self._taking: Final = threading.Lock()
+        self._taken: dict[bytes, tuple[int, bool]] = {}
+        """The number of the last message that was taken from each publisher, and by which key it came."""
+        self._announce(*[self._declare(humble, key) for humble, key in self._keys.items()])
+
+    def _declare(self, humble: bool, key: str) -> Any:  # noqa: ANN401
+        receive = Callback(partial(self._receive, humble), indirect=False)
+        if self.entity.qos.durability == "volatile":
+            return self.node.session.declare_subscriber(key, receive)
+        history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=self.entity.qos.queue)
+        return zenoh.ext.declare_advanced_subscriber(self.node.session, key, receive, history=history)
 
     @property
     def malformed(self) -> int:
@@ -121,8 +133,8 @@ class Subscription(Endpoint):
 
     @property
     def publishers(self) -> int:
-        """Return the number of publishers of the topic, according to the graph."""
-        return len(self.others("MP"))
+        """Return the number of publishers that it hears, according to the graph."""
+        return len(self.others.fitting())
 
     def latest(self) -> Sample[Any] | None:
         """Return the newest message with its age, without waiting; None before the first."""
@@ -144,17 +156,7 @@ class Subscription(Endpoint):
         with self._changed:
             self._changed.notify_all()
 
-    def _meet(self, other: Entity) -> None:
-        """Warn of a publisher whose messages never arrive: in their key is their type, and its hash."""
-        if other.kind != "MP" or other.type_name in self._besides:
-            return
-        if other.type_name != self.type_name:
-            self._unheard.add(f"{other.node_name} publishes {other.type_name}, {self.type_name} is expected")
-        elif other.type_hash != self.entity.type_hash:
-            version = f"{other.node_name} publishes {self.type_name} with the hash {other.type_hash}"
-            self._unheard.add(f"{version}, of another definition or distribution (ROS_DISTRO)")
-
-    def _receive(self, received: zenoh.Sample) -> None:
+    def _receive(self, humble: bool, received: zenoh.Sample) -> None:
         """Take a message from Zenoh's thread, to be decoded on another."""
         try:
             data = bytes_of(received.payload, self._largest, self.type_name)
@@ -162,21 +164,38 @@ class Subscription(Endpoint):
             self._refusals.add(error)
             return
         attachment = attachment_of(received.attachment)
-        self._received_line.put(lambda: self._decode(data, attachment))
+        if attachment is not None and self._came_before(attachment, humble):
+            return
+        self._received_line.put(lambda: self._decode(data, attachment, humble))
 
-    def _decode(self, data: bytes, attachment: Attachment | None) -> None:
+    def _came_before(self, attachment: Attachment, humble: bool) -> bool:
+        """Return whether a message came by the other key, too: from a node of ours that Humble hears.
+
+        By each key they come in their order.
+        """
+        gid, number = attachment.gid, attachment.sequence
+        with self._taking:
+            last, by_key = self._taken.get(gid, (0, humble))
+            if humble is not by_key and number <= last:
+                return True
+            if len(self._taken) > _MOST_PUBLISHERS:  # which come and go
+                self._taken.clear()
+            self._taken[gid] = number, humble
+            return False
+
+    def _decode(self, data: bytes, attachment: Attachment | None, humble: bool) -> None:
         """Decode a message, one after the other: newer ones must not overtake it."""
         try:
             if attachment is None:
                 raise MessageError("its attachment is none of rmw_zenoh")
-            message = self.node.types.decode(data, self.type_name)
+            message = self.node.types.decode(data, self.type_name, humble=humble)
         except RosError as error:
             self._refusals.add(error)
             return
         with self._changed:
             number, last = attachment.sequence, self._last.get(attachment.gid)
             lost = max(0, number - last - 1) if last is not None else 0
-            if len(self._last) > 1024:  # publishers come and go
+            if len(self._last) > _MOST_PUBLISHERS:
                 self._last.clear()
             self._last[attachment.gid] = number
             self.lost += lost
@@ -187,7 +206,7 @@ class Subscription(Endpoint):
             self._changed.notify_all()
         given: tuple[object, ...] = (message,)
         if self._with_sender:
-            given = (message, Sender(self.others("MP"), attachment.gid))
+            given = (message, Sender(self.others, attachment.gid))
         if self._callback is not None and self._line.put(lambda: self._deliver(given)) is not None:
             self.lost += 1
 

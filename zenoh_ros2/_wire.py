@@ -19,6 +19,8 @@ EntityKind = Literal["NN", "MP", "MS", "SS", "SC"]
 """Node, message publisher, message subscription, service server, service client."""
 
 SPACE: Final = "@ros2_lv"  # the first chunk of every token
+HASHLESS: Final = "TypeHashNotSupported"
+"""What nodes of Humble write for the hash of any type: they have no type hashes."""
 _EMPTY: Final = "%"
 _LONGEST_NAME: Final = 255
 _MOST_DOMAINS: Final = 232
@@ -150,6 +152,10 @@ class Entity:
     def node_name(self) -> str:
         """Return the full name of its node."""
         return f"{self.namespace.rstrip('/')}/{self.node}"
+
+    def fits(self, other: Entity) -> bool:
+        """Return whether messages pass between it and another end, which has the same hash, or none."""
+        return other.type_name == self.type_name and other.type_hash in (self.type_hash, HASHLESS)
 
     def token(self) -> str:
         """Return the key of its liveliness token."""

@@ -78,6 +78,12 @@ def gateway(
     remap: Annotated[
         list[str] | None, typer.Option(metavar="OLD:=NEW", help="Rename a topic; may be repeated.")
     ] = None,
+    frame_prefix: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TEXT", help="Beginning of the names of frames; default: the namespace, as in red/odom."
+        ),
+    ] = None,
 ) -> None:
     """Connect a robot server, simulated or real, to ROS 2 over Zenoh (rmw_zenoh).
 
@@ -88,7 +94,9 @@ def gateway(
     with stop_on_signals() as stop, ExitStack() as opened:
         communicator = opened.enter_context(initialize(_as_client(settings)))
         own = settings.override(connect=ros or settings.connect)
-        options: dict[str, Any] = {"namespace": namespace, "domain": domain, "remap": names}
+        options: dict[str, Any] = {
+            "namespace": namespace, "domain": domain, "remap": names, "frame_prefix": frame_prefix,
+        }  # fmt: skip
         reported = -math.inf
         while not stop.is_set():
             try:
@@ -110,25 +118,30 @@ def serve(
     name: str,
     *,
     settings: Settings = DEFAULT_SETTINGS,
+    namespace: str = "/",
+    frame_prefix: str | None = None,
     reach_limit: float = 5.0,
     **options: Any,  # noqa: ANN401
 ) -> Iterator[Telemetry]:
     """Show the robot of a communicator's realm as a ROS node within a `with` block.
 
     `settings.connect` has the endpoint of the router of ROS, or of another node, by which others should reach
-    it within `reach_limit` s; `options` are those of `ros2.Node`. Yields the telemetry, whose `look` is due
+    it within `reach_limit` s; `options` are those of `ros2.Node`. The names of frames begin with
+    `frame_prefix`, by default with the namespace. Yields the telemetry, whose `look` is due
     several times a second. Raises AbsentError when nothing answers there, GatewayError for a robot whose
     description has a fault.
     """
     described = DescribedRobot(communicator)
     reading = described.require(ClockPrx, "Clock").getTime()
-    stamps = Stamps(simulated=reading.simulated)
+    if frame_prefix is None:
+        frame_prefix = f"{namespace.strip('/')}/".lstrip("/")
+    stamps = Stamps(simulated=reading.simulated, frame_prefix=frame_prefix)
     stamps.adjust(reading.time, time.time())
     robot = communicator.clock
     now = (lambda: stamps.ns(robot.now())) if robot.simulated else time.time_ns
     own = _as_client(settings)
     try:
-        made = Node(name, clock=now, settings=own, separate_discovery=True, **options)
+        made = Node(name, namespace=namespace, clock=now, settings=own, separate_discovery=True, **options)
     except ConnectFailedException as error:
         raise AbsentError(
             f"start `nao router` or rmw_zenohd, or name its place with --ros; {error}"

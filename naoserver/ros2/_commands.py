@@ -72,6 +72,9 @@ class Commands:
         """Serve the commands of a node; `speeds` limits those of /cmd_vel."""
         self._node: Final = node
         self._speeds: Final = speeds
+        self._odom, self._root, self._footprint = (
+            stamps.frame_prefix + each for each in (ODOM, ROOT, FOOTPRINT)
+        )
         self._refusals: deque[tuple[str, float]] = deque(maxlen=_MOST_REFUSALS)
         self._body = robot.require(JointsPrx, "Body")
         self._names: Final = robot.body.joint_names
@@ -173,8 +176,8 @@ class Commands:
     def _drive_stamped(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
         """Walk at a velocity as Nav2 and ros2_control send it; that it is renewed counts, not its stamp."""
         frame = message.header.frame_id
-        if frame not in ("", ROOT, FOOTPRINT):
-            raise RefusedError(f"the frame is {frame[:64]!r}: it must be {ROOT} or {FOOTPRINT}")
+        if frame not in ("", self._root, self._footprint):
+            raise RefusedError(f"the frame is {frame[:64]!r}: it must be {self._root} or {self._footprint}")
         self._drive(message.twist, sender)
 
     def _go(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
@@ -191,13 +194,13 @@ class Commands:
             raise RefusedError("the place is not a finite number")
         if not (math.isfinite(sine) and math.isfinite(cosine)):  # infinite ones would give a finite heading
             raise RefusedError("the orientation is not a finite number")
-        if frame == ODOM:
+        if frame == self._odom:
             here = self._encoders.getEncodersData()
             x, y = x - here.robotx, y - here.roboty
             x, y = here.robotcos * x + here.robotsin * y, here.robotcos * y - here.robotsin * x
             heading = math.remainder(heading - here.robottheta, math.tau)
-        elif frame != FOOTPRINT:
-            raise RefusedError(f"the frame is {frame[:64]!r}: it must be {ODOM} or {FOOTPRINT}")
+        elif frame != self._footprint:
+            raise RefusedError(f"the frame is {frame[:64]!r}: it must be {self._odom} or {self._footprint}")
         self._walk.walkTo(x, y, heading)
         self._vigil.watch(WalkMotion(self._walk, self._walk.getWalkState().count, sender))
 

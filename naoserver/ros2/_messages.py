@@ -73,10 +73,12 @@ _QUALITY: Final = 80
 
 
 class Stamps:
-    """The time of ROS: in a simulation the robot's time, for a real robot the date."""
+    """The headers of messages: the time of ROS, in a simulation the robot's, else the date; and frames."""
 
-    def __init__(self, *, simulated: bool) -> None:
+    def __init__(self, *, simulated: bool, frame_prefix: str = "") -> None:
+        """Begin the names of all frames with `frame_prefix`, which keeps robots apart, such as `bob/`."""
         self.simulated: Final = simulated
+        self.frame_prefix: Final = frame_prefix
         self._offset = 0  # ns
 
     def adjust(self, time: float, wall_time: float) -> None:
@@ -99,7 +101,7 @@ class Stamps:
 
     def header(self, time: float, frame: str = "") -> Fields:
         """Return the fields of a std_msgs/msg/Header."""
-        return {"stamp": self.stamp(time), "frame_id": frame}
+        return {"stamp": self.stamp(time), "frame_id": frame and self.frame_prefix + frame}
 
 
 def joint_state(header: Fields, names: Sequence[str], state: JointState) -> Fields:
@@ -305,7 +307,8 @@ def _status(name: str, level: int, message: str, values: Mapping[str, object]) -
 class BodyFrames:
     """The transforms of a body as messages, made quickly for each reading of the joints."""
 
-    def __init__(self, types: Types, body: Body) -> None:
+    def __init__(self, types: Types, body: Body, prefix: str = "") -> None:
+        self._prefix: Final = prefix
         self._joints: Final = body.joints
         self._links: Final = link_frames(body)
         self._kinematics: Final = kinematics_of(body)
@@ -386,7 +389,7 @@ class BodyFrames:
         moving = (*(_LINEAR_VARIANCE,) * 3, _SWAY_VARIANCE, _SWAY_VARIANCE, _TURN_VARIANCE)
         return {
             "header": header,
-            "child_frame_id": ROOT,
+            "child_frame_id": self._prefix + ROOT,
             "pose": {"pose": pose, "covariance": _diagonal(at)},
             "twist": {"twist": velocity, "covariance": _diagonal(moving)},
         }
@@ -401,8 +404,10 @@ class BodyFrames:
     def _placed(
         self, parent: str, child: str, position: Vector, turn: tuple[float, float, float, float], ns: int
     ) -> Any:  # noqa: ANN401
-        header = self._header(self._time(*divmod(ns, _NS)), parent)
-        return self._stamped(header, child, self._transform(self._vector(*position), self._quaternion(*turn)))
+        header = self._header(self._time(*divmod(ns, _NS)), self._prefix + parent)
+        return self._stamped(
+            header, self._prefix + child, self._transform(self._vector(*position), self._quaternion(*turn))
+        )
 
 
 def _moved(joint: Joint, angle: float) -> tuple[Vector, tuple[float, float, float, float]]:

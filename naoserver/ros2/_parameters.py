@@ -39,8 +39,10 @@ class Speeds:
 def declare_parameters(node: Node, robot: DescribedRobot, stamps: Stamps) -> Speeds:
     """Serve the node's parameters; return the speeds, which they set."""
     parameters, speeds = Parameters(node), Speeds()
-    simulated = "Whether stamps are those of /clock, as the robot server decides."
+    simulated = "Whether stamps are those of the topic clock, as the robot server decides."
     parameters.declare("use_sim_time", stamps.simulated, simulated, read_only=True)
+    prefix = "What the names of the robot's frames begin with."
+    parameters.declare("frame_prefix", stamps.frame_prefix, prefix, read_only=True)
 
     def set_linear(speed: float) -> None:
         speeds.linear = _speed(speed)

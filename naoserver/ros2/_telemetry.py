@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -31,11 +32,15 @@ from ._frames import ODOM, OUTSIDE, ROOT, SOLES, camera_frame, optical_frame, ou
 from ._messages import BodyFrames, Fields, Stamps
 from ._urdf import urdf
 
+CLOCK: Final = "clock"
+"""The topic of the time: robots in namespaces have a time each, because simulations differ in it."""
 _ONCE_A_SECOND: Final = 1.0
 _EVENTS: Final = 64
 """Maximum changes of the touch sensors that wait."""
 
 V = TypeVar("V")
+
+_logger = logging.getLogger(__name__)
 
 
 class Output(NamedTuple):
@@ -97,10 +102,10 @@ class Telemetry:
         self._body: Final = robot.body
         self._names: Final = robot.body.joint_names
         clock = robot.require(ClockPrx, "Clock")
+        self._clocks: Final = node.publishers(CLOCK) if stamps.simulated else None
+        self._jumps = False
         if stamps.simulated:
-            time = Output(
-                "rosgraph_msgs/msg/Clock", "/clock", "", lambda header, _: {"clock": header["stamp"]}
-            )
+            time = Output("rosgraph_msgs/msg/Clock", CLOCK, "", lambda header, _: {"clock": header["stamp"]})
             self._show(clock.getTime, time)
         self._add_body()
         self._add_senses()
@@ -115,6 +120,16 @@ class Telemetry:
         """Follow just the streams whose topics have listeners."""
         for relay in self._relays:
             relay.look()
+        if self._clocks is not None:
+            several = len(self._clocks) > 1
+            if several and not self._jumps:
+                names = ", ".join(sorted({each.node_name for each in self._clocks.all()}))
+                where = self._node.resolve(CLOCK)
+                _logger.warning(
+                    "%s has several publishers: %s. It jumps where their times differ:"
+                    " give each robot a --namespace, or this one --remap clock:=OTHER", where, names,
+                )  # fmt: skip
+            self._jumps = several
 
     def close(self) -> None:
         """End all streams."""
@@ -137,9 +152,10 @@ class Telemetry:
         self._relays.append(_Relay([topic for topic, _ in topics], lambda: stream.subscribe(publish)))
 
     def _add_body(self) -> None:
-        frames, stamps = BodyFrames(self._node.types, self._body), self._stamps
+        stamps, prefix = self._stamps, self._stamps.frame_prefix
+        frames = BodyFrames(self._node.types, self._body, prefix)
         description = self._node.create_publisher("std_msgs/msg/String", "robot_description", LATCHED)
-        description.publish(data=urdf(self._body))
+        description.publish(data=urdf(self._body, prefix))
         fixed = self._node.create_publisher("tf2_msgs/msg/TFMessage", "/tf_static", LATCHED)
         outside = self._robot.find(CameraPrx, OUTSIDE)
         beside = outside_frames(outside.getCameraDescription()) if outside else ()

@@ -26,8 +26,8 @@ Form = tuple[Vector, Vector, str, dict[str, str]]
 """A shape of a link: place in m, roll, pitch and yaw in rad, tag and attributes of its geometry."""
 
 
-def urdf(body: Body) -> str:
-    """Return the URDF of a body.
+def urdf(body: Body, prefix: str = "") -> str:
+    """Return the URDF of a body, whose links' names begin with a prefix, as its frames do.
 
     The shapes are those with which it touches things, and lines from joint to joint.
     """
@@ -47,6 +47,9 @@ def urdf(body: Body) -> str:
             ET.SubElement(robot, "link", name=frame.name)
         fixed = ET.SubElement(robot, "joint", name=f"{frame.name}_fixedjoint", type="fixed")
         _connect(fixed, frame.parent, frame.name, frame.position, frame.angles)
+    for element in robot.iter():
+        if (key := {"link": "name", "parent": "link", "child": "link"}.get(element.tag)) is not None:
+            element.set(key, prefix + element.attrib[key])
     ET.indent(robot)
     return ET.tostring(robot, "unicode", xml_declaration=True) + "\n"
 

@@ -264,7 +264,8 @@ def test_a_robot_without_simulation_has_no_clock(shared: Robot) -> None:
 
 
 def test_an_h21_has_no_hands_that_feel_and_names_are_remapped_and_in_the_namespace() -> None:
-    with gateway(FakeRobot(body=H21), namespace="/red", remap={"cmd_vel": "cmd_vel_safe"}) as robot:
+    options: dict[str, Any] = {"remap": {"cmd_vel": "cmd_vel_safe"}, "frame_prefix": ""}
+    with gateway(FakeRobot(body=H21), namespace="/red", **options) as robot:
         graph, names = robot.ros.graph, {"/red/joint_states", "/red/cmd_vel_safe", "/tf"}
         assert graph.wait(lambda: names <= graph.topics().keys(), EVENT_LIMIT), graph.topics().keys()
         assert len(robot.topic("/red/joint_states").name) == 22
@@ -344,7 +345,7 @@ def test_a_publisher_of_another_type_is_warned_of(shared: Robot) -> None:
     logs = shared.ros.create_subscription("rcl_interfaces/msg/Log", "/rosout")
     shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
     shared.publisher("geometry_msgs/msg/TwistStamped", "/cmd_vel")
-    shared.publisher("geometry_msgs/msg/Vector3", "/cmd_vel")
+    shared.ros.create_publisher("geometry_msgs/msg/Vector3", "/cmd_vel")
     eventually(
         lambda: "/cmd_vel: a publisher is not heard: /tester publishes geometry_msgs/msg/Vector3" in logged()
     )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from interfaces.nao import SafetyPrx, SpeechPrx
 from naoserver.fake import FakeRobot
 from naoserver.ros2._command import serve
@@ -13,6 +15,7 @@ from tests.support.robot_server import HASTE, eventually, served_to_client
 from tests.support.ros_peers import running_peer
 from tests.support.security import routing
 from zenoh_ice import Settings
+from zenoh_ros2._wire import HASHLESS
 
 ASKED = {
     "domain": 0,
@@ -32,14 +35,15 @@ ASKED = {
 }
 
 
-def test_another_implementation_hears_the_robot_and_commands_it() -> None:
+@pytest.mark.parametrize("type_hash", [None, HASHLESS], ids=["with hashes", "as of Humble"])
+def test_another_implementation_hears_the_robot_and_commands_it(type_hash: str | None) -> None:
     endpoint, robot = free_endpoint(), FakeRobot()
     settings = Settings(connect=(endpoint,), listen=("tcp/127.0.0.1:0",))
     with (
         routing(Settings(mode="router", listen=(endpoint,))),
         served_to_client(robot, timeout=HASTE) as nao,
         serve(nao.communicator, "nao", settings=settings, domain=0) as telemetry,
-        running_peer(endpoint, **ASKED) as peer,
+        running_peer(endpoint, **ASKED, type_hash=type_hash) as peer,
     ):
         assert peer.next(START_LIMIT)["ready"]
         touch: Any = nao.assembly.servants["Touch"]

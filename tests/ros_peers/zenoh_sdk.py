@@ -2,7 +2,8 @@
 
 The argument is a JSON object: `port` of the router, `domain`, and what the node has: `topics` {name: [type, text]} and
 `services` {name: [type, request, response]}. It publishes those that `published` lists, and calls those of `called`; it
-subscribes to the other topics, and serves the other services by returning the fields that `answers` has for them.
+subscribes to the other topics, and serves the other services by returning the fields that `answers` has for them. With
+`type_hash` all types have that hash, as those of Humble have.
 
 Each line of standard input is a JSON object: {"publish": topic, "fields": {...}}, {"call": service, "fields": {...}} or
 {"subscribe": topic, "type": ..., "text": ..., "qos": as in tokens}.
@@ -49,7 +50,7 @@ def arrays(fields: dict[str, Any]) -> dict[str, Any]:
 
 def main() -> None:
     asked = json.loads(sys.argv[1])
-    common = {"router_port": asked["port"], "domain_id": asked["domain"]}
+    common = {"router_port": asked["port"], "domain_id": asked["domain"], "type_hash": asked.get("type_hash")}
     publishers, subscribers, clients = {}, {}, {}
 
     def subscribe(topic: str, kind: str, text: str, qos: str | None = None) -> None:

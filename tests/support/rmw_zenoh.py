@@ -7,13 +7,16 @@ only to peers whose id is smaller than its own.
 
 from __future__ import annotations
 
+import itertools
 import json
+from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Final, Self
 
 import zenoh
+import zenoh.ext
 
-from zenoh_ros2._wire import Attachment, Entity, key
+from zenoh_ros2._wire import Attachment, Entity, EntityKind, QoS, gid_of, key
 
 SMALLEST: Final = "1"
 """The id of a session that connects to no peer: Zenoh compares ids as bytes, the lowest first."""
@@ -84,7 +87,10 @@ def session_config(endpoint: str, session_id: str = "", mode: str = "peer") -> d
 
 
 class GenuineNode:
-    """A node in a session with the settings of rmw_zenoh: it hears one topic, and publishes on another."""
+    """A node in a session with the settings of rmw_zenoh, which knows messages as bytes alone.
+
+    A node of Humble has `HASHLESS` for the hash of each type.
+    """
 
     def __init__(
         self, name: str, endpoint: str, *, domain: int = 0, session_id: str = "", mode: str = "peer"
@@ -114,6 +120,69 @@ class GenuineNode:
         attachment = Attachment(1, 0, bytes(16)).encode()
         self.session.put(key(self._domain, topic, type_name, type_hash), data, attachment=attachment)
 
+    def listen(self, type_name: str, type_hash: str, topic: str, qos: QoS = QoS()) -> list[bytes]:  # noqa: B008
+        """Subscribe to a topic; the list gets the payloads that come, of a latched one also earlier ones."""
+        heard: list[bytes] = []
+        of_topic = key(self._domain, topic, type_name, type_hash)
+
+        def receive(sample: zenoh.Sample) -> None:
+            heard.append(sample.payload.to_bytes())
+
+        if qos.durability == "volatile":
+            self._held.append(self.session.declare_subscriber(of_topic, receive))
+        else:
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=qos.depth)
+            self._held.append(
+                zenoh.ext.declare_advanced_subscriber(self.session, of_topic, receive, history=history)
+            )
+        self._end("MS", type_name, type_hash, topic, qos)
+        return heard
+
+    def publisher(self, type_name: str, type_hash: str, topic: str) -> Callable[[bytes], None]:
+        """Announce a publisher; return what publishes a message."""
+        publisher = self.session.declare_publisher(key(self._domain, topic, type_name, type_hash))
+        self._held.append(publisher)
+        attachments = self._end("MP", type_name, type_hash, topic)
+        return lambda data: publisher.put(data, attachment=attachments())
+
+    def client(self, type_name: str, type_hash: str, service: str) -> Callable[[bytes, float], bytes]:
+        """Announce a client; return what calls the service within some seconds."""
+        of_service = key(self._domain, service, type_name, type_hash)
+        attachments = self._end("SC", type_name, type_hash, service)
+
+        def call(request: bytes, limit: float) -> bytes:
+            attachment = attachments()
+            replies = self.session.get(
+                of_service,
+                target=zenoh.QueryTarget.ALL_COMPLETE,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                payload=request,
+                attachment=attachment,
+                timeout=limit,
+            )
+            (reply,) = [each.ok for each in replies]
+            assert reply is not None
+            assert reply.attachment is not None
+            asked, answered = (Attachment.decode(bytes(each)) for each in (attachment, reply.attachment))
+            assert asked is not None
+            assert answered is not None
+            assert (answered.sequence, answered.gid) == (asked.sequence, asked.gid)
+            return reply.payload.to_bytes()
+
+        return call
+
+    def serve(self, type_name: str, type_hash: str, service: str, answer: Callable[[bytes], bytes]) -> None:
+        """Serve a service."""
+        of_service = key(self._domain, service, type_name, type_hash)
+
+        def reply(query: zenoh.Query) -> None:
+            assert query.payload is not None
+            query.reply(of_service, answer(query.payload.to_bytes()), attachment=query.attachment)
+            query.drop()
+
+        self._held.append(self.session.declare_queryable(of_service, reply, complete=True))
+        self._end("SS", type_name, type_hash, service)
+
     def __enter__(self) -> Self:
         return self
 
@@ -126,6 +195,20 @@ class GenuineNode:
 
     def _place(self, number: int) -> tuple[int, str, int, int, str, str]:
         return self._domain, str(self.session.zid()), 0, number, "/", self._name
+
+    def _end(
+        self,
+        kind: EntityKind,
+        type_name: str,
+        type_hash: str,
+        name: str,
+        qos: QoS = QoS(),  # noqa: B008
+    ) -> Callable[[], bytes]:
+        """Announce an end; return what makes the attachment of its next message."""
+        entity = Entity(kind, *self._place(len(self._held)), name, type_name, type_hash, qos)
+        self._held.append(self._announce(entity))
+        numbers, gid = itertools.count(1), gid_of(entity.token())
+        return lambda: Attachment(next(numbers), 0, gid).encode()
 
     def _announce(self, entity: Entity) -> Any:
         return self.session.liveliness().declare_token(entity.token())

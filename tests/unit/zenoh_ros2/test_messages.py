@@ -153,10 +153,14 @@ def test_definitions_are_loaded_from_a_folder(tmp_path: Path) -> None:
         types.load(tmp_path / "own_msgs" / "msg" / "Away.msg")
 
 
-def test_humble_has_no_hashes() -> None:
-    assert Types("humble").hash("std_msgs/msg/String") == "TypeHashNotSupported"
+def test_a_distribution_is_chosen_by_its_name_and_humble_takes_hashes_of_jazzy(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("ROS_DISTRO", "humble")
+    trigger = "std_srvs/srv/Trigger"
+    assert Types().hash(trigger) == jazzy().hash(trigger)
     with pytest.raises(TypeUnknownError, match="the distributions are humble, iron, jazzy, kilted"):
-        Types("foxy")
+        Types("galactic")
 
 
 PLAIN: dict[str, st.SearchStrategy[dict[str, object]]] = {  # kinds of fields whose values hypothesis makes

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
 from tests.support.waiting import until
-from zenoh_ros2 import LATCHED, CallTimeoutError, QoS
+from zenoh_ros2 import LATCHED, CallTimeoutError, NodeClosedError, QoS
 from zenoh_ros2._wire import Attachment, key
 
 TWIST = "geometry_msgs/msg/Twist"
@@ -146,3 +147,21 @@ def test_publishers_that_a_subscription_cannot_hear_are_warned_of(caplog: pytest
         tool.create_publisher("peer_msgs/msg/Ball", "/ball")
         until(lambda: "/tool publishes peer_msgs/msg/Ball with the hash RIHS01_" in caplog.text)
     assert caplog.text.count("is not heard") == 2
+
+
+def test_a_publisher_is_closed_while_it_publishes() -> None:
+    def publish() -> None:
+        while True:
+            publisher.publish(data="x" * 1_000_000)
+            began.set()
+
+    with two_nodes() as (robot, _), ThreadPoolExecutor(1) as background:
+        for number in range(10):
+            publisher, began = (
+                robot.create_publisher("std_msgs/msg/String", f"/a{number}", LATCHED),
+                threading.Event(),
+            )
+            published = background.submit(publish)
+            assert began.wait(EVENT_LIMIT)
+            publisher.close()
+            assert isinstance(published.exception(EVENT_LIMIT), NodeClosedError)

@@ -1,0 +1,100 @@
+"""Messages as CDR, by the definitions of a distribution; a few have fewer fields in Humble."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final
+
+from rosbags.interfaces import Nodetype
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
+
+from ._extents import Extents
+from .exceptions import MessageError
+
+LARGEST_MESSAGE: Final = 64 << 20
+"""Maximum bytes of CDR that are decoded."""
+_LARGE: Final = 1 << 16
+"""Bytes from which the memory of a message is used again."""
+_LONGEST_SEQUENCE: Final = 1 << 26
+
+NEWER_FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
+    "sensor_msgs/msg/Range": ("variance",),
+    "rosbag2_interfaces/msg/ReadSplitEvent": ("node_name",),
+    "rosbag2_interfaces/msg/WriteSplitEvent": ("node_name",),
+}
+"""Fields that messages do not have in Humble, the only distribution without type hashes."""
+
+MISFITS: Final = (
+    struct.error,
+    AssertionError,
+    AttributeError,
+    OverflowError,
+    SerdeError,
+    TypeError,
+    ValueError,
+)
+"""Exceptions of `Codec.write` for values that do not fit."""
+
+
+class Codec:
+    """Writes and reads messages by the definitions of a store."""
+
+    def __init__(self, store: Typestore) -> None:
+        store.max_sequence_length = _LONGEST_SEQUENCE
+        self._store: Final = store
+        self._extents: Final = Extents(store.fielddefs)
+
+    def write(self, buffer: bytearray, message: object, name: str) -> None:
+        """Write a message into a buffer, whose length becomes that of the message; raises MISFITS."""
+        definition = self._store.get_msgdef(name)
+        size = 4 + definition.getsize_cdr(0, message, self._store)
+        if len(buffer) != size or size < _LARGE:
+            buffer[:] = bytes(size)
+        buffer[1] = 1  # little endian
+        with memoryview(buffer) as view, view[4:] as body:  # a buffer with views cannot change its length
+            end = definition.serialize_cdr_le(body, 0, message, self._store)
+        if end + 4 != size:
+            raise ValueError(f"{end + 4} bytes were written instead of {size}")
+
+    def largest(self, name: str) -> int:
+        """Return the maximum bytes of a message: exactly, if each of its members has a fixed size."""
+        largest = self._extents.largest(name)
+        return LARGEST_MESSAGE if largest is None else largest
+
+    def read(self, data: bytes | memoryview, name: str) -> Any:  # noqa: ANN401
+        """Return a message, with arrays as views of its bytes; raises MessageError, first for its size."""
+        largest = self.largest(name)
+        if len(data) > largest:
+            raise MessageError(f"{name}: {len(data)} bytes; at most {largest} are decoded")
+        self._extents.check(memoryview(data), name)
+        try:
+            return self._store.deserialize_cdr(memoryview(data), name)
+        except (SerdeError, struct.error, AssertionError, IndexError, OverflowError, ValueError) as error:
+            raise MessageError(f"{name}: {error}") from error
+
+
+def codec_of_humble(definitions: Mapping[str, tuple[Any, Any]], name: str) -> Codec | None:
+    """Return the codec of Humble's nodes for a message; None if they write it as others do."""
+    needed = [name]
+    for each in needed:
+        needed += {*needed_by(definitions[each][1])}.difference(needed)
+    if NEWER_FIELDS.keys().isdisjoint(needed):
+        return None
+    store = get_typestore(Stores.EMPTY)
+    for each in needed:
+        constants, fields = definitions[each]
+        newer = NEWER_FIELDS.get(each, ())
+        store.register({each: (constants, [field for field in fields if field[0] not in newer])})
+    return Codec(store)
+
+
+def needed_by(fields: Iterable[tuple[str, Any]]) -> Iterator[str]:
+    """Yield the types of the fields that are, or are sequences of, messages."""
+    for _, (node, detail) in fields:
+        if node == Nodetype.NAME:
+            yield detail
+        elif node != Nodetype.BASE and detail[0][0] == Nodetype.NAME:
+            yield detail[0][1]
