@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from ._automaton import Arguments, Automaton, Event, State, Transition
+from ._automaton import REFUSED, Arguments, Automaton, Event, State, Transition
 from ._automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
 from ._timeline import slot_from
 from .errors import UnknownElementError
@@ -87,6 +87,20 @@ class Tree:
                     if len(run.queue) >= CAPACITY:
                         self._drop(run, DropReason.OVERFLOW, now)
                     run.queue.append(event)
+
+    def refuse(self, run: Run, why: str) -> bool:
+        """Let the nearest state that waits for `REFUSED`, from an automaton up, hear it before other events.
+
+        Returns false when none waits for it.
+        """
+        with self.lock:
+            waiting: Run | None = run
+            while waiting is not None and not _waits_for_refusal(waiting):
+                waiting = waiting.parent
+            if waiting is not None and not _hears_refusal(waiting):
+                waiting.queue.appendleft(Event(REFUSED, why))
+                waiting.due += waiting.in_cycle
+            return waiting is not None
 
     def next_event(self, run: Run, now: int) -> Event | None:
         """Return the oldest due event for which a transition out of the current state waits.
@@ -358,6 +372,8 @@ class Tree:
         return run.queue.popleft()
 
     def _set(self, run: Run, state: State, now: int) -> None:
+        if _hears_refusal(run):
+            self._dequeue(run)  # it was for the state that is left
         run.current = state
         run.entered = now
         run.owed = owes(state)
@@ -371,3 +387,13 @@ class Tree:
     def _changed(self, now: int, run: Run, kind: ChangeKind) -> None:
         for observer in self.observers:
             observer.changed(now, run, kind)
+
+
+def _waits_for_refusal(run: Run) -> bool:
+    """Return whether a transition out of the current state waits for `REFUSED`."""
+    return any(transition.event == REFUSED for transition in run.automaton.outgoing(run.current))
+
+
+def _hears_refusal(run: Run) -> bool:
+    """Return whether a refusal is the next event of an automaton."""
+    return bool(run.queue) and run.queue[0].name == REFUSED

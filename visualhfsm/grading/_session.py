@@ -37,7 +37,8 @@ from hfsm_runtime.contained.protocol import (
     Wait,
 )
 from hfsm_runtime.source_map import PLACE
-from interfaces.jderobot import CommandRefusedException, HardwareFailedException
+from interfaces import jderobot
+from interfaces.jderobot import CommandRefusedException
 from visualhfsm._line_process import explain_signal
 from zenoh_ice import exceptions, typed
 from zenoh_ice.exceptions import SystemException
@@ -397,8 +398,9 @@ def _named(message: Raised) -> Exception:
             return known(text)
     if name == CommandRefusedException.__name__:
         return CommandRefusedException(text, message.holder)
-    if name == HardwareFailedException.__name__:
-        return HardwareFailedException(text)
+    declared = getattr(jderobot, name, None)
+    if isinstance(declared, type) and issubclass(declared, jderobot.JderobotException):
+        return declared(text)
     kind: type[ContainedError] = type(
         name if name.isidentifier() else "Exception", (ContainedError,), {"__module__": __name__}
     )
