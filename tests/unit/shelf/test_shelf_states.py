@@ -7,12 +7,11 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import pytest
 
-from interfaces.nao import ActionState, ActionStatus, HeardState, TouchReading
-from naoserver.fake import FakeRobot
+from interfaces.nao import ActionState, ActionStatus, TouchReading
 from tests.support.places import ROOT
 from tests.support.soak import repeated
 from visualhfsm import Project
@@ -41,8 +40,6 @@ class Example:
     limit: float = 15.0
     outputs: dict[str, object] = field(default_factory=lambda: {"done": True, "reason": ""})
     """What the state above knows in the end."""
-    fake: dict[str, Any] = field(default_factory=dict)
-    """Answers of what the fake robot lacks."""
 
 
 def place_ball(b: Behavior) -> None:
@@ -51,9 +48,6 @@ def place_ball(b: Behavior) -> None:
 
 def say_words(b: Behavior) -> None:
     b.advance(0.2)
-    if isinstance(b.robot.device, FakeRobot):  # nobody can talk to it
-        b.stub("Hearing", getHeard=HeardState(time=1.0, text="Please STOP now", count=1))
-        return
     b.robot.hear("Go on")
     b.advance(0.2)
     assert b.active != "next"
@@ -80,7 +74,6 @@ def said(b: Behavior) -> str:
     return str(b.component.Speech.getSpeech().text)
 
 
-SILENCE: Final = {"Hearing": {"getHeard": HeardState(time=0.0, text="", count=0)}}
 EXAMPLES: Final = {
     "say": Example({"text": '"Good morning"'}, holds=lambda b: said(b) == "Good morning", stop="Speech.stop"),
     "play_a_sound": Example(
@@ -119,11 +112,11 @@ EXAMPLES: Final = {
         holds=lambda b: b.calls("Motions.play")[-1].pace == 1.5,
         stop="Motions.stop",
     ),
-    "lights": Example({"color": '"blue"', "where": '"Eye"'}, holds=is_lit, outputs={}),
+    "lights": Example({"color": '"blue"', "where": '"Eye"'}, holds=is_lit),
     "wait_for_a_word": Example(
-        {"word": '"stop"'}, say_words, fake=SILENCE, outputs={"sentence": "Please STOP now"}
+        {"word": '"stop"'}, say_words, outputs={"sentence": "Please STOP now", "done": True}
     ),
-    "wait_for_touch": Example({"sensor": '"Head"'}, press, outputs={"touched": "HeadFront"}),
+    "wait_for_touch": Example({"sensor": '"Head"'}, press, outputs={"touched": "HeadFront", "done": True}),
 }
 BODIES: Final = [
     *(("T1", name) for name in ("say", "look_at", "turn", "wave_a_hand")),
@@ -208,8 +201,7 @@ def test_a_state_does_it_and_ends(
     drawings: Project, behavior: MakeBehavior, name: str, robot: Literal["fake", "sim"]
 ) -> None:
     example = EXAMPLES[name]
-    stubs = example.fake if robot == "fake" else None
-    b = behavior(draw(drawings, name, example.arguments), robot=robot, camera="drawn", stubs=stubs)
+    b = behavior(draw(drawings, name, example.arguments), robot=robot, camera="drawn")
     example.prepare(b)
     b.run_until("next", limit=example.limit)
     assert not b.errors
