@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 import pytest
 
-from interfaces.nao import ActionState, ActionStatus, TouchReading
+from interfaces.nao import ActionState, ActionStatus, SafetyPrx, TouchReading
 from tests.support.places import ROOT
 from tests.support.soak import repeated
 from visualhfsm import Project
@@ -228,6 +228,44 @@ def test_a_state_that_fails_says_why(
     b.run_until("next", limit=5.0)
     known = b.variables("drawn")
     assert (known["done"], known["reason"]) == (False, "the battery is empty")
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_state_whose_servers_are_lost_ends_and_says_so(
+    drawings: Project, behavior: MakeBehavior, name: str
+) -> None:
+    b = behavior(draw(drawings, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
+    with b.server_offline():
+        b.run_until("next", limit=1.0)
+    known = b.variables("drawn")
+    assert not known.get("done", known.get("found"))
+    assert " is offline: it was taken offline" in known["reason"]
+
+
+@pytest.mark.parametrize("name", ["kick", "look_at", "say", "sit", "turn", "walk_to"])
+def test_a_state_that_is_under_way_when_its_servers_are_lost_ends_and_says_so(
+    drawings: Project, behavior: MakeBehavior, name: str
+) -> None:
+    b = behavior(draw(drawings, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
+    b.advance(0.2)
+    with b.server_offline():
+        b.run_until("next", limit=1.0)
+    assert " is offline: it was taken offline" in b.variables("drawn")["reason"]
+
+
+@pytest.mark.parametrize(
+    "name", ["kick", "look_at", "play_a_motion", "sit", "turn", "walk_to", "wave_a_hand"]
+)
+def test_a_state_whose_robot_is_stopped_ends_and_says_so(
+    drawings: Project, behavior: MakeBehavior, name: str
+) -> None:
+    b = behavior(draw(drawings, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
+    safety = SafetyPrx.uncheckedCast(b.world.communicator.stringToProxy("Safety"))
+    safety.emergencyStop("a hand in the way")
+    b.run_until("next", limit=1.0)
+    known = b.variables("drawn")
+    assert (known["done"], "a hand in the way" in known["reason"]) == (False, True)
+    assert safety.getSafetyState().stopped
 
 
 @pytest.mark.parametrize("name", [name for name, example in EXAMPLES.items() if example.stop])
