@@ -75,7 +75,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     # <functions 3>
     def find_ball(self, color):
-        """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
+        """Return the middle of a ball in pixels from the image center, right and down, or None when there is none."""
         sample = self.Camera.getImageData.latest()
         if sample is not None and sample.age < 1.0:
             image = sample.value
@@ -87,10 +87,17 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
         hues = {"red": [(0, 8), (172, 180)], "green": [(40, 80)]}[color]
         mask = sum(cv2.inRange(hsv, (low, 120, 50), (high, 255, 255)) for low, high in hues)
-        moments = cv2.moments(mask, binaryImage=True)  # the number of pixels, and the sums of their places
-        if moments["m00"] < 0.0005 * width * height:
+        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))  # noise makes holes
+        balls = []
+        for region in cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
+            (u, v), radius = cv2.minEnclosingCircle(region)
+            circle = cv2.circle(np.zeros_like(mask), (round(u), round(v)), round(radius), 255, -1)
+            is_round = cv2.countNonZero(mask & circle) > 0.75 * cv2.countNonZero(circle)  # a box fills less
+            if is_round and radius > 0.01 * width:  # no speck
+                balls.append((radius - 0.05 * math.dist((u, v), (width / 2, height / 2)), u, v))
+        if not balls:
             return None
-        u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
+        _, u, v = max(balls)  # the largest; of two alike, the one that it looks at
         self.mark("Camera", u, v, f"{color} ball")
         return u - (width - 1) / 2, v - (height - 1) / 2
 
