@@ -51,8 +51,8 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         balls = []
         for region in cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
             (u, v), radius = cv2.minEnclosingCircle(region)
-            circle = cv2.circle(np.zeros_like(mask), (round(u), round(v)), round(radius), 255, -1)
-            is_round = cv2.countNonZero(mask & circle) > 0.75 * cv2.countNonZero(circle)  # a box fills less
+            circle = cv2.circle(np.zeros_like(mask), (round(u), round(v)), int(radius), 255, -1)
+            is_round = cv2.countNonZero(mask & circle) > 0.85 * cv2.countNonZero(circle)  # a box fills less
             if is_round and radius > 0.01 * width:  # no speck
                 balls.append((radius - 0.05 * math.dist((u, v), (width / 2, height / 2)), u, v))
         if not balls:
