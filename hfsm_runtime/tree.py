@@ -94,21 +94,20 @@ class Tree:
         Returns false when none waits for it.
         """
         with self.lock:
-            waiting: Run | None = run
+            waiting = run if run.on_duty else None
             while waiting is not None and not _waits_for_refusal(waiting):
                 waiting = waiting.parent
-            if waiting is not None and not _hears_refusal(waiting):
-                waiting.queue.appendleft(Event(REFUSED, why))
-                waiting.due += waiting.in_cycle
+            if waiting is not None:
+                waiting.refusal = Event(REFUSED, why)
             return waiting is not None
 
     def next_event(self, run: Run, now: int) -> Event | None:
-        """Return the oldest due event for which a transition out of the current state waits.
+        """Return the oldest due event for which a transition out of the current state waits; a refusal first.
 
         It stays in the queue until it fires a transition or is dropped. Events before it are dropped.
         """
-        if not run.due:
-            return None
+        if run.refusal is not None or not run.due:
+            return run.refusal
         with self.lock:
             awaited = {transition.event for transition in run.automaton.outgoing(run.current)}
             while run.due:
@@ -120,6 +119,10 @@ class Tree:
     def take_event(self, run: Run, event: Event, now: int, *, handled: bool) -> None:
         """Remove an event that `next_event` returned: one that is not `handled` is dropped."""
         with self.lock:
+            if event is run.refusal:
+                run.refusal = None
+                run.queue.appendleft(event)
+                run.due += 1
             if run.queue and run.queue[0] is event:  # an overflow may have been faster
                 if handled:
                     self._dequeue(run)
@@ -342,6 +345,7 @@ class Tree:
         for child in run.below:
             self._deactivate(child, now)
         run.active = run.cut = run.code_first = False
+        run.refusal = None
         run.waited = run.active_time(now)
         run.since = None
         run.release_followers()
@@ -372,8 +376,7 @@ class Tree:
         return run.queue.popleft()
 
     def _set(self, run: Run, state: State, now: int) -> None:
-        if _hears_refusal(run):
-            self._dequeue(run)  # it was for the state that is left
+        run.refusal = None  # it was for the state that is left
         run.current = state
         run.entered = now
         run.owed = owes(state)
@@ -392,8 +395,3 @@ class Tree:
 def _waits_for_refusal(run: Run) -> bool:
     """Return whether a transition out of the current state waits for `REFUSED`."""
     return any(transition.event == REFUSED for transition in run.automaton.outgoing(run.current))
-
-
-def _hears_refusal(run: Run) -> bool:
-    """Return whether a refusal is the next event of an automaton."""
-    return bool(run.queue) and run.queue[0].name == REFUSED

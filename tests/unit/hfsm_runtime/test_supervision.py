@@ -246,6 +246,20 @@ def test_what_is_refused_while_a_state_is_left_is_no_answer_to_the_next() -> Non
     assert (virtual.active, why, virtual.errors) == ("next", [], ())
 
 
+def test_a_refusal_that_no_guard_lets_through_is_dropped_and_older_events_are_kept() -> None:
+    code = refused(InvalidValueException(HEARD))
+    asking = State(id=1, name="ask", code=lambda: code() if virtual.time == 0.2 else None)
+    rejects = on("refused", 1, 2, guard=lambda event: event.data != HEARD)
+    root = automaton(1, "root", [asking, State(id=2, name="end")], [rejects, on("go", 1, 2)])
+    virtual = VirtualRun(component(root))
+    virtual.advance(0.25)
+    virtual.send("go")
+    virtual.advance(0.1)
+    (run,) = virtual.tree.runs
+    assert run.last_dropped is not None
+    assert (virtual.active, run.last_dropped[0].data, run.dropped) == ("end", HEARD, 1)
+
+
 def test_a_mistake_in_the_code_is_not_refused() -> None:
     virtual = VirtualRun(component(hearing(State(id=1, name="ask", code=refused(ValueError("a slip"))), [])))
     virtual.advance(0.5)
