@@ -74,8 +74,8 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     # </functions 1>
 
     # <functions 3>
-    def find_ball(self, color):
-        """Return the middle of a ball in pixels from the image center, right and down, or None when there is none."""
+    def find_ball(self, color, known=None):
+        """Return where a ball is in pixels from the image center, right and down, and its radius; None without one."""
         sample = self.Camera.getImageData.latest()
         if sample is not None and sample.age < 1.0:
             image = sample.value
@@ -91,15 +91,21 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         balls = []
         for region in cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
             (u, v), radius = cv2.minEnclosingCircle(region)
+            ball = u - (width - 1) / 2, v - (height - 1) / 2, radius
             circle = cv2.circle(np.zeros_like(mask), (round(u), round(v)), int(radius), 255, -1)
             is_round = cv2.countNonZero(mask & circle) > 0.85 * cv2.countNonZero(circle)  # a box fills less
-            if is_round and radius > 0.01 * width:  # no speck
-                balls.append((radius - 0.05 * math.dist((u, v), (width / 2, height / 2)), u, v))
+            if radius > 0.01 * width and (is_round or self.is_same(ball, known)):  # no speck
+                balls.append(ball)
         if not balls:
             return None
-        _, u, v = max(balls)  # the largest; of two alike, the one that it looks at
-        self.mark("Camera", u, v, f"{color} ball")
-        return u - (width - 1) / 2, v - (height - 1) / 2
+        # The largest; of two alike, the one that it looks at.
+        right, down, radius = max(balls, key=lambda ball: ball[2] - 0.05 * math.hypot(*ball[:2]))
+        self.mark("Camera", right + (width - 1) / 2, down + (height - 1) / 2, f"{color} ball")
+        return right, down, radius
+
+    def is_same(self, ball, known):
+        """Return whether something is where the known ball was, and no larger: a ball that is hidden in part."""
+        return known is not None and math.dist(ball[:2], known[:2]) < 2 * known[2] and ball[2] < 1.2 * known[2]
 
     def turn_towards(self, error_u, error_v):
         """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""
@@ -206,16 +212,18 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
+        known = None  # the ball when it was seen last
         corner = 0
         # </variables 3>
 
         def state_follow():
-            nonlocal ball_seen, error_u, error_v, lost_since
+            nonlocal ball_seen, error_u, error_v, known, lost_since
             # <code 3.1>
-            ball = self.find_ball(color)
+            ball = self.find_ball(color, known)
             ball_seen = ball is not None
             if ball_seen:
-                error_u, error_v = ball
+                known = ball
+                error_u, error_v, _ = ball
                 lost_since = None
                 self.turn_towards(error_u, error_v)
             elif lost_since is None:
@@ -242,9 +250,9 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             return self.find_ball(color) is not None  # <trigger 3.2/>
 
         def fired_found():
-            nonlocal lost_since
+            nonlocal known, lost_since
             # <fired 3.2>
-            lost_since = None
+            lost_since = known = None
             # </fired 3.2>
 
         transition_2 = Transition("found", state_2, state_1, id=2, guard=guard_found, code=fired_found)

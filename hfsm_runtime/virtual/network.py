@@ -6,7 +6,6 @@ decoded as on the wire, immediately and on the calling thread.
 
 from __future__ import annotations
 
-import difflib
 import logging
 import threading
 from collections import deque
@@ -28,7 +27,6 @@ from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Operation
 from zenoh_ice.limits import LIMITS
 from zenoh_ice.streams import LOOKS
-from zenoh_ice.text import few
 from zenoh_ice.transport import (
     Arrived,
     Caller,
@@ -45,15 +43,13 @@ from zenoh_ice.transport import (
 )
 
 from .._code import Code
+from .._robot import like
 from ._journal import Journal
 from .clock import TaskClock
 
 Polls = dict[str, Callable[[], Any]]
 
 _CLOSE_PERIOD: Final = LIMITS.linger / LOOKS  # s of virtual time between checks for unused streams
-
-_MOST_NAMED: Final = 4
-"""Most servants that an error lists."""
 
 _logger = logging.getLogger(__name__)
 
@@ -111,11 +107,9 @@ class _VirtualCommunicator(Communicator):
         try:
             return super().find(target, type_id, timeout, since=since)
         except ObjectNotExistException:
-            served = self.identities()
-            close = difflib.get_close_matches(target.identity, served, _MOST_NAMED)
-            named = few(list(dict.fromkeys([*close, *served])), len(close) or _MOST_NAMED)
+            served = like([target.identity], self.identities()) or "none: give robot= or stub()"
             raise ObjectNotExistException(
-                f"there is no servant {target.identity}; there are {named or 'none: give robot= or stub()'}"
+                f"there is no servant {target.identity}; there are {served}"
             ) from None
 
 

@@ -151,7 +151,7 @@ def test_a_camera_that_fails_stops_the_head(behavior: MakeBehavior) -> None:
     b.advance(1.0)
     assert b.halted
     assert "HardwareFailedException" in b.errors[0].message
-    assert b.errors[0].location.endswith("(follow_ball.xml:62)")
+    assert b.errors[0].location.endswith("(follow_ball.xml:64)")
     assert [call.target for call in b.calls("Head")] == ["Head.stop"]
 
 
@@ -236,6 +236,21 @@ def test_it_follows_in_pictures_like_a_cameras_in_any_light(behavior: MakeBehavi
         worst = max(worst, bearing_error(b))
     assert worst < 0.15
     assert b.changes("follow_ball") == [(0.0, "follow")]
+
+
+def test_it_follows_on_while_something_hides_half_of_the_ball(b: Behavior) -> None:
+    b.robot.ball("red").hide()
+    b.robot.ball("green").place(pan=0.1, distance=1.0, height=0.5)
+    b.advance(1.0)
+    b.robot.ball("red").place(pan=0.05, distance=0.8, height=0.5)
+    b.advance(2.0)
+    assert b.changes("follow_ball") == [(0.0, "follow")]
+    b.guard("lost", True)
+    b.run_until("search", limit=0.1)
+    b.guard("lost", None)
+    b.robot.place(HeadYaw=0.1, HeadPitch=0.0)
+    b.advance(0.1)
+    assert b.active == "search", "half a ball is none that it finds"
 
 
 BALL = '[[carried_balls]]\nname = "Ball{}"\ncolor = [0.02, 0.85, 0.05]\nstart = [0.0, 1.0, 0.5]\n'
