@@ -51,21 +51,21 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         balls = []
         for region in cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
             (u, v), radius = cv2.minEnclosingCircle(region)
-            ball = u - (width - 1) / 2, v - (height - 1) / 2, radius
+            right, down = u - (width - 1) / 2, v - (height - 1) / 2
             circle = cv2.circle(np.zeros_like(mask), (round(u), round(v)), int(radius), 255, -1)
             is_round = cv2.countNonZero(mask & circle) > 0.85 * cv2.countNonZero(circle)  # a box fills less
-            if radius > 0.01 * width and (is_round or self.is_same(ball, known)):  # no speck
-                balls.append(ball)
+            if radius > 0.01 * width and (is_round or self.is_part(right, down, radius, known)):  # no speck
+                size = radius if is_round else known[2]
+                balls.append((is_round, size - 0.05 * math.hypot(right, down), right, down, size))
         if not balls:
             return None
-        # The largest; of two alike, the one that it looks at.
-        right, down, radius = max(balls, key=lambda ball: ball[2] - 0.05 * math.hypot(*ball[:2]))
+        *_, right, down, size = max(balls)  # the largest round one; of two alike, the one that it looks at
         self.mark("Camera", right + (width - 1) / 2, down + (height - 1) / 2, f"{color} ball")
-        return right, down, radius
+        return right, down, size
 
-    def is_same(self, ball, known):
+    def is_part(self, right, down, radius, known):
         """Return whether something is where the known ball was, and no larger: a ball that is hidden in part."""
-        return known is not None and math.dist(ball[:2], known[:2]) < 2 * known[2] and ball[2] < 1.2 * known[2]
+        return known is not None and math.dist((right, down), known[:2]) < 4 * known[2] and radius < 1.2 * known[2]
 
     def turn_towards(self, error_u, error_v):
         """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""
