@@ -74,8 +74,8 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     # </functions 1>
 
     # <functions 3>
-    def find_ball(self, color):
-        """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
+    def find_ball(self, color, known=None):
+        """Return where a ball is in pixels from the image center, right and down, and its radius; None without one."""
         sample = self.Camera.getImageData.latest()
         if sample is not None and sample.age < 1.0:
             image = sample.value
@@ -87,12 +87,25 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
         hues = {"red": [(0, 8), (172, 180)], "green": [(40, 80)]}[color]
         mask = sum(cv2.inRange(hsv, (low, 120, 50), (high, 255, 255)) for low, high in hues)
-        moments = cv2.moments(mask, binaryImage=True)  # the number of pixels, and the sums of their places
-        if moments["m00"] < 0.0005 * width * height:
+        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))  # noise makes holes
+        balls = []
+        for region in cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
+            (u, v), radius = cv2.minEnclosingCircle(region)
+            right, down = u - (width - 1) / 2, v - (height - 1) / 2
+            circle = cv2.circle(np.zeros_like(mask), (round(u), round(v)), int(radius), 255, -1)
+            is_round = cv2.countNonZero(mask & circle) > 0.85 * cv2.countNonZero(circle)  # a box fills less
+            if radius > 0.01 * width and (is_round or self.is_part(right, down, radius, known)):  # no speck
+                size = radius if is_round else known[2]
+                balls.append((is_round, size - 0.05 * math.hypot(right, down), right, down, size))
+        if not balls:
             return None
-        u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
-        self.mark("Camera", u, v, f"{color} ball")
-        return u - (width - 1) / 2, v - (height - 1) / 2
+        *_, right, down, size = max(balls)  # the largest round one; of two alike, the one that it looks at
+        self.mark("Camera", right + (width - 1) / 2, down + (height - 1) / 2, f"{color} ball")
+        return right, down, size
+
+    def is_part(self, right, down, radius, known):
+        """Return whether something is where the known ball was, and no larger: a ball that is hidden in part."""
+        return known is not None and math.dist((right, down), known[:2]) < 4 * known[2] and radius < 1.2 * known[2]
 
     def turn_towards(self, error_u, error_v):
         """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""
@@ -199,16 +212,18 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
+        known = None  # the ball when it was seen last
         corner = 0
         # </variables 3>
 
         def state_follow():
-            nonlocal ball_seen, error_u, error_v, lost_since
+            nonlocal ball_seen, error_u, error_v, known, lost_since
             # <code 3.1>
-            ball = self.find_ball(color)
+            ball = self.find_ball(color, known)
             ball_seen = ball is not None
             if ball_seen:
-                error_u, error_v = ball
+                known = ball
+                error_u, error_v, _ = ball
                 lost_since = None
                 self.turn_towards(error_u, error_v)
             elif lost_since is None:
@@ -235,9 +250,9 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             return self.find_ball(color) is not None  # <trigger 3.2/>
 
         def fired_found():
-            nonlocal lost_since
+            nonlocal known, lost_since
             # <fired 3.2>
-            lost_since = None
+            lost_since = known = None
             # </fired 3.2>
 
         transition_2 = Transition("found", state_2, state_1, id=2, guard=guard_found, code=fired_found)

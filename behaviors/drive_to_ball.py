@@ -53,17 +53,19 @@ class DriveToBall(Component, document="drive_to_ball.xml", on_error="stop"):
         pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
         orange = cv2.inRange(hsv, (4, 150, 60), (22, 255, 255))
-        moments = cv2.moments(orange, binaryImage=True)  # the number of pixels, and the sums of their places
-        if moments["m00"] < 20:
-            return None
-        u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
-        point = self.Camera.getFloorPoint(u, v, self.RADIUS)
-        if math.isinf(point.distance):
-            return None
-        self.mark("Camera", u, v, "ball")
-        self.turn_towards(u - (width - 1) / 2, v - (height - 1) / 2)
-        here, facing = self.place()
-        return here + facing * complex(point.x, point.y)
+        regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        for region in regions:
+            (u, v), radius = cv2.minEnclosingCircle(region)
+            if radius < 2.0 or cv2.contourArea(region) < 0.6 * math.pi * radius**2:
+                continue  # a speck, or not round
+            point = self.Camera.getFloorPoint(u, v, self.RADIUS)
+            expected = self.focal_length * self.RADIUS / point.distance
+            if 0.6 < radius / max(expected, 1e-6) < 1.5:  # as large as the ball is there
+                self.mark("Camera", u, v, "ball")
+                self.turn_towards(u - (width - 1) / 2, v - (height - 1) / 2)
+                here, facing = self.place()
+                return here + facing * complex(point.x, point.y)
+        return None
 
     def turn_towards(self, error_u, error_v):
         """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""

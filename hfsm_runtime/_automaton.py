@@ -17,6 +17,9 @@ from .source_map import text_of_guard
 REQUIRED: Final = object()
 """The default of an input without a default value."""
 
+REFUSED: Final = "refused"
+"""The event that a state hears when a servant refuses what its code asks for; its data is why, in words."""
+
 _BY_PLACE: Final = -1
 """The id of a state or a transition whose place in the automaton becomes its id."""
 

@@ -100,6 +100,8 @@ class Run:
     """The events that wait to be handled, oldest first; at most `CAPACITY`."""
     due: int = 0
     """Their number when the running cycle began: it handles no others."""
+    refusal: Event | None = None
+    """The event `REFUSED`, which comes before those in the queue."""
     event: Event | None = None
     """The event with which the running cycle tries its transitions."""
     dropped: int = 0

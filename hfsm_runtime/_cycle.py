@@ -26,8 +26,11 @@ class Supervisor(Protocol):
     def now(self) -> int:
         """Return the component time in ns."""
 
+    def refused(self, run: Run, error: Exception) -> bool:
+        """Return whether a state hears, as an event, that a servant refused what user code asked for."""
+
     def failed(self, run: Run, error: Exception) -> None:
-        """Handle an exception of user code; raises CycleEnded to end the cycle."""
+        """Handle another exception of user code; raises CycleEnded to end the cycle."""
 
     def succeeded(self, run: Run) -> None:
         """Handle a cycle that was completed."""
@@ -231,6 +234,8 @@ def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervis
     try:
         return code()
     except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it
+        if supervisor.refused(run, error):
+            return None
         for observer in tree.observers:
             observer.code_failed(run, error)
         supervisor.failed(run, error)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, wait
 from contextlib import suppress
 from functools import partial
@@ -24,8 +24,8 @@ ROBOT: Final = "Safety"
 """A servant that every robot has."""
 _START_LIMIT: Final = 2.0
 """The longest wait in wall seconds for a robot that is starting."""
-_MOST_NAMED: Final = 12
-"""Most servants that an error lists."""
+_MOST_NAMED: Final = 4
+"""Most servants that an error lists when none is named like the one that is missing."""
 _STOP_LIMIT: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
 _LEASE_LIMIT: Final = 1.0
@@ -97,9 +97,13 @@ def _served_with(proxy: ObjectPrx) -> list[str]:
 
 def _lack(needs: Mapping[str, str], served: Sequence[str]) -> str:
     """Return the problem of proxies that need what a robot lacks; similar names come first."""
-    similar = [name for identity in needs.values() for name in difflib.get_close_matches(identity, served, 1)]
-    there = few(list(dict.fromkeys((*similar, *served))), _MOST_NAMED)
-    return f"{', '.join(needs)}, which this robot does not serve; it serves {there}"
+    return f"{', '.join(needs)}, which this robot does not serve; it serves {like(needs.values(), served)}"
+
+
+def like(wanted: Iterable[str], served: Sequence[str]) -> str:
+    """Return the servants that are named most like those that are wanted, or else some, and how many more."""
+    similar = [name for each in wanted for name in difflib.get_close_matches(each, served, 2)]
+    return few(list(dict.fromkeys((*similar, *served))), len(set(similar)) or _MOST_NAMED)
 
 
 def servers_present(component: Component, communicator: Communicator) -> bool:

@@ -19,7 +19,9 @@ from zenoh_ice.exceptions import (
     ConnectionLostException,
     ObjectNotExistException,
     TimeoutException,
+    ZenohIceError,
 )
+from zenoh_ice.text import printable
 
 from ._advice import explain
 from ._automaton import Automaton, Event
@@ -147,6 +149,20 @@ class Supervision(Observer):
         """Return the component time in ns."""
         return self._timeline.now()
 
+    def refused(self, run: Run, error: Exception) -> bool:
+        """Return whether a state, from the automaton up, hears an exception of a servant as an event.
+
+        A picture that may just be late is none.
+        """
+        if not isinstance(error, ZenohIceError) or isinstance(error, CommunicatorDestroyedException):
+            return False
+        if isinstance(error, HardwareFailedException) and self._may_be_late(run):
+            return False
+        heard = self._tree.refuse(run, printable(str(getattr(error, "what", error))))
+        if heard:
+            self._log.info("%s: %s", _place(run), describe(error))
+        return heard
+
     def failed(self, run: Run, error: Exception) -> None:
         """Handle an exception of user code; raises CycleEnded to end the cycle."""
         if isinstance(error, CommunicatorDestroyedException):
@@ -165,8 +181,9 @@ class Supervision(Observer):
         self._log_seldom(run, location, f"{_place(run)}: {message}{place}", error)
         if self._on_error is OnError.STOP:
             if isinstance(error, HardwareFailedException):
-                failures = self._hardware_failures[run] = self._hardware_failures.get(run, 0) + 1
-                if failures < _HARDWARE_FAILURES:
+                late = self._may_be_late(run)
+                self._hardware_failures[run] = self._hardware_failures.get(run, 0) + 1
+                if late:
                     raise CycleEnded from error
             self._log.error("the component halts; `onerror` continue would ignore the error")
             self._halt()
@@ -238,6 +255,10 @@ class Supervision(Observer):
         first = place not in self._dropped
         self._dropped.add(place)
         self._log.log(logging.INFO if first else logging.DEBUG, "%s: %s", _place(run), message)
+
+    def _may_be_late(self, run: Run) -> bool:
+        """Return whether hardware fails in too few cycles in a row, with this one, for an error."""
+        return self._hardware_failures.get(run, 0) + 1 < _HARDWARE_FAILURES
 
     def _wait(self, outage: _Outage, run: Run, location: str, message: str, what: str) -> None:
         with self._lock:

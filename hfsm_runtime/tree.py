@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from ._automaton import Arguments, Automaton, Event, State, Transition
+from ._automaton import REFUSED, Arguments, Automaton, Event, State, Transition
 from ._automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
 from ._timeline import slot_from
 from .errors import UnknownElementError
@@ -88,13 +88,26 @@ class Tree:
                         self._drop(run, DropReason.OVERFLOW, now)
                     run.queue.append(event)
 
+    def refuse(self, run: Run, why: str) -> bool:
+        """Let the nearest state that waits for `REFUSED`, from an automaton up, hear it before other events.
+
+        Returns false when none waits for it.
+        """
+        with self.lock:
+            waiting = run if run.on_duty else None
+            while waiting is not None and not _waits_for_refusal(waiting):
+                waiting = waiting.parent
+            if waiting is not None:
+                waiting.refusal = Event(REFUSED, why)
+            return waiting is not None
+
     def next_event(self, run: Run, now: int) -> Event | None:
-        """Return the oldest due event for which a transition out of the current state waits.
+        """Return the oldest due event for which a transition out of the current state waits; a refusal first.
 
         It stays in the queue until it fires a transition or is dropped. Events before it are dropped.
         """
-        if not run.due:
-            return None
+        if run.refusal is not None or not run.due:
+            return run.refusal
         with self.lock:
             awaited = {transition.event for transition in run.automaton.outgoing(run.current)}
             while run.due:
@@ -106,6 +119,10 @@ class Tree:
     def take_event(self, run: Run, event: Event, now: int, *, handled: bool) -> None:
         """Remove an event that `next_event` returned: one that is not `handled` is dropped."""
         with self.lock:
+            if event is run.refusal:
+                run.refusal = None
+                run.queue.appendleft(event)
+                run.due += 1
             if run.queue and run.queue[0] is event:  # an overflow may have been faster
                 if handled:
                     self._dequeue(run)
@@ -328,6 +345,7 @@ class Tree:
         for child in run.below:
             self._deactivate(child, now)
         run.active = run.cut = run.code_first = False
+        run.refusal = None
         run.waited = run.active_time(now)
         run.since = None
         run.release_followers()
@@ -358,6 +376,7 @@ class Tree:
         return run.queue.popleft()
 
     def _set(self, run: Run, state: State, now: int) -> None:
+        run.refusal = None  # it was for the state that is left
         run.current = state
         run.entered = now
         run.owed = owes(state)
@@ -371,3 +390,8 @@ class Tree:
     def _changed(self, now: int, run: Run, kind: ChangeKind) -> None:
         for observer in self.observers:
             observer.changed(now, run, kind)
+
+
+def _waits_for_refusal(run: Run) -> bool:
+    """Return whether a transition out of the current state waits for `REFUSED`."""
+    return any(transition.event == REFUSED for transition in run.automaton.outgoing(run.current))

@@ -54,11 +54,19 @@ class Assembly:
     """The server's parts between a robot and its clients: a servant for each device.
 
     `wall` is the steady clock of the safety deadlines and the reports; `latch`, which is open, keeps the
-    emergency stop. Raises RobotError for options that the robot does not support, and for parts of the same
-    name.
+    emergency stop. A robot on a stage hears what is typed, another if it `hears`. Raises RobotError for
+    options that the robot does not support, and for parts of the same name.
     """
 
-    def __init__(self, robot: Robot, options: ServerOptions, wall: Clock, latch: Latch | None = None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        options: ServerOptions,
+        wall: Clock,
+        latch: Latch | None = None,
+        *,
+        hears: bool = False,
+    ) -> None:
         self._robot = robot
         self.options: Final = options
         """Options of the server."""
@@ -95,9 +103,11 @@ class Assembly:
             self._add_senses(robot.senses)
         if robot.stage is not None:
             scene = SceneI(robot.stage, self.gate, self.body.hold, self.hearing.hear)
+            self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene)
+        if robot.stage is not None or hears:
             ears = HearingI(time)
             self.hearing.listen(ears.hear)
-            self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene, Hearing=ears)
+            self._add(Hearing=ears)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
         self._history = BodyHistory(robot, self._wake)

@@ -14,6 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, NamedTuple
 
+REFUSED: Final = "refused"
+"""The event that the runtime sends to a state whose code asks for what a servant refuses."""
+
 NO_CHILD: Final = 0
 """The child id of a state without an automaton, and the father's id of the root."""
 

@@ -2,9 +2,11 @@
 
 
 def eyes(run):
-    """Return how bright the left eye is from a time in s on."""
+    """Return how bright the left eye, or the first light of a robot without eyes, is from a time in s on."""
     calls = [call for call in run.calls("Leds.setLed") if call.error is None]  # a refused one changes nothing
-    return [(call.time, call.color.blue) for call in calls if call.name == "LeftEye"]
+    names = [call.name for call in calls]
+    eye = "LeftEye" if "LeftEye" in names or not names else names[0]
+    return [(call.time, call.color.blue) for call in calls if call.name == eye]
 
 
 def right_all_the_time(run):

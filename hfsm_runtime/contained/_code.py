@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import msgspec
 
-from interfaces.jderobot import CommandRefusedException
+from interfaces.jderobot import JderobotException
 from zenoh_ice import typed
 
 from .._advice import explain
@@ -153,10 +153,11 @@ class FarComponent:
             error = error.__cause__  # where it happened is said apart
         name = type(error).__name__[:_LONGEST_NAME]
         said = explain(error, self._component, self._chain(automaton))
-        text = said.removeprefix(f"{type(error).__name__}: ")
-        holder = error.holder if isinstance(error, CommandRefusedException) else ""
+        text, detail = said.removeprefix(f"{type(error).__name__}: "), ""
+        if isinstance(error, JderobotException):
+            text, detail, *_ = (*map(str, error.args), "")
         place = locate(error, self._file) if self._file else ""
-        return Raised(name, _sendable(text), _sendable(place), _sendable(holder)[:_LONGEST_NAME])
+        return Raised(name, _sendable(text), _sendable(place), _sendable(detail)[:_LONGEST_NAME])
 
 
 class _Handler(logging.Handler):

@@ -192,8 +192,8 @@ class Raised(Message):
     text: Text
     place: Text = ""
     """Where, in the component and in the document."""
-    holder: Name = ""
-    """Who holds the robot, if it refused a command."""
+    detail: Name = ""
+    """The second member of an exception of a servant, such as who holds the robot."""
 
 
 class Variables(Message):

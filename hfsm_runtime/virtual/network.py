@@ -43,6 +43,7 @@ from zenoh_ice.transport import (
 )
 
 from .._code import Code
+from .._robot import like
 from ._journal import Journal
 from .clock import TaskClock
 
@@ -106,7 +107,7 @@ class _VirtualCommunicator(Communicator):
         try:
             return super().find(target, type_id, timeout, since=since)
         except ObjectNotExistException:
-            served = ", ".join(self.identities()) or "none: give robot= or stub()"
+            served = like([target.identity], self.identities()) or "none: give robot= or stub()"
             raise ObjectNotExistException(
                 f"there is no servant {target.identity}; there are {served}"
             ) from None

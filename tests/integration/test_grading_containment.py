@@ -136,6 +136,27 @@ def test_all_that_code_may_use_is_the_same_inside(containment: Containment, tmp_
     assert [each[2] for each in inside["changes"]] == ["asks", "listens", "waits", "fails"]
 
 
+def test_what_is_refused_is_heard_the_same_inside(containment: Containment, tmp_path: Path) -> None:
+    asks = state(1, "asks", "self.Head.setPose(float('inf'), 0.0, 0.5)", initial=True)
+    looks = state(2, "looks", "raise ObjectNotExistException('there is no eye')")
+    hears = [
+        transition(number, number, number + 1, "refused", type="event", code="seen.append(event.data)")
+        for number in (1, 2)
+    ]
+    text = document(
+        sub(1, 0, asks, looks, state(3, "ends"), *hears, variables="seen = []"),
+        libraries=("from zenoh_ice import ObjectNotExistException",),
+        config="<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface></iceinterface>",
+    )
+    path = tmp_path / "refused.xml"
+    path.write_text(text, encoding="utf-8")
+    inside = seen_of(containment.simulate, path, "seen")
+    assert inside == seen_of(simulate, path, "seen")
+    assert (inside["failed"], inside["errors"]) == (False, [])
+    assert inside["variable"][1] == "there is no eye"
+    assert len(inside["variable"]) == 2
+
+
 def test_code_of_several_automata_sleeps_side_by_side_inside_as_outside(
     containment: Containment, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

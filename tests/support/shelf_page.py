@@ -18,7 +18,8 @@ _BEGINNING: Final = """# The ready states
 
 Made by `python -m tests.support.shelf_page` from the documents in `shelf/`; a test proves that it is current.
 [Draw ready states](../how-to/shelf.md) explains their use. *Needs* lists the servants that a robot must
-[have](robots.md). All are tested on the fake and the simulated Nao, and those that suit others on some of them."""
+[have](robots.md). On a robot that lacks what it needs, a state ends and hands up the `reason`. All are tested on the
+fake and the simulated Nao, T1 and G1, upright and lying."""
 
 
 def shelf_page() -> str:

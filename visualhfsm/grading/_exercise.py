@@ -59,6 +59,7 @@ class Criterion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 class _File(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     title: Words
     criteria: tuple[Criterion, ...]
+    robots: tuple[str, ...] = ()
     events: dict[str, Words] = {}
     mistakes: dict[str, Points] = {}
 
@@ -72,6 +73,8 @@ class Exercise(Struct, frozen=True, kw_only=True):
     """Those of its title, the first one by default."""
     title: Mapping[str, str]
     criteria: tuple[Criterion, ...]
+    robots: tuple[str, ...]
+    """The bodies of which its solution earns all points; empty if the exercise does not say."""
     plans: Mapping[str, Plan]
     """By name: `trials`, `hidden/far`; their document is a placeholder, and each goes on to its limit."""
     events: Mapping[str, Mapping[str, str]]
@@ -124,6 +127,7 @@ def read_exercise(folder: Path) -> Exercise:
         languages=tuple(file.title),
         title=file.title,
         criteria=file.criteria,
+        robots=file.robots,
         plans=plans,
         events=file.events,
         mistakes=file.mistakes,
@@ -171,6 +175,19 @@ def _check(exercise: Exercise, source: str, text: str) -> None:
         )
     if not exercise.criteria:
         raise GradingError(Message("{source}: criteria is empty: write what earns points", source=source))
+    for name, plan in exercise.plans.items() if exercise.robots else ():
+        bodies = plan.scene.get("body", ())
+        for body in bodies if isinstance(bodies, tuple) else (bodies,):
+            if body not in exercise.robots:
+                raise GradingError(
+                    Message(
+                        "{source}: the plan {name} has the body {body}, and the exercise is for {robots}",
+                        source=source,
+                        name=name,
+                        body=str(body),
+                        robots=", ".join(exercise.robots),
+                    )
+                )
     for language in exercise.languages:
         if not exercise.task(language).is_file():
             raise GradingError(

@@ -69,7 +69,8 @@ def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
         for criterion in exercise.criteria
     ]
     head = f"| {say(language, 'counts')} | {say(language, 'points')} |\n|---|---|"
-    task = "\n".join([exercise.task(language).read_text("utf-8").rstrip(), "", head, *rows, ""])
+    robots = [say(language, "robots", robots=", ".join(exercise.robots)), ""] if exercise.robots else []
+    task = "\n".join([exercise.task(language).read_text("utf-8").rstrip(), "", *robots, head, *rows, ""])
     return {
         "task.md": task.encode(),
         f"{exercise.name}.xml": document if isinstance(document, bytes) else document.encode(),

@@ -37,7 +37,7 @@ from hfsm_runtime.contained.protocol import (
     Wait,
 )
 from hfsm_runtime.source_map import PLACE
-from interfaces.jderobot import CommandRefusedException, HardwareFailedException
+from interfaces import jderobot
 from visualhfsm._base.line_process import explain_signal
 from zenoh_ice import exceptions, typed
 from zenoh_ice.exceptions import SystemException
@@ -391,14 +391,10 @@ def _nobody(message: object) -> Message:
 
 def _named(message: Raised) -> Exception:
     name, text = message.error, printable(message.text)
-    known = getattr(exceptions, name, None)
-    if isinstance(known, type) and issubclass(known, SystemException):
-        with suppress(TypeError):  # one that has more than a text is no more than its name here
-            return known(text)
-    if name == CommandRefusedException.__name__:
-        return CommandRefusedException(text, message.holder)
-    if name == HardwareFailedException.__name__:
-        return HardwareFailedException(text)
+    known = getattr(exceptions, name, None) or getattr(jderobot, name, None)
+    if isinstance(known, type) and issubclass(known, SystemException | jderobot.JderobotException):
+        with suppress(TypeError):  # one that has other members is no more than its name here
+            return known(*filter(None, (text, message.detail)))
     kind: type[ContainedError] = type(
         name if name.isidentifier() else "Exception", (ContainedError,), {"__module__": __name__}
     )

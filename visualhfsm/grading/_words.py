@@ -36,6 +36,7 @@ _WORDS: Final = {
         "trial": "trial {number} of {count}",
         "trial of": "{plan}: trial {number} of {count}",
         "counts": "What earns points",
+        "robots": "It is made for robots with the body {robots}.",
     },
     "es": {
         "at once": "está en `{state}` cuando {event}",
@@ -66,6 +67,7 @@ _WORDS: Final = {
         "trial": "ensayo {number} de {count}",
         "trial of": "{plan}: ensayo {number} de {count}",
         "counts": "Qué da puntos",
+        "robots": "Está hecho para robots con el cuerpo {robots}.",
     },
 }
 

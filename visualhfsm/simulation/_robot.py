@@ -98,7 +98,7 @@ class RobotUnderTest:
             FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
         )
         """The robot itself, below its safety layer."""
-        self._assembly: Final = Assembly(self.device, options or ServerOptions(), clock)
+        self._assembly: Final = Assembly(self.device, options or ServerOptions(), clock, hears=True)
         for identity, servant in self._assembly.servants.items():
             network.serve(identity, servant)
         jobs = _VirtualJobs(clock, self._assembly.jobs)
@@ -207,7 +207,7 @@ def served_interfaces(body: str | Path = DEFAULT_BODY) -> dict[str, list[str]]:
     Raises RobotError when the body cannot be read.
     """
     clock = WallClock()
-    assembly = Assembly(FakeRobot(clock, body=read_body(body)), ServerOptions(), clock)
+    assembly = Assembly(FakeRobot(clock, body=read_body(body)), ServerOptions(), clock, hears=True)
     return {name: [servant.ice_interface.type_id] for name, servant in assembly.servants.items()}
 
 

@@ -14,7 +14,7 @@ from .._effects import CodeEffects
 from ..analysis import Piece
 from ..code.text import all_nodes
 from ..codes import Code
-from ..document import Automaton, Document
+from ..document import REFUSED, Automaton, Document
 from .report import Report, transition_label
 
 __all__ = ["check_events"]
@@ -39,6 +39,8 @@ def check_events(effects: CodeEffects, report: Report) -> None:
             if transition.type != "event" or not name:
                 continue
             awaited.add(name)
+            if name == REFUSED:
+                continue  # the runtime sends it
             who = transition_label(transition)
             if is_complete and name not in {*sent, *declared}:
                 message = Message(

@@ -14,7 +14,7 @@ from typing import Final
 from ...diagnostics import Note
 from .._effects import CodeEffects
 from ..code.language import is_foreign
-from ..document import Text
+from ..document import REFUSED, Text
 from ._guards import Conjunction, satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
 
@@ -40,7 +40,7 @@ def events_of(model: Model) -> Events:
     """
     document, automata = model.document, model.automata
     waited_for = frozenset(each.event for one in automata for each in one.transitions if each.event)
-    declared = frozenset(event.name.strip() for event in document.events)
+    declared = frozenset((REFUSED, *(event.name.strip() for event in document.events)))
     if is_foreign(document):
         return Events(waited_for | declared)
     always = [text for automaton in document.automata for text in (automaton.functions, automaton.variables)]

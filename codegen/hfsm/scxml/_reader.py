@@ -20,7 +20,7 @@ from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 from ...messages import Message
 from ..analysis import analyze
 from ..codes import Code
-from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
+from ..document import NO_CHILD, REFUSED, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml
 from ..positions import on_circle
@@ -197,7 +197,7 @@ class _Reader:
         document = Document(
             description=Text(root.attributes.get("name", "")),
             language=Text(self._script.language),
-            events=tuple(Event(name=name) for name in self._events if name not in sent),
+            events=tuple(Event(name=name) for name in self._events if name not in {*sent, REFUSED}),
             automata=automata,
         )
         self._check_scopes(document)

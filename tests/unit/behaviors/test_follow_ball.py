@@ -151,7 +151,7 @@ def test_a_camera_that_fails_stops_the_head(behavior: MakeBehavior) -> None:
     b.advance(1.0)
     assert b.halted
     assert "HardwareFailedException" in b.errors[0].message
-    assert b.errors[0].location.endswith("(follow_ball.xml:62)")
+    assert b.errors[0].location.endswith("(follow_ball.xml:64)")
     assert [call.target for call in b.calls("Head")] == ["Head.stop"]
 
 
@@ -236,3 +236,66 @@ def test_it_follows_in_pictures_like_a_cameras_in_any_light(behavior: MakeBehavi
         worst = max(worst, bearing_error(b))
     assert worst < 0.15
     assert b.changes("follow_ball") == [(0.0, "follow")]
+
+
+def test_it_follows_on_while_something_hides_half_of_the_ball(b: Behavior) -> None:
+    b.robot.ball("red").hide()
+    b.robot.ball("green").place(pan=0.1, distance=1.0, height=0.5)
+    b.advance(1.0)
+    b.robot.ball("red").place(pan=0.05, distance=0.8, height=0.5)
+    b.advance(2.0)
+    assert b.changes("follow_ball") == [(0.0, "follow")]
+    b.guard("lost", True)
+    b.run_until("search", limit=0.1)
+    b.guard("lost", None)
+    b.robot.place(HeadYaw=0.1, HeadPitch=0.0)
+    b.advance(0.1)
+    assert b.active == "search", "half a ball is none that it finds"
+
+
+BALL = '[[carried_balls]]\nname = "Ball{}"\ncolor = [0.02, 0.85, 0.05]\nstart = [0.0, 1.0, 0.5]\n'
+BOX = '[[boxes]]\nname = "Box"\nsize = [0.3, 0.3, 0.9]\nposition = [1.1, {}]\ncolor = [0.02, 0.85, 0.05]\n'
+
+
+def sees(behavior: MakeBehavior, world: str, **balls: float) -> Behavior:
+    """Return a behavior whose simulated robot has had a while with a world, in which balls are at these pans."""
+    from naoserver_sim.world import parse_world
+
+    made = parse_world(world, "w")
+    b = behavior(DOCUMENT, robot="sim", camera="rendered", noise=True, seed=1, world=made)
+    for name, pan in balls.items():
+        b.robot.ball(name).place(pan=pan, distance=1.0, height=0.5)
+    b.advance(1.5)
+    return b
+
+
+@pytest.mark.sim
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    "world",
+    cases([BALL.format("Green") + BALL.format("Other")], [BALL.format("Green") + BOX.format(-0.4)]),
+    ids=["two balls", "a box beside it"],
+)
+def test_it_follows_one_ball_whatever_else_is_green(behavior: MakeBehavior, world: str) -> None:
+    others = {"BallOther": -0.3} if "BallOther" in world else {}
+    b = sees(behavior, world, BallGreen=0.15, **others)
+    for _ in range(10):
+        b.advance(0.1)
+        assert bearing_error(b) < 0.03
+
+
+@pytest.mark.sim
+@pytest.mark.gl
+@pytest.mark.parametrize("left", cases([0.0], [-0.3, 0.3]))
+def test_a_green_box_is_no_ball(behavior: MakeBehavior, left: float) -> None:
+    b = sees(behavior, BALL.format("Green") + BOX.format(left), BallGreen=math.pi)
+    assert b.active == "search"
+
+
+def test_a_ball_is_one_even_if_nearly_half_of_it_is_beyond_the_edge_of_the_picture(b: Behavior) -> None:
+    edge = math.atan2(160, b.component.Camera.getCameraDescription().fdistx)
+    b.robot.ball("green").place(pan=edge - 0.05, distance=0.6, height=0.5)  # the camera is before the neck
+    b.advance(0.0)
+    seen = b.variables("follow_ball")
+    assert seen["ball_seen"]
+    assert -160 < seen["error_u"] < -150, "the radius is 30 pixels"

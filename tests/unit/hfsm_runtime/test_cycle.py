@@ -29,6 +29,9 @@ class Supervisor:
     def now(self) -> int:
         return self.time
 
+    def refused(self, run: Run, error: Exception) -> bool:
+        return False
+
     def failed(self, run: Run, error: Exception) -> None:
         raise error
 

@@ -7,15 +7,16 @@ from collections.abc import Callable
 
 import pytest
 
-from hfsm_runtime import Automaton, State, VirtualRun
+from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime.debugger.snapshot import take_snapshot
 from interfaces.hfsm import ComponentStatus
-from interfaces.jderobot import CommandRefusedException, HardwareFailedException
-from tests.support.automata import after, automaton, component, when
+from interfaces.jderobot import CommandRefusedException, HardwareFailedException, InvalidValueException
+from tests.support.automata import after, automaton, component, on, when
 from tests.support.limits import FOREVER
 from tests.support.running import running
 from tests.support.waiting import until
+from zenoh_ice import ConnectionLostException, ObjectNotExistException, TimeoutException
 
 
 class Gate:
@@ -168,7 +169,121 @@ def test_hardware_that_fails_for_a_moment_skips_cycles_and_the_tenth_in_a_row_is
     assert virtual.halted
 
 
+# A state that waits for the event `refused`.
+
+HEARD = "there is no posture 'Sit'"
+
+
+def refused(error: Exception) -> Callable[[], object]:
+    """Return code that a servant refuses."""
+
+    def code() -> None:
+        raise error
+
+    return code
+
+
+def hearing(asking: State, why: list[object], *transitions: Transition) -> Automaton:
+    """Return an automaton that asks for something, and goes to its end when that is refused."""
+    heard = on("refused", 1, 2, priority=1, code=lambda event: why.append(event.data))
+    return automaton(1, "root", [asking, State(id=2, name="end", final=True)], [*transitions, heard])
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        InvalidValueException(HEARD, "name"),
+        CommandRefusedException(HEARD, "somebody"),
+        ObjectNotExistException(HEARD),
+        ConnectionLostException(HEARD),
+        TimeoutException(HEARD),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+@pytest.mark.parametrize("piece", ["entry", "code"])
+def test_a_state_hears_why_a_servant_refused_what_it_asked_for(error: Exception, piece: str) -> None:
+    why: list[object] = []
+    asking = State(id=1, name="ask", **{piece: refused(error)})  # type: ignore[arg-type]
+    virtual = VirtualRun(component(hearing(asking, why)))
+    virtual.advance(0.5)
+    assert (virtual.active, why) == ("end", [HEARD])
+    assert (virtual.halted, virtual.errors, virtual.refusal) == (False, (), None)
+
+
+def test_a_refusal_comes_before_guards_that_ask_about_what_was_done_before() -> None:
+    why: list[object] = []
+    asking = State(id=1, name="ask", entry=refused(InvalidValueException(HEARD)))
+    virtual = VirtualRun(component(hearing(asking, why, when(lambda: True, 1, 2))))
+    virtual.advance(0.5)
+    assert why == [HEARD]
+
+
+def test_a_guard_that_is_refused_does_not_hold_and_the_state_hears_it() -> None:
+    why: list[object] = []
+    lost = when(refused(ConnectionLostException(HEARD)), 1, 2)
+    virtual = VirtualRun(component(hearing(State(id=1, name="ask"), why, lost)))
+    virtual.advance(0.5)
+    assert (virtual.active, why) == ("end", [HEARD])
+
+
+def test_a_state_hears_what_is_refused_below_it() -> None:
+    why: list[object] = []
+    asks = automaton(
+        2, "below", [State(id=1, name="x", code=refused(InvalidValueException(HEARD)))], period=0.01
+    )
+    virtual = VirtualRun(component(hearing(State(id=1, name="ask", children=(asks,)), why)))
+    virtual.advance(0.5)
+    assert (virtual.active, why) == ("end", [HEARD])
+
+
+def test_what_is_refused_while_a_state_is_left_is_no_answer_to_the_next() -> None:
+    why: list[object] = []
+    leaving = State(id=1, name="ask", exit=refused(ConnectionLostException(HEARD)))
+    states = [leaving, State(id=2, name="next"), State(id=3, name="failed")]
+    hears = [on("refused", 1, 3), on("refused", 2, 3)]
+    virtual = VirtualRun(component(automaton(1, "root", states, [after(0.2, 1, 2), *hears])))
+    virtual.advance(1.0)
+    assert (virtual.active, why, virtual.errors) == ("next", [], ())
+
+
+def test_a_refusal_that_no_guard_lets_through_is_dropped_and_older_events_are_kept() -> None:
+    code = refused(InvalidValueException(HEARD))
+    asking = State(id=1, name="ask", code=lambda: code() if virtual.time == 0.2 else None)
+    rejects = on("refused", 1, 2, guard=lambda event: event.data != HEARD)
+    root = automaton(1, "root", [asking, State(id=2, name="end")], [rejects, on("go", 1, 2)])
+    virtual = VirtualRun(component(root))
+    virtual.advance(0.25)
+    virtual.send("go")
+    virtual.advance(0.1)
+    (run,) = virtual.tree.runs
+    assert run.last_dropped is not None
+    assert (virtual.active, run.last_dropped[0].data, run.dropped) == ("end", HEARD, 1)
+
+
+def test_a_mistake_in_the_code_is_not_refused() -> None:
+    virtual = VirtualRun(component(hearing(State(id=1, name="ask", code=refused(ValueError("a slip"))), [])))
+    virtual.advance(0.5)
+    assert virtual.halted
+
+
+def test_a_picture_that_may_be_late_is_not_refused_and_a_broken_camera_is() -> None:
+    why: list[object] = []
+    looks = State(id=1, name="ask", code=refused(HardwareFailedException("Camera: no image")))
+    virtual = VirtualRun(component(hearing(looks, why)))
+    virtual.advance(0.85)
+    assert (virtual.active, why) == ("ask", [])
+    virtual.advance(0.5)
+    assert (virtual.active, why) == ("end", ["Camera: no image"])
+
+
 # On threads.
+
+
+def test_on_threads_a_state_hears_it_too() -> None:
+    why: list[object] = []
+    asking = State(id=1, name="ask", entry=refused(InvalidValueException(HEARD)))
+    with running(hearing(asking, why)):
+        until(lambda: why == [HEARD])
 
 
 def test_on_threads_it_is_asked_at_once_and_then_only_after_a_delay() -> None:

@@ -7,12 +7,11 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import pytest
 
-from interfaces.nao import ActionState, ActionStatus, HeardState, TouchReading
-from naoserver.fake import FakeRobot
+from interfaces.nao import ActionState, ActionStatus, SafetyPrx, TouchReading
 from tests.support.places import ROOT
 from tests.support.soak import repeated
 from visualhfsm import Project
@@ -41,8 +40,6 @@ class Example:
     limit: float = 15.0
     outputs: dict[str, object] = field(default_factory=lambda: {"done": True, "reason": ""})
     """What the state above knows in the end."""
-    fake: dict[str, Any] = field(default_factory=dict)
-    """Answers of what the fake robot lacks."""
 
 
 def place_ball(b: Behavior) -> None:
@@ -51,9 +48,6 @@ def place_ball(b: Behavior) -> None:
 
 def say_words(b: Behavior) -> None:
     b.advance(0.2)
-    if isinstance(b.robot.device, FakeRobot):  # nobody can talk to it
-        b.stub("Hearing", getHeard=HeardState(time=1.0, text="Please STOP now", count=1))
-        return
     b.robot.hear("Go on")
     b.advance(0.2)
     assert b.active != "next"
@@ -80,7 +74,6 @@ def said(b: Behavior) -> str:
     return str(b.component.Speech.getSpeech().text)
 
 
-SILENCE: Final = {"Hearing": {"getHeard": HeardState(time=0.0, text="", count=0)}}
 EXAMPLES: Final = {
     "say": Example({"text": '"Good morning"'}, holds=lambda b: said(b) == "Good morning", stop="Speech.stop"),
     "play_a_sound": Example(
@@ -119,11 +112,11 @@ EXAMPLES: Final = {
         holds=lambda b: b.calls("Motions.play")[-1].pace == 1.5,
         stop="Motions.stop",
     ),
-    "lights": Example({"color": '"blue"', "where": '"Eye"'}, holds=is_lit, outputs={}),
+    "lights": Example({"color": '"blue"', "where": '"Eye"'}, holds=is_lit),
     "wait_for_a_word": Example(
-        {"word": '"stop"'}, say_words, fake=SILENCE, outputs={"sentence": "Please STOP now"}
+        {"word": '"stop"'}, say_words, outputs={"sentence": "Please STOP now", "done": True}
     ),
-    "wait_for_touch": Example({"sensor": '"Head"'}, press, outputs={"touched": "HeadFront"}),
+    "wait_for_touch": Example({"sensor": '"Head"'}, press, outputs={"touched": "HeadFront", "done": True}),
 }
 BODIES: Final = [
     *(("T1", name) for name in ("say", "look_at", "turn", "wave_a_hand")),
@@ -208,8 +201,7 @@ def test_a_state_does_it_and_ends(
     drawings: Project, behavior: MakeBehavior, name: str, robot: Literal["fake", "sim"]
 ) -> None:
     example = EXAMPLES[name]
-    stubs = example.fake if robot == "fake" else None
-    b = behavior(draw(drawings, name, example.arguments), robot=robot, camera="drawn", stubs=stubs)
+    b = behavior(draw(drawings, name, example.arguments), robot=robot, camera="drawn")
     example.prepare(b)
     b.run_until("next", limit=example.limit)
     assert not b.errors
@@ -236,6 +228,44 @@ def test_a_state_that_fails_says_why(
     b.run_until("next", limit=5.0)
     known = b.variables("drawn")
     assert (known["done"], known["reason"]) == (False, "the battery is empty")
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_state_whose_servers_are_lost_ends_and_says_so(
+    drawings: Project, behavior: MakeBehavior, name: str
+) -> None:
+    b = behavior(draw(drawings, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
+    with b.server_offline():
+        b.run_until("next", limit=1.0)
+    known = b.variables("drawn")
+    assert not known.get("done", known.get("found"))
+    assert " is offline: it was taken offline" in known["reason"]
+
+
+@pytest.mark.parametrize("name", ["kick", "look_at", "say", "sit", "turn", "walk_to"])
+def test_a_state_that_is_under_way_when_its_servers_are_lost_ends_and_says_so(
+    drawings: Project, behavior: MakeBehavior, name: str
+) -> None:
+    b = behavior(draw(drawings, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
+    b.advance(0.2)
+    with b.server_offline():
+        b.run_until("next", limit=1.0)
+    assert " is offline: it was taken offline" in b.variables("drawn")["reason"]
+
+
+@pytest.mark.parametrize(
+    "name", ["kick", "look_at", "play_a_motion", "sit", "turn", "walk_to", "wave_a_hand"]
+)
+def test_a_state_whose_robot_is_stopped_ends_and_says_so(
+    drawings: Project, behavior: MakeBehavior, name: str
+) -> None:
+    b = behavior(draw(drawings, name, EXAMPLES[name].arguments), robot="fake", camera="drawn")
+    safety = SafetyPrx.uncheckedCast(b.world.communicator.stringToProxy("Safety"))
+    safety.emergencyStop("a hand in the way")
+    b.run_until("next", limit=1.0)
+    known = b.variables("drawn")
+    assert (known["done"], "a hand in the way" in known["reason"]) == (False, True)
+    assert safety.getSafetyState().stopped
 
 
 @pytest.mark.parametrize("name", [name for name, example in EXAMPLES.items() if example.stop])

@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.places import ROOT
 from visualhfsm.grading import GradingError, read_exercise
+from visualhfsm.grading._handout import handout
 from visualhfsm.trials import TrialsError
 
 
@@ -35,8 +36,8 @@ def test_an_exercise_is_read(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "error"),
     [
-        ("points = 5", "points = 0", r"exercise.toml:7: criteria\[0\].points = 0: write points above 0"),
-        ("points = 5", "marks = 5", r"exercise.toml:7: criteria\[0\].marks: there is no such key"),
+        ("points = 5", "points = 0", r"exercise.toml:9: criteria\[0\].points = 0: write points above 0"),
+        ("points = 5", "marks = 5", r"exercise.toml:9: criteria\[0\].marks: there is no such key"),
         ('state = "done"', "", r"exercise.toml:.*: a criterion has either state or judge"),
         ('state = "done"', 'state = "done"\njudge = "judge.py:nods"', "either state or judge"),
         ('state = "done"', 'state = "done"\nafter = "push"', "the plan trials has no disturbance push"),
@@ -53,6 +54,17 @@ def test_an_exercise_is_read(folder: Path) -> None:
 def test_what_is_wrong_is_named(folder: Path, old: str, new: str, error: str) -> None:
     change(folder, old, new)
     with pytest.raises(GradingError, match=error):
+        read_exercise(folder)
+
+
+def test_it_is_said_for_which_robots_it_is(folder: Path) -> None:
+    change(folder, ', "T1", "G1", "Cart"', "")
+    task = handout(read_exercise(folder), "en")["task.md"].decode()
+    assert "\nIt is made for robots with the body H25, H21.\n\n" in task
+    change(folder, "[success]", '[scene]\nbody = "Cart"\n[success]', "trials.toml")
+    with pytest.raises(
+        GradingError, match="the plan trials has the body Cart, and the exercise is for H25, H21"
+    ):
         read_exercise(folder)
 
 

@@ -18,6 +18,11 @@ def test_an_extension_may_send_events(path: Path) -> None:
     assert problems(path, text) == []
 
 
+def test_the_runtime_sends_the_event_that_something_was_refused(path: Path) -> None:
+    refused = transition(1, 1, 2, "refused", type="event")
+    assert problems(path, document(sub(1, 0, state(1, "a", initial=True), state(2, "b"), refused))) == []
+
+
 def family(**code: str) -> str:
     """Return a document in which the automaton 2 waits for `go`: it is below `a`, like 3, and 4 is below `b`."""
     made = {key: code.get(key, "pass") for key in ("entry", "code", "guard", "fired", "beside", "elsewhere")}

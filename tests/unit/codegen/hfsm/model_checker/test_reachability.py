@@ -91,6 +91,10 @@ def test_an_event_comes_when_somebody_sends_it() -> None:
     assert not never(check(function))
 
 
+def test_whatever_a_state_asks_for_may_be_refused() -> None:
+    assert not never(check(three(on("refused", 1, 2, id=1))))
+
+
 def test_an_event_that_only_unreachable_code_sends_never_comes() -> None:
     doc = document(automaton(1, [state(1), state(2, code='self.send("go")')], [on("go", 1, 2, id=1)]))
     assert never(check(doc)) == {(1, 1): WhyNever.EVENT}
