@@ -12,7 +12,7 @@ from typing import Any
 
 from visualhfsm._base.errors import EditError
 from visualhfsm._base.languages import known_language
-from visualhfsm._monitor.messages import complete
+from visualhfsm._base.work import complete
 from visualhfsm._processes.bodies import find_bodies
 from visualhfsm._processes.robots import find_worlds
 from visualhfsm.project._document import OpenDocument
@@ -104,9 +104,8 @@ async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
     async def closed() -> None:
         await tab.edit(OpenDocument.close, discard=request.discard)
         workspace.remove(tab)
-        await workspace.services.running.forget(tab.id)
-        await workspace.services.trials.forget(tab.id)
-        await workspace.services.tests.forget(tab.id)
+        for each in (workspace.services.running, workspace.services.trials, workspace.services.tests):
+            await each.forget(tab.id)
 
     await complete(closed())
 

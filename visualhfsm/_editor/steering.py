@@ -36,9 +36,9 @@ async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]
     return await workspace.runs.run(tab, request.arguments, record=request.record, dry_run=dry_run)
 
 
-async def stop_run(workspace: Workspace, window: Window, request: p.StopRun) -> object:
+async def stop_run(workspace: Workspace, window: Window, request: p.StopRun) -> None:
     """Stop the process of a component."""
-    return await workspace.services.running.stop(request.tab, window.kind)
+    await workspace.services.running.stop(request.tab, window.kind)
 
 
 async def attach(workspace: Workspace, window: Window, request: p.Attach) -> object:

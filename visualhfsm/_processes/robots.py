@@ -24,13 +24,13 @@ from codegen.reasons import known_text, reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.watched_process import Lines, WatchedProcess, describe_exit
+from visualhfsm._base.work import complete
 from visualhfsm._monitor.messages import (
     USUAL_LIMITS,
     Publish,
     Robot,
     ServiceLimits,
     Simulation,
-    complete,
     free_endpoint,
     own_listener,
 )

@@ -24,8 +24,9 @@ from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.languages import decode_message
+from visualhfsm._base.work import PerDocument
 from visualhfsm._document.serialization import written
-from visualhfsm._monitor.messages import OfTabs, Source, complete
+from visualhfsm._monitor.messages import Source
 from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 
@@ -49,47 +50,33 @@ class TrialsLimits:
     """Bytes of a line that it writes."""
 
 
-class RunningTrials:
+class RunningTrials(PerDocument["_TabTrials"]):
     """At most one series for each tab. All methods raise VisualHfsmError; used on the event loop only."""
 
     def __init__(
         self, publish: Publish, include: Sequence[Path] = (), limits: TrialsLimits = TrialsLimits()
     ) -> None:
-        self._tabs = OfTabs(lambda tab: _TabTrials(tab, publish, tuple(include), limits))
+        super().__init__(lambda tab: _TabTrials(tab, publish, tuple(include), limits))
 
     async def look(self, source: Source) -> bool:
         """Read the plan of a document, and what the outcomes beside it say, unless that is known.
 
         Returns False while the trials run: what is reported is of the version that runs.
         """
-        return await complete(self._tabs.of(source.tab).look(source))
+        return await self.do(source.tab, lambda trials: trials.look(source))
 
     async def run(self, source: Source, choices: Choices, *, again: bool = False) -> None:
         """Begin to run the trials that are missing; `again` replaces outcomes of an older version."""
-        await complete(self._tabs.of(source.tab).run(source, choices, again=again))
-
-    async def stop(self, tab: int) -> None:
-        """End the trials of a tab; what is done is kept."""
-        if (trials := self._tabs.get(tab)) is not None:
-            await complete(trials.stop())
+        await self.do(source.tab, lambda trials: trials.run(source, choices, again=again))
 
     async def record(self, tab: int, number: int, folder: Path, name: Callable[[Path], str]) -> None:
         """Begin to run one of the trials again, recorded into a file in a folder.
 
         A push says when it is done, with the file as `name` calls it.
         """
-        if (trials := self._tabs.get(tab)) is None:
+        if self.get(tab) is None:
             raise VisualHfsmError(Message("run the trials first"))
-        await complete(trials.record(number, folder, name))
-
-    async def forget(self, tab: int) -> None:
-        """End the trials of a tab that is closed."""
-        if (trials := self._tabs.forget(tab)) is not None:
-            await complete(trials.close())
-
-    async def close(self) -> None:
-        """End all trials."""
-        await asyncio.gather(*(trials.close() for trials in self._tabs.close()))
+        await self.do(tab, lambda trials: trials.record(number, folder, name))
 
 
 class _TabTrials:
@@ -101,7 +88,6 @@ class _TabTrials:
         self._publish = publish
         self._include = include
         self._limits = limits
-        self._busy = asyncio.Lock()
         self._series: _Process | None = None
         self._recorder: _Process | None = None
         self._choices = Choices()
@@ -117,61 +103,55 @@ class _TabTrials:
 
     async def look(self, source: Source) -> bool:
         """Read plan and outcomes, unless the trials run, or nothing has changed since the last time."""
-        async with self._busy:
-            if self._runs:
-                return False
-            order, known = await asyncio.to_thread(self._ordered, "look", source, self._choices)
-            if self._known != known:
-                await self._start(order, "reading", known)
-            return True
+        if self._runs:
+            return False
+        order, known = await asyncio.to_thread(self._ordered, "look", source, self._choices)
+        if self._known != known:
+            await self._start(order, "reading", known)
+        return True
 
     async def run(self, source: Source, choices: Choices, *, again: bool) -> None:
         """Begin to run."""
-        async with self._busy:
-            if self._runs:
-                raise VisualHfsmError(Message("the trials run already"))
-            order, _ = await asyncio.to_thread(self._ordered, "run", source, choices)
-            self._choices = choices
-            await self._start(msgspec.structs.replace(order, again=again), "running")
+        if self._runs:
+            raise VisualHfsmError(Message("the trials run already"))
+        order, _ = await asyncio.to_thread(self._ordered, "run", source, choices)
+        self._choices = choices
+        await self._start(msgspec.structs.replace(order, again=again), "running")
 
     async def stop(self) -> None:
         """End what runs, and wait for its end."""
-        async with self._busy:
-            if self._runs:
-                self._report(status="stopping")
-            for process in (self._series, self._recorder):
-                if process is not None:
-                    await process.stop()
+        if self._runs:
+            self._report(status="stopping")
+        for process in (self._series, self._recorder):
+            if process is not None:
+                await process.stop()
 
     async def record(self, number: int, folder: Path, name: Callable[[Path], str]) -> None:
         """Begin to run a trial again, recorded; `name` gives the name of a file in the page."""
-        async with self._busy:
-            if self._recorder is not None:
-                raise VisualHfsmError(
-                    Message("trial {recording} is being recorded", recording=str(self._state.recording))
-                )
-            if self._tried is None:
-                raise VisualHfsmError(Message("the document or its plan has changed: run the trials again"))
-            version = Path(self._tried.content).stem
-            target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
-            order = msgspec.structs.replace(
-                self._tried, action="record", number=number, recording=str(target)
+        if self._recorder is not None:
+            raise VisualHfsmError(
+                Message("trial {recording} is being recorded", recording=str(self._state.recording))
             )
+        if self._tried is None:
+            raise VisualHfsmError(Message("the document or its plan has changed: run the trials again"))
+        version = Path(self._tried.content).stem
+        target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
+        order = msgspec.structs.replace(self._tried, action="record", number=number, recording=str(target))
 
-            def take(report: Report) -> None:
-                if report.error:
-                    self._report(error=report.error)
+        def take(report: Report) -> None:
+            if report.error:
+                self._report(error=report.error)
 
-            def ended(error: str) -> None:
-                self._recorder = None
-                if error or not target.is_file():  # it failed, or was stopped
-                    self._report(recording=None, error=error)
-                else:
-                    self._report(recording=None, recorded=number, file=name(target))
+        def ended(error: str) -> None:
+            self._recorder = None
+            if error or not target.is_file():  # it failed, or was stopped
+                self._report(recording=None, error=error)
+            else:
+                self._report(recording=None, recorded=number, file=name(target))
 
-            self._recorder = _Process(self._environment, take, ended, self._limits)
-            self._report(recording=number, recorded=None, error="")
-            await self._recorder.start(order)
+        self._recorder = _Process(self._environment, take, ended, self._limits)
+        self._report(recording=number, recorded=None, error="")
+        await self._recorder.start(order)
 
     async def close(self) -> None:
         """End what runs, and remove the files."""
