@@ -125,11 +125,12 @@ class LineReports:
 class WatchedProcess:
     """A command that can be started any number of times, once at a time, and whose end is reported.
 
-    `report` gets its output, `ended` its exit code and whether `stop` ended it, both on the event loop.
+    `take` gets its output as that of a `ChildProcess`, `ended` its exit code and whether `stop` ended it,
+    both on the event loop.
     """
 
-    def __init__(self, report: Callable[[Lines], None], ended: Callable[[int, bool], None]) -> None:
-        self._report = report
+    def __init__(self, take: Callable[[int, bytes], None], ended: Callable[[int, bool], None]) -> None:
+        self._take = take
         self._ended = ended
         self._child: ChildProcess | None = None
         self._watch: asyncio.Task[None] | None = None
@@ -144,7 +145,7 @@ class WatchedProcess:
         """Start a command. Raises OSError when no process can be started, RuntimeError while one runs."""
         if self.is_running:
             raise RuntimeError("the former process still runs")
-        child = ChildProcess(LineReports(self._report))
+        child = ChildProcess(self._take)
         await child.start(command, environment)
         self._child = child
         self._stopping = False

@@ -23,7 +23,7 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.watched_process import Lines, WatchedProcess
+from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.generate import generate_component, summary
 from visualhfsm._document.origins import Origin, Origins, read_origins
@@ -188,7 +188,7 @@ class _Run:
         self._environment = environment
         self._directory = directory
         self._generated: _Generated | None = None
-        self._process = WatchedProcess(self._take, self._end)
+        self._process = WatchedProcess(LineReports(self._take), self._end)
         self._words = LastWords()
         self._last_cycle: Path | None = None
         """The file in which the component keeps what it executes."""

@@ -23,7 +23,7 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import known_text, reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.watched_process import Lines, WatchedProcess, describe_exit
+from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess, describe_exit
 from visualhfsm._base.work import complete
 from visualhfsm._monitor.messages import (
     USUAL_LIMITS,
@@ -106,8 +106,8 @@ class Robots:
         self._endpoints = endpoints
         self._root = root or Path.cwd()
         self._sockets = sockets
-        self._server = WatchedProcess(self._take, self._end)
-        self._movers = {color: WatchedProcess(_log, self._end_of_mover) for color in _BALLS}
+        self._server = WatchedProcess(LineReports(self._take), self._end)
+        self._movers = {color: WatchedProcess(LineReports(_log), self._end_of_mover) for color in _BALLS}
         self._kind: Literal["", "simulation", "real"] = ""
         self._name = ""
         self._simulation = Simulation()

@@ -22,7 +22,6 @@ from visualhfsm._processes import components, tests
 from visualhfsm._processes.components import RunningComponents
 from visualhfsm._processes.test_results import TestsPush
 from visualhfsm._processes.tests import RunningTests
-from visualhfsm.trials import _service as trials
 from visualhfsm.trials._messages import Choices, TrialsPush
 from visualhfsm.trials._service import RunningTrials
 
@@ -96,7 +95,7 @@ def test_whatever_is_asked_in_any_order_no_two_children_do_the_same_and_none_is_
         nonlocal ran
         chance = random.Random(seed)
         nursery = Nursery(chance, role)
-        for module in (watched_process, tests, trials):
+        for module in (watched_process, tests):
             monkeypatch.setattr(module, "ChildProcess", nursery.child)
         monkeypatch.setattr(asyncio, "to_thread", nursery.to_thread)
         known: Counter[int] = Counter()
