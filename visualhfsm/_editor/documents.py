@@ -5,7 +5,7 @@ Everything raises VisualHfsmError.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -47,29 +47,14 @@ async def share(workspace: Workspace, _: Window, request: p.Share) -> dict[str, 
     return {"address": workspace.share(request.shared)}
 
 
-async def open_(workspace: Workspace, _: Window, request: p.Open) -> dict[str, Any]:
+def open_file(workspace: Workspace, path: str) -> Coroutine[Any, Any, dict[str, Any]]:
     """Open a document, or find the tab where it is open. SCXML becomes a new document."""
-    return await open_file(workspace, request.path)
-
-
-async def open_file(workspace: Workspace, path: str) -> dict[str, Any]:
-    """Open a document, or find the tab where it is open. SCXML becomes a new document."""
-    return await _shown(workspace, partial(workspace.project.open, path))
-
-
-async def open_text(workspace: Workspace, _: Window, request: p.OpenText) -> dict[str, Any]:
-    """Open a text as a document that has no file yet."""
-    return await _shown(workspace, partial(workspace.project.open_text, request.name, request.text))
-
-
-async def new(workspace: Workspace, window: Window, request: p.New) -> dict[str, Any]:
-    """Create a document from a template."""
-    return await _shown(workspace, partial(workspace.project.new, request.template, window.language))
+    return shown(workspace, partial(workspace.project.open, path))
 
 
 async def recover(workspace: Workspace, _: Window, request: p.Recover) -> dict[str, Any]:
     """Open a document whose session ended without closing, as it was then."""
-    opened = await _shown(workspace, partial(workspace.project.recover, request.journal))
+    opened = await shown(workspace, partial(workspace.project.recover, request.journal))
     await workspace.look_for_recoverable()
     return opened
 
@@ -92,7 +77,7 @@ async def open_recording(workspace: Workspace, window: Window, request: p.Record
         return {**found, "tab": known}
     open_it = partial(project.open_text, path.name, found["document"], kept=True)
     try:
-        return {**found, **await _shown(workspace, open_it, recording=path)}
+        return {**found, **await shown(workspace, open_it, recording=path)}
     except EditError:
         return {**found, "tab": 0}
 
@@ -155,15 +140,15 @@ async def list_files(workspace: Workspace, _: Window, request: p.ListFiles) -> d
     }
 
 
-async def _shown(
+async def shown(
     workspace: Workspace, make: Callable[[], OpenDocument], *, recording: Path | None = None
 ) -> dict[str, Any]:
     """Open a document, and show it in a tab; the answer has the remarks about a foreign file."""
 
-    async def shown() -> Tab:
+    async def show() -> Tab:
         return workspace.show(await workspace.threads.do(make), recording=recording)
 
-    tab = await complete(shown())
+    tab = await complete(show())
     document = tab.document
     return {"tab": tab.id, **({} if document.remarks is None else {"remarks": document.remarks})}
 
