@@ -59,7 +59,7 @@ _OF_COMMANDS: Final = (
     *("visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_tuning.py"),
 )
 """What speaks to terminals alone, in English."""
-_KEYWORDS: Final = {"Message": (1,), "counted": (1, 2)}
+_KEYWORDS: Final = {"Message": (1,), "counted": (1, 2), "template": (1,)}
 """The arguments of `codegen.messages` that are texts."""
 
 
