@@ -5,7 +5,8 @@ Everything raises VisualHfsmError.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+import asyncio
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -47,9 +48,9 @@ async def share(workspace: Workspace, _: Window, request: p.Share) -> dict[str, 
     return {"address": workspace.share(request.shared)}
 
 
-def open_file(workspace: Workspace, path: str) -> Coroutine[Any, Any, dict[str, Any]]:
+async def open_file(workspace: Workspace, path: str) -> dict[str, Any]:
     """Open a document, or find the tab where it is open. SCXML becomes a new document."""
-    return shown(workspace, partial(workspace.project.open, path))
+    return await shown(workspace, partial(workspace.project.open, path))
 
 
 async def recover(workspace: Workspace, _: Window, request: p.Recover) -> dict[str, Any]:
@@ -89,8 +90,9 @@ async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
     async def closed() -> None:
         await tab.edit(OpenDocument.close, discard=request.discard)
         workspace.remove(tab)
-        for each in (workspace.services.running, workspace.services.trials, workspace.services.tests):
-            await each.forget(tab.id)
+        services = workspace.services
+        runners = (services.running, services.trials, services.tests)
+        await asyncio.gather(*(each.forget(tab.id) for each in runners))
 
     await complete(closed())
 
