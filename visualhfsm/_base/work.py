@@ -7,7 +7,6 @@ from collections import defaultdict
 from collections.abc import Awaitable, Callable, Coroutine, Iterator
 from typing import Generic, Protocol, TypeVar
 
-from codegen.messages import Message
 from visualhfsm._base.errors import VisualHfsmError
 
 T = TypeVar("T")
@@ -78,7 +77,7 @@ class PerDocument(Generic[R]):
 
     def _of(self, tab: int) -> R:
         if self._closed or tab in self._forgotten:
-            raise VisualHfsmError(Message("the document was closed: nothing is started for it"))
+            raise VisualHfsmError.because("the document was closed: nothing is started for it")
         if tab not in self._kept:
             self._kept[tab] = self._make(tab)
         return self._kept[tab]

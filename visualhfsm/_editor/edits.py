@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Concatenate, ParamSpec
 
-from codegen.messages import Message
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.commands import in_language
 from visualhfsm._document.commands.base import DUPLICATED
@@ -50,7 +49,7 @@ async def paste(workspace: Workspace, window: Window, request: p.Paste) -> dict[
     workspace.tabs.editable(request.tab)  # the first thing to say of a recording
     content = window.clipboard or workspace.clipboard
     if not content:
-        raise MissingError(Message("no states were copied here: Ctrl+V pastes those of another editor"))
+        raise MissingError.because("no states were copied here: Ctrl+V pastes those of another editor")
     command = PasteStates(automaton=request.automaton, content=content, x=request.x, y=request.y)
     return await change(workspace, request, OpenDocument.apply, command)
 

@@ -13,7 +13,6 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
-from codegen.messages import Message
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.diff import Difference, changed_lines, diff_documents
 from visualhfsm._document.places import search as search_document
@@ -57,7 +56,7 @@ async def diff(workspace: Workspace, _: Window, request: p.Diff) -> dict[str, An
     if request.against == _SAVED:
         before = await tab.edit(lambda document: document.saved)
         if before is None:
-            raise MissingError(Message("{title} was never saved", title=tab.shown.title))
+            raise MissingError.because("{title} was never saved", title=tab.shown.title)
     else:
         path = workspace.project.root.document(request.against)
         other = workspace.tabs.of_file(path)

@@ -77,19 +77,15 @@ def replay_recording(
     except RecordingError as error:
         raise VisualHfsmError(reason(error)) from error
     if WATCHED in recorded.metadata:
-        raise VisualHfsmError(
-            Message(
-                "{recording} was recorded to be looked at: what --record writes is replayed",
-                recording=str(recording),
-            )
+        raise VisualHfsmError.because(
+            "{recording} was recorded to be looked at: what --record writes is replayed",
+            recording=str(recording),
         )
     if recorded.altered:
-        raise VisualHfsmError(
-            Message(
-                "{recording} is damaged: its {files} is not what was recorded",
-                recording=str(recording),
-                files=", ".join(recorded.altered),
-            )
+        raise VisualHfsmError.because(
+            "{recording} is damaged: its {files} is not what was recorded",
+            recording=str(recording),
+            files=", ".join(recorded.altered),
         )
     if not as_json:
         _announce(recorded, recording)
@@ -114,8 +110,8 @@ def replay_recording(
         for line in outcome_lines(outcome):
             typer.echo(line)
     if outcome.error:
-        raise VisualHfsmError(
-            Message("at {seconds:.3f} s: {error}", seconds=outcome.seconds, error=outcome.error)
+        raise VisualHfsmError.because(
+            "at {seconds:.3f} s: {error}", seconds=outcome.seconds, error=outcome.error
         )
     return outcome
 
@@ -178,7 +174,7 @@ def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:
     """Write the component of the recording into a folder, and report that it will be run."""
     files = recorded.files
     if "component" not in files:
-        raise VisualHfsmError(Message("the recording does not contain its component: name the document"))
+        raise VisualHfsmError.because("the recording does not contain its component: name the document")
     folder.mkdir()
     for kind in ("component", "extension"):
         if kind in files:
@@ -221,8 +217,8 @@ async def _run_in_process(
             except TimeoutError:
                 if time.monotonic() - heard < _SILENCE:
                     continue
-                raise VisualHfsmError(
-                    Message("the replay has sent nothing for {silence:g} s and was stopped", silence=_SILENCE)
+                raise VisualHfsmError.because(
+                    "the replay has sent nothing for {silence:g} s and was stopped", silence=_SILENCE
                 ) from None
             if isinstance(line, int):
                 raise VisualHfsmError(_failure(line, process))

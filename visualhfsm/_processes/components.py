@@ -85,7 +85,7 @@ class RunningComponents(PerDocument["_Run"]):
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
         if source.path is None and self.get(source.tab) is None:
-            raise VisualHfsmError(Message("save the document first: its component is written beside it"))
+            raise VisualHfsmError.because("save the document first: its component is written beside it")
         generated = await self.do(source.tab, lambda run: run.generate(source))
         return {"path": str(generated.component)}
 
@@ -105,11 +105,9 @@ class RunningComponents(PerDocument["_Run"]):
 
     async def _start(self, run: _Run, source: Source, arguments: Sequence[str], dry_run: str | None) -> None:
         if any(source.component in other.names for other in self if other is not run):
-            raise VisualHfsmError(
-                Message(
-                    "another document runs as {name}: stop it first, or save this one under another name",
-                    name=source.component,
-                )
+            raise VisualHfsmError.because(
+                "another document runs as {name}: stop it first, or save this one under another name",
+                name=source.component,
             )
         await run.start(source, arguments, dry_run=dry_run)  # which takes the name before it waits
 
@@ -275,8 +273,8 @@ class _Run:
             environment = {**child_environment(), **self._environment, last_cycle.VARIABLE: str(kept)}
             await self._process.start(command, environment)
         except OSError as error:
-            raise VisualHfsmError(
-                Message("the component cannot be started: {reason}", reason=reason(error))
+            raise VisualHfsmError.because(
+                "the component cannot be started: {reason}", reason=reason(error)
             ) from error
 
     def _end(self, code: int, stopped: bool) -> None:
@@ -391,12 +389,8 @@ class _Directory:
             source = Path(self._aside.name) / name
             source.write_text(write_document(document), encoding="utf-8")
         except OSError as error:
-            raise VisualHfsmError(
-                Message(
-                    "nothing was generated: {reason}: {filename}",
-                    reason=reason(error),
-                    filename=error.filename,
-                )
+            raise VisualHfsmError.because(
+                "nothing was generated: {reason}: {filename}", reason=reason(error), filename=error.filename
             ) from error
         return source
 

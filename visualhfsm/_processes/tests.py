@@ -22,7 +22,7 @@ import msgspec
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.code.text import parse_python
-from codegen.messages import NO_MESSAGE, Message
+from codegen.messages import NO_MESSAGE
 from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
@@ -119,7 +119,7 @@ class _TabTests:
     async def run(self, source: Source, names: Sequence[str]) -> None:
         """Begin to run them."""
         if self._child is not None:
-            raise VisualHfsmError(Message("the tests run already"))
+            raise VisualHfsmError.because("the tests run already")
         if importlib.util.find_spec("pytest") is None:
             raise MissingPackageError("pytest", "test")
         path = _saved(source)
@@ -127,13 +127,11 @@ class _TabTests:
         found = await asyncio.to_thread(_find, files, path, self._root)
         chosen = [name for name in names if _plain(name) in found] if names else found
         if not chosen:
-            raise VisualHfsmError(
-                Message(
-                    "no file {pattern} beside {path} or in {folder} names it",
-                    pattern=_PATTERN,
-                    path=path.name,
-                    folder=_FOLDER,
-                )
+            raise VisualHfsmError.because(
+                "no file {pattern} beside {path} or in {folder} names it",
+                pattern=_PATTERN,
+                path=path.name,
+                folder=_FOLDER,
             )
         folder = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
         results = Path(folder.name, "results")
@@ -155,8 +153,8 @@ class _TabTests:
             await child.start(command, {**child_environment(self._include), "TMPDIR": folder.name})
         except OSError as error:
             folder.cleanup()
-            raise VisualHfsmError(
-                Message("pytest cannot be started: {reason}", reason=reason(error))
+            raise VisualHfsmError.because(
+                "pytest cannot be started: {reason}", reason=reason(error)
             ) from error
         self._child = child
         self._report(status="running", error="")
@@ -262,7 +260,7 @@ def _plain(name: str) -> str:
 
 def _saved(source: Source) -> Path:
     if source.path is None:
-        raise VisualHfsmError(Message("save the document first: tests run its file"))
+        raise VisualHfsmError.because("save the document first: tests run its file")
     return source.path
 
 
@@ -302,12 +300,12 @@ def _add(path: Path, top: Path, text: Callable[[str], str]) -> str:
         except FileExistsError:
             continue
         except OSError as error:
-            raise VisualHfsmError(
-                Message("{file} cannot be written: {reason}", file=str(file), reason=reason(error))
+            raise VisualHfsmError.because(
+                "{file} cannot be written: {reason}", file=str(file), reason=reason(error)
             ) from error
         return f"{file.relative_to(top).as_posix()}::{next(_functions(file, path.name))}"
-    raise VisualHfsmError(
-        Message("{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=_MOST_FILES)
+    raise VisualHfsmError.because(
+        "{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=_MOST_FILES
     )
 
 

@@ -41,8 +41,8 @@ class Processes(TaskProcesses[Answer]):
         try:
             return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=ended)
         except NoAnswerError as error:
-            raise TrialsError(
-                Message("trial {number} cannot be drawn: {reason}", number=task.number, reason=reason(error))
+            raise TrialsError.because(
+                "trial {number} cannot be drawn: {reason}", number=task.number, reason=reason(error)
             ) from error
 
     def _ask(self, task: Task, patience: float) -> Outcome:
@@ -57,7 +57,7 @@ class Processes(TaskProcesses[Answer]):
                 if attempt == _ATTEMPTS:
                     raise
             except EndedError as error:
-                raise TrialsError(Message("the trials have been ended")) from error
+                raise TrialsError.because("the trials have been ended") from error
         if answer.outcome is None:
             raise TrialsError(Message.verbatim(answer.refused))
         return answer.outcome

@@ -74,7 +74,7 @@ class RunningTrials(PerDocument["_TabTrials"]):
         A push says when it is done, with the file as `name` calls it.
         """
         if self.get(tab) is None:
-            raise VisualHfsmError(Message("run the trials first"))
+            raise VisualHfsmError.because("run the trials first")
         await self.do(tab, lambda trials: trials.record(number, folder, name))
 
 
@@ -112,7 +112,7 @@ class _TabTrials:
     async def run(self, source: Source, choices: Choices, *, again: bool) -> None:
         """Begin to run."""
         if self._runs:
-            raise VisualHfsmError(Message("the trials run already"))
+            raise VisualHfsmError.because("the trials run already")
         order, _ = await asyncio.to_thread(self._ordered, "run", source, choices)
         self._choices = choices
         await self._start(msgspec.structs.replace(order, again=again), "running")
@@ -128,11 +128,11 @@ class _TabTrials:
     async def record(self, number: int, folder: Path, name: Callable[[Path], str]) -> None:
         """Begin to run a trial again, recorded; `name` gives the name of a file in the page."""
         if self._recorder is not None:
-            raise VisualHfsmError(
-                Message("trial {recording} is being recorded", recording=str(self._state.recording))
+            raise VisualHfsmError.because(
+                "trial {recording} is being recorded", recording=str(self._state.recording)
             )
         if self._tried is None:
-            raise VisualHfsmError(Message("the document or its plan has changed: run the trials again"))
+            raise VisualHfsmError.because("the document or its plan has changed: run the trials again")
         version = Path(self._tried.content).stem
         target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
         order = msgspec.structs.replace(self._tried, action="record", number=number, recording=str(target))
@@ -221,8 +221,8 @@ class _TabTrials:
         """
         path = source.path
         if path is None:
-            raise VisualHfsmError(
-                Message("save the document first: trials use the plan and the files beside it")
+            raise VisualHfsmError.because(
+                "save the document first: trials use the plan and the files beside it"
             )
         try:
             content = written(source.document).encode() if source.dirty else path.read_bytes()
@@ -231,8 +231,8 @@ class _TabTrials:
             if not kept.exists():
                 kept.write_bytes(content)
         except OSError as error:
-            raise VisualHfsmError(
-                Message("{filename} cannot be read: {reason}", filename=error.filename, reason=reason(error))
+            raise VisualHfsmError.because(
+                "{filename} cannot be read: {reason}", filename=error.filename, reason=reason(error)
             ) from error
         order = Order(
             action=action,
