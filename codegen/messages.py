@@ -12,7 +12,7 @@ import string
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
-__all__ = ["NO_MESSAGE", "Catalog", "Message", "Value", "all_of", "any_of", "joined", "number"]
+__all__ = ["NO_MESSAGE", "Catalog", "Message", "Value", "all_of", "any_of", "joined", "number", "template"]
 
 Value = str | int | float
 """A value of a message, itself a `Message` where it has words."""
@@ -144,6 +144,12 @@ def _make(template: str | None, plural: str | None, values: Mapping[str, Value])
     message = str.__new__(Message, text)
     message._template, message._plural, message._values = template, plural, values
     return message
+
+
+def template(text: str) -> Message:
+    """Return a message of a template in which an ellipsis stands for each value; the text is a literal."""
+    names = (name for _, name, _, _ in string.Formatter().parse(text) if name)
+    return _make(text, None, dict.fromkeys(names, "\N{HORIZONTAL ELLIPSIS}"))
 
 
 NO_MESSAGE: Final = Message.verbatim("")

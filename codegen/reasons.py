@@ -11,26 +11,22 @@ import re
 from functools import cache, lru_cache
 from typing import Final
 
-from .messages import Message, Value
+from .messages import Message, Value, template
 
 __all__ = ["known_text", "reason"]
 
-_A: Final = "\N{HORIZONTAL ELLIPSIS}"
-"""A value of a template that stands for any text."""
-_N: Final = 0
-"""A value of a template that stands for a number."""
 
 _SYNTAX: Final = (
     Message("invalid syntax"),
     Message("invalid syntax. Perhaps you forgot a comma?"),
     Message("expected ':'"),
-    Message("expected an indented block after {what} on line {line}", what=_A, line=_N),
+    template("expected an indented block after {what} on line {line}"),
     Message("unexpected indent"),
     Message("unindent does not match any outer indentation level"),
-    Message("'{bracket}' was never closed", bracket=_A),
-    Message("unmatched '{bracket}'", bracket=_A),
-    Message("unterminated string literal (detected at line {line})", line=_N),
-    Message("cannot assign to {what} here. Maybe you meant '==' instead of '='?", what=_A),
+    template("'{bracket}' was never closed"),
+    template("unmatched '{bracket}'"),
+    template("unterminated string literal (detected at line {line})"),
+    template("cannot assign to {what} here. Maybe you meant '==' instead of '='?"),
 )
 """What Python says most often of code that it cannot read."""
 
@@ -39,68 +35,45 @@ _THINGS: Final = (
     Message("literal"),
     Message("expression"),
     Message("function definition"),
-    Message("'{keyword}' statement", keyword=_A),
+    template("'{keyword}' statement"),
 )
 """What Python calls parts of code: the values `what` of templates above."""
 
 _ERRORS: Final = (
     Message("division by zero"),
     Message("float division by zero"),
-    Message("name '{name}' is not defined. Did you mean: '{other}'?", name=_A, other=_A),
-    Message("name '{name}' is not defined", name=_A),
-    Message(
-        "'{type}' object has no attribute '{name}'. Did you mean: '{other}'?", type=_A, name=_A, other=_A
-    ),
-    Message("'{type}' object has no attribute '{name}'", type=_A, name=_A),
-    Message("'{type}' object is not callable", type=_A),
+    template("name '{name}' is not defined. Did you mean: '{other}'?"),
+    template("name '{name}' is not defined"),
+    template("'{type}' object has no attribute '{name}'. Did you mean: '{other}'?"),
+    template("'{type}' object has no attribute '{name}'"),
+    template("'{type}' object is not callable"),
     Message("list index out of range"),
-    Message(
-        "unsupported operand type(s) for {operator}: '{left}' and '{right}'", operator=_A, left=_A, right=_A
-    ),
-    Message(
-        "{function} missing {count} required positional argument: {name}", function=_A, count=_N, name=_A
-    ),
-    Message("No module named '{name}'", name=_A),
+    template("unsupported operand type(s) for {operator}: '{left}' and '{right}'"),
+    template("{function} missing {count} required positional argument: {name}"),
+    template("No module named '{name}'"),
 )
 """What Python says most often when code fails."""
 
 _RUNTIME: Final = (
-    Message("`self.{name}` is not declared; did you mean {names}?", name=_A, names=_A),
-    Message("`self.{name}` is not declared", name=_A),
-    Message(
-        "`self.{name}` is not declared; declare an interface, function or parameter, or assign it first",
-        name=_A,
+    template("`self.{name}` is not declared; did you mean {names}?"),
+    template("`self.{name}` is not declared"),
+    template(
+        "`self.{name}` is not declared; declare an interface, function or parameter, or assign it first"
     ),
-    Message("`{name}` has no value yet; give it one in the variables of {automaton}", name=_A, automaton=_A),
-    Message("`{name}` has no value yet", name=_A),
-    Message(
-        "`{name}` is a variable of {owner}, and {automaton} has its own; make it an output of {automaton}, "
-        "or write `self.{name}` in both",
-        name=_A,
-        owner=_A,
-        automaton=_A,
+    template("`{name}` has no value yet; give it one in the variables of {automaton}"),
+    template("`{name}` has no value yet"),
+    template(
+        "`{name}` is a variable of {owner}, and {automaton} has its own; make it an output of "
+        "{automaton}, or write `self.{name}` in both"
     ),
-    Message(
-        "`{name}` is a variable of {owner}, and {automaton} has its own; pass it to {automaton} as an input, "
-        "or write `self.{name}` in both",
-        name=_A,
-        owner=_A,
-        automaton=_A,
+    template(
+        "`{name}` is a variable of {owner}, and {automaton} has its own; pass it to {automaton} as an "
+        "input, or write `self.{name}` in both"
     ),
-    Message(
-        "`{name}` is a variable of {owner}, and {automaton} has its own", name=_A, owner=_A, automaton=_A
-    ),
-    Message(
-        "the output '{name}' of automaton {id} ('{automaton}') is {type}, not {given}: {value}",
-        name=_A,
-        id=_N,
-        automaton=_A,
-        type=_A,
-        given=_A,
-        value=_A,
-    ),
-    Message("its cycle did not end within {seconds} s and is abandoned: its code must not block", seconds=_N),
-    Message("{call} ends the component; a final state would end it without an error", call=_A),
+    template("`{name}` is a variable of {owner}, and {automaton} has its own"),
+    template("the output '{name}' of automaton {id} ('{automaton}') is {type}, not {given}: {value}"),
+    template("its cycle did not end within {seconds} s and is abandoned: its code must not block"),
+    template("{call} ends the component; a final state would end it without an error"),
 )
 """What the runtime says of code that fails: `hfsm_runtime/_advice.py` and `_supervision.py` write it."""
 

@@ -18,7 +18,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 import msgspec
 import typer
@@ -268,11 +268,7 @@ def requests() -> str:
     """Return a table of the requests of the editor's page."""
     from visualhfsm._editor import protocol
 
-    base = protocol.TabEdit.__bases__[0]
-    kinds = [
-        each for each in vars(protocol).values() if _is(each, base) and each not in (base, protocol.TabEdit)
-    ]
-    return _messages(kinds, skip="id")
+    return _messages(get_args(protocol.Request), skip="id")
 
 
 def pushes() -> str:

@@ -102,104 +102,43 @@ if TYPE_CHECKING:
     from .project._session.shelf import ReadyState as ReadyState
     from .project._version import Version as Version
 
-_MODULES: Final = {
-    "Abandoned": ".project._session.journal",
-    "AddAnnotation": "._document.commands.notes",
-    "AddAutomaton": "._document.commands.automata",
-    "AddEntry": "._document.commands.component",
-    "AddReadyState": "._document.commands.paste",
-    "AddRoot": "._document.commands.automata",
-    "AddState": "._document.commands.states",
-    "AddTransition": "._document.commands.transitions",
-    "Added": ".project._session.session",
-    "AlignStates": "._document.commands.items",
-    "AnyCommand": "._document.commands",
-    "Change": ".project._session.session",
-    "ChangeEntry": "._document.commands.component",
-    "Changed": ".project._events",
-    "ChangedOutsideError": "._base.errors",
-    "Checked": ".project._events",
-    "Choice": ".project._session.session",
-    "Closed": ".project._events",
-    "Command": "._document.commands.base",
-    "Completion": ".project._code_help.answers",
-    "Completions": ".project._code_help.answers",
-    "CorrectName": "._document.commands.corrections",
-    "Correction": "._document.commands.corrections",
-    "CounterexampleView": "._document.problems",
-    "DeleteItems": "._document.commands.items",
-    "DistributeStates": "._document.commands.items",
-    "EditError": "._base.errors",
-    "Entry": ".project._project",
-    "Event": ".project._events",
-    "Explanation": ".project._code_help.answers",
-    "ExtractAutomaton": "._document.commands.automata",
-    "FileChanged": ".project._events",
-    "FillAutomaton": "._document.commands.paste",
-    "Findings": "._document.problems",
-    "ForbiddenPathError": "._base.errors",
-    "GroupStates": "._document.commands.group",
-    "HandUpVariable": "._document.commands.variables",
-    "MarkFinal": "._document.commands.states",
-    "MarkInitial": "._document.commands.states",
-    "MissingError": "._base.errors",
-    "MoveItems": "._document.commands.items",
-    "OldFormatError": "._base.errors",
-    "OpenDocument": ".project._document",
-    "Opened": ".project._events",
-    "PassVariable": "._document.commands.variables",
-    "PasteStates": "._document.commands.paste",
-    "Place": "._document.places",
-    "PlaceItems": "._document.commands.items",
-    "Problem": "._document.problems",
-    "Project": ".project._project",
-    "Proof": "._document.problems",
-    "ReadyState": ".project._session.shelf",
-    "RemoveArgument": "._document.commands.states",
-    "RemoveEntry": "._document.commands.component",
-    "RemoveResult": "._document.commands.states",
-    "RenameState": "._document.commands.states",
-    "RenameTransition": "._document.commands.transitions",
-    "ReorderEntry": "._document.commands.component",
-    "ReorderTransition": "._document.commands.transitions",
-    "RepairNumbers": "._document.commands.automata",
-    "ReplaceDocument": "._document.commands.paste",
-    "ReplaceText": "._document.commands.text",
-    "ResetHandles": "._document.commands.items",
-    "ResizeAnnotation": "._document.commands.notes",
-    "Resolution": ".project._session.session",
-    "RetargetTransition": "._document.commands.transitions",
-    "SetAnnotationColor": "._document.commands.notes",
-    "SetAnnotationText": "._document.commands.notes",
-    "SetArgument": "._document.commands.states",
-    "SetAutomatonCode": "._document.commands.automata",
-    "SetComponentText": "._document.commands.component",
-    "SetHistory": "._document.commands.states",
-    "SetImport": "._document.commands.automata",
-    "SetPeriod": "._document.commands.automata",
-    "SetPriority": "._document.commands.transitions",
-    "SetResult": "._document.commands.states",
-    "SetStateCode": "._document.commands.states",
-    "SetTransitionCode": "._document.commands.transitions",
-    "SetTransitionType": "._document.commands.transitions",
-    "ShareVariable": "._document.commands.variables",
-    "Signature": ".project._code_help.answers",
-    "Step": ".project._session.session",
-    "StepView": "._document.problems",
-    "TakeOutput": "._document.commands.variables",
-    "TooManyError": "._base.errors",
-    "UnsavedError": "._base.errors",
-    "Version": ".project._version",
-    "VisualHfsmError": "._base.errors",
-    "WouldOverwriteError": "._base.errors",
-    "decode_command": "._document.commands",
+_NAMES: Final = {
+    "._base.errors": (
+        "ChangedOutsideError EditError ForbiddenPathError MissingError OldFormatError TooManyError "
+        "UnsavedError VisualHfsmError WouldOverwriteError"
+    ),
+    "._document.commands": "AnyCommand decode_command",
+    "._document.commands.automata": (
+        "AddAutomaton AddRoot ExtractAutomaton RepairNumbers SetAutomatonCode SetImport SetPeriod"
+    ),
+    "._document.commands.base": "Command",
+    "._document.commands.component": "AddEntry ChangeEntry RemoveEntry ReorderEntry SetComponentText",
+    "._document.commands.corrections": "CorrectName Correction",
+    "._document.commands.group": "GroupStates",
+    "._document.commands.items": "AlignStates DeleteItems DistributeStates MoveItems PlaceItems ResetHandles",
+    "._document.commands.notes": "AddAnnotation ResizeAnnotation SetAnnotationColor SetAnnotationText",
+    "._document.commands.paste": "AddReadyState FillAutomaton PasteStates ReplaceDocument",
+    "._document.commands.states": (
+        "AddState MarkFinal MarkInitial RemoveArgument RemoveResult RenameState SetArgument "
+        "SetHistory SetResult SetStateCode"
+    ),
+    "._document.commands.text": "ReplaceText",
+    "._document.commands.transitions": (
+        "AddTransition RenameTransition ReorderTransition RetargetTransition SetPriority "
+        "SetTransitionCode SetTransitionType"
+    ),
+    "._document.commands.variables": "HandUpVariable PassVariable ShareVariable TakeOutput",
+    "._document.places": "Place",
+    "._document.problems": "CounterexampleView Findings Problem Proof StepView",
+    ".project._code_help.answers": "Completion Completions Explanation Signature",
+    ".project._document": "OpenDocument",
+    ".project._events": "Changed Checked Closed Event FileChanged Opened",
+    ".project._project": "Entry Project",
+    ".project._session.journal": "Abandoned",
+    ".project._session.session": "Added Change Choice Resolution Step",
+    ".project._session.shelf": "ReadyState",
+    ".project._version": "Version",
 }
 
-
 # Every command begins with this package: it loads nothing that is not used.
-__getattr__ = import_on_use(__name__, _MODULES)
-
-
-def __dir__() -> list[str]:
-    """Return the names that completion in a shell or a notebook offers."""
-    return sorted({*globals(), *_MODULES})
+__getattr__, __dir__ = import_on_use(__name__, _NAMES)

@@ -45,46 +45,23 @@ if TYPE_CHECKING:
     from .streams import Samples as Samples
     from .streams import Subscription as Subscription
 
-_MODULES: Final = {
-    "AccessDeniedException": ".exceptions",
-    "AlreadyRegisteredException": ".exceptions",
-    "BusyException": ".exceptions",
-    "ClientWatch": "._presence",
-    "Clock": ".clock",
-    "Communicator": "._communicator",
-    "CommunicatorDestroyedException": ".exceptions",
-    "ConfigurationException": ".exceptions",
-    "ConnectFailedException": ".exceptions",
-    "ConnectionLostException": ".exceptions",
-    "Current": ".servant",
-    "EndpointInUseException": ".exceptions",
-    "InterfaceMismatchException": ".exceptions",
-    "MarshalException": ".exceptions",
-    "Object": ".servant",
-    "ObjectAdapter": ".servant",
-    "ObjectNotExistException": ".exceptions",
-    "ObjectPrx": ".proxy",
-    "OperationNotExistException": ".exceptions",
-    "ProcessStatus": ".status",
-    "Publisher": ".streams",
-    "RobotClock": ".clock",
-    "Sample": ".streams",
-    "Samples": ".streams",
-    "ServantInfo": "._presence",
-    "ServantStatus": ".status",
-    "Settings": ".settings",
-    "Subscription": ".streams",
-    "SystemException": ".exceptions",
-    "TimeoutException": ".exceptions",
-    "UnknownException": ".exceptions",
-    "UserException": ".exceptions",
-    "VirtualClock": ".clock",
-    "WallClock": ".clock",
-    "ZenohIceError": ".exceptions",
-    "initialize": "._communicator",
-    "load_settings": ".settings",
+_NAMES: Final = {
+    "._communicator": "Communicator initialize",
+    "._presence": "ClientWatch ServantInfo",
+    ".clock": "Clock RobotClock VirtualClock WallClock",
+    ".exceptions": (
+        "AccessDeniedException AlreadyRegisteredException BusyException "
+        "CommunicatorDestroyedException ConfigurationException ConnectFailedException "
+        "ConnectionLostException EndpointInUseException InterfaceMismatchException MarshalException "
+        "ObjectNotExistException OperationNotExistException SystemException TimeoutException "
+        "UnknownException UserException ZenohIceError"
+    ),
+    ".proxy": "ObjectPrx",
+    ".servant": "Current Object ObjectAdapter",
+    ".settings": "Settings load_settings",
+    ".status": "ProcessStatus ServantStatus",
+    ".streams": "Publisher Sample Samples Subscription",
 }
 
-
 # Each command begins with `zenoh_ice.application`, before anything that takes time to import.
-__getattr__ = import_on_use(__name__, _MODULES)
+__getattr__, __dir__ = import_on_use(__name__, _NAMES)

@@ -28,26 +28,19 @@ if TYPE_CHECKING:
     from .paced import PacedExecution as PacedExecution
     from .world import VirtualWorld as VirtualWorld
 
-_MODULES: Final = {
-    "BehaviorFailed": ".errors",
-    "Call": "._journal",
-    "Condition": ".execution",
-    "Execution": ".execution",
-    "ExecutionError": ".errors",
-    "FakeRos": "._ros",
-    "Fired": "._journal",
-    "Journal": "._journal",
-    "PacedClock": ".clock",
-    "PacedExecution": ".paced",
-    "TaskClock": ".clock",
-    "UnknownName": ".errors",
-    "VirtualNetwork": ".network",
-    "VirtualWorld": ".world",
-    "make_stub": "._stubs",
+_NAMES: Final = {
+    "._journal": "Call Fired Journal",
+    "._ros": "FakeRos",
+    "._stubs": "make_stub",
+    ".clock": "PacedClock TaskClock",
+    ".errors": "BehaviorFailed ExecutionError UnknownName",
+    ".execution": "Condition Execution",
+    ".network": "VirtualNetwork",
+    ".paced": "PacedExecution",
+    ".world": "VirtualWorld",
 }
 
-__all__ = ["Change", "VirtualRun", *_MODULES]  # noqa: PLE0604 - all of them are strings
-
+__all__ = ["Change", "VirtualRun", *" ".join(_NAMES.values()).split()]  # noqa: PLE0604
 
 # Every component imports this package, few need servants or ROS: these names are imported on first use.
-__getattr__ = import_on_use(__name__, _MODULES)
+__getattr__, __dir__ = import_on_use(__name__, _NAMES)

@@ -59,8 +59,8 @@ _OF_COMMANDS: Final = (
     *("visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_tuning.py"),
 )
 """What speaks to terminals alone, in English."""
-_KEYWORDS: Final = {"Message": (1,), "counted": (1, 2)}
-"""The arguments of `codegen.messages` that are texts."""
+_KEYWORDS: Final = {"Message": (1,), "counted": (1, 2), "template": (1,), "because": (1,)}
+"""The arguments of `codegen.messages`, and of errors, that are texts."""
 
 
 def message_texts() -> Catalog:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
-from codegen.messages import NO_MESSAGE, Message
+from codegen.messages import NO_MESSAGE, Message, Value
 
 ErrorKind = Literal[
     "malformed",  # no request of this protocol
@@ -30,6 +30,11 @@ class VisualHfsmError(Exception):
     def __init__(self, message: Message) -> None:
         super().__init__(message)
         self.message = message
+
+    @classmethod
+    def because(cls, template: str, /, **values: Value) -> Self:
+        """Return an error with a `Message` of a template, which is a literal, and its values."""
+        return cls(Message(template, **values))
 
 
 class MissingPackageError(VisualHfsmError):

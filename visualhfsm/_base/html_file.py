@@ -20,7 +20,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 
@@ -84,16 +83,14 @@ def check_place(path: Path) -> None:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise VisualHfsmError(
-            Message("{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error))
+        raise VisualHfsmError.because(
+            "{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error)
         ) from error
     if not os.access(directory, os.W_OK):
-        raise VisualHfsmError(
-            Message(
-                "{path}: the page cannot be written: {directory} is not writable",
-                path=str(path),
-                directory=str(directory),
-            )
+        raise VisualHfsmError.because(
+            "{path}: the page cannot be written: {directory} is not writable",
+            path=str(path),
+            directory=str(directory),
         )
 
 
@@ -103,8 +100,8 @@ def write_html(path: Path, text: str) -> int:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise VisualHfsmError(
-            Message("{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error))
+        raise VisualHfsmError.because(
+            "{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error)
         ) from error
     return len(text.encode())
 

@@ -125,11 +125,12 @@ class LineReports:
 class WatchedProcess:
     """A command that can be started any number of times, once at a time, and whose end is reported.
 
-    `report` gets its output, `ended` its exit code and whether `stop` ended it, both on the event loop.
+    `take` gets its output as that of a `ChildProcess`, `ended` its exit code and whether `stop` ended it,
+    both on the event loop.
     """
 
-    def __init__(self, report: Callable[[Lines], None], ended: Callable[[int, bool], None]) -> None:
-        self._report = report
+    def __init__(self, take: Callable[[int, bytes], None], ended: Callable[[int, bool], None]) -> None:
+        self._take = take
         self._ended = ended
         self._child: ChildProcess | None = None
         self._watch: asyncio.Task[None] | None = None
@@ -137,22 +138,25 @@ class WatchedProcess:
 
     @property
     def is_running(self) -> bool:
-        """Whether the process runs."""
-        return self._watch is not None and not self._watch.done()
+        """Whether the process starts or runs."""
+        return self._child is not None
 
     async def start(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
         """Start a command. Raises OSError when no process can be started, RuntimeError while one runs."""
         if self.is_running:
             raise RuntimeError("the former process still runs")
-        child = ChildProcess(LineReports(self._report))
-        await child.start(command, environment)
-        self._child = child
+        child = self._child = ChildProcess(self._take)  # nobody else starts one while this waits
+        try:
+            await child.start(command, environment)
+        except BaseException:
+            self._child = None
+            raise
         self._stopping = False
         self._watch = asyncio.create_task(self._follow(child))
 
     async def stop(self, patience: Sequence[float]) -> None:
         """End the process as `ChildProcess.stop` does, if there is one, and wait until that is reported."""
-        if self._child is None or self._watch is None or self._watch.done():
+        if self._child is None or self._watch is None:
             return
         self._stopping = True
         await self._child.stop(patience)
@@ -164,7 +168,11 @@ class WatchedProcess:
             self._child.kill()
 
     async def _follow(self, child: ChildProcess) -> None:
-        self._ended(await child.wait(), self._stopping)
+        code = await child.wait()
+        try:
+            self._ended(code, self._stopping)
+        finally:
+            self._child = None
 
 
 def describe_exit(code: int, stopped: Message | None = None) -> Message:

@@ -9,7 +9,6 @@ import typer
 
 from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
-from codegen.messages import Message
 from codegen.options import ErrorFormat, report
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
@@ -74,8 +73,8 @@ def convert(
     except FilesNotWrittenError as error:
         raise VisualHfsmError(reason(error)) from error
     except OSError as error:
-        raise VisualHfsmError(
-            Message("{path}: cannot be written: {reason}", path=str(path), reason=reason(error))
+        raise VisualHfsmError.because(
+            "{path}: cannot be written: {reason}", path=str(path), reason=reason(error)
         ) from error
     if error_format is ErrorFormat.TEXT:  # programs read the rest of stderr
         typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from codegen.diagnostics import Diagnostics
-from codegen.messages import Message
 from codegen.options import DOCUMENTS, ErrorFormat, report, require_directories, require_extensions
 from codegen.reasons import reason
 from visualhfsm._base.errors import MissingError, VisualHfsmError
@@ -95,7 +94,7 @@ def _find(document: Document, name: str) -> Automaton:
     if not name:
         root = document.root
         if root is None:
-            raise MissingError(Message("the document has no root: name an automaton with --automaton"))
+            raise MissingError.because("the document has no root: name an automaton with --automaton")
         return root
     found = [
         each
@@ -106,19 +105,15 @@ def _find(document: Document, name: str) -> Automaton:
         return found[0]
     if found:
         numbers = ", ".join(str(each.id) for each in found)
-        raise MissingError(
-            Message(
-                "several automata belong to states named {name}: choose one of {numbers}",
-                name=name,
-                numbers=numbers,
-            )
+        raise MissingError.because(
+            "several automata belong to states named {name}: choose one of {numbers}",
+            name=name,
+            numbers=numbers,
         )
     owners = {owner.name for each in document.automata if (owner := document.owner(each)) is not None}
     known = ", ".join(sorted(owners)) or "none"
-    raise MissingError(
-        Message(
-            "no state named {name} has an automaton; those that have one: {known}", name=name, known=known
-        )
+    raise MissingError.because(
+        "no state named {name} has an automaton; those that have one: {known}", name=name, known=known
     )
 
 
@@ -126,7 +121,7 @@ def _write(path: Path, text: str) -> None:
     try:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise VisualHfsmError(
-            Message("{path}: cannot be written: {reason}", path=str(path), reason=reason(error))
+        raise VisualHfsmError.because(
+            "{path}: cannot be written: {reason}", path=str(path), reason=reason(error)
         ) from error
     typer.echo(f"wrote {path}", err=True)

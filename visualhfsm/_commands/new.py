@@ -9,7 +9,6 @@ from typing import Annotated, Final
 
 import typer
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 
@@ -101,8 +100,8 @@ def new(
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, target)
     except OSError as error:
-        raise VisualHfsmError(
-            Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+        raise VisualHfsmError.because(
+            "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
         ) from error
     for target in sorted(made.values()):
         typer.echo(f"wrote {target}")
@@ -124,8 +123,8 @@ def _make_exercise(folder: Path, name: str, language: str | None) -> None:
         for file, content in files.items():
             (folder / file).write_bytes(content)
     except OSError as error:
-        raise VisualHfsmError(
-            Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+        raise VisualHfsmError.because(
+            "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
         ) from error
     for file in files:
         typer.echo(f"wrote {folder / file}")
@@ -135,8 +134,8 @@ def _make_exercise(folder: Path, name: str, language: str | None) -> None:
 def _require_empty(folder: Path) -> None:
     """Raise VisualHfsmError if there are files of others."""
     if folder.exists() and (not folder.is_dir() or any(each.name not in _KEPT for each in folder.iterdir())):
-        raise VisualHfsmError(
-            Message("{folder} is not empty: choose another name, or an empty folder", folder=str(folder))
+        raise VisualHfsmError.because(
+            "{folder} is not empty: choose another name, or an empty folder", folder=str(folder)
         )
 
 

@@ -17,7 +17,6 @@ import msgspec
 import typer
 
 from codegen.diagnostics import Diagnostics
-from codegen.messages import Message
 from codegen.reasons import reason
 from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStatus, Explanation, ReloadRefused
 from visualhfsm._base.errors import VisualHfsmError
@@ -111,13 +110,11 @@ def step(
         status = snapshot.status
         if status is not ComponentStatus.Paused:
             pause = f"nao call {MONITOR_PREFIX}{target.name}.pause"
-            raise VisualHfsmError(
-                Message(
-                    "{target} is {status}, not paused: {pause}",
-                    target=target.name,
-                    status=status.name.lower(),
-                    pause=pause,
-                )
+            raise VisualHfsmError.because(
+                "{target} is {status}, not paused: {pause}",
+                target=target.name,
+                status=status.name.lower(),
+                pause=pause,
             )
         for chosen in snapshot.automata:
             if chosen.id == number and (chosen.ghost or chosen.finished):
@@ -207,7 +204,7 @@ def _change_breakpoint(target: Target, found: Address, condition: str, *, delete
     before = target.monitor.getBreakpoints()
     others = [one for one in before if (one.automaton, one.state, one.transition) != ids]
     if delete and len(others) == len(before):
-        raise VisualHfsmError(Message("there is no breakpoint at {name}", name=found.name))
+        raise VisualHfsmError.because("there is no breakpoint at {name}", name=found.name)
     target.monitor.setBreakpoints(others if delete else [*others, Breakpoint(*ids, condition)])
 
 
@@ -234,10 +231,8 @@ def _wait_for_stop(target: Target, seconds: float) -> None:
     while not snapshot.stoppedAt:
         left = deadline - time.monotonic()
         if left <= 0:
-            raise VisualHfsmError(
-                Message(
-                    "{target} reached no breakpoint within {seconds:g} s", target=target.name, seconds=seconds
-                )
+            raise VisualHfsmError.because(
+                "{target} reached no breakpoint within {seconds:g} s", target=target.name, seconds=seconds
             )
         with suppress(TimeoutException):
             snapshot = stream.wait(after=stream.latest(), timeout=min(left, _ANSWER_LIMIT)).value
@@ -297,24 +292,20 @@ def _owner(target: Target, snapshot: ComponentSnapshot, name: str, automaton: st
     if len(owners) == 1:
         return owners[0]
     if owners:
-        raise VisualHfsmError(
-            Message(
-                "{name} is a variable of {list}: name one with --automaton",
-                name=printable(name),
-                list=_list(target, owners),
-            )
+        raise VisualHfsmError.because(
+            "{name} is a variable of {list}: name one with --automaton",
+            name=printable(name),
+            list=_list(target, owners),
         )
     if len(snapshot.automata) == 1 and not target.structure.parameters:
         return snapshot.automata[0].id  # perhaps it has no value yet; the component knows
     known = {variable for one in snapshot.automata for variable in one.variables}
     known |= {parameter.name for parameter in target.structure.parameters}
-    raise VisualHfsmError(
-        Message(
-            "{target} has no variable {name} that has a value; {hint}",
-            target=target.name,
-            name=printable(name),
-            hint=did_you_mean(name, map(printable, known)),
-        )
+    raise VisualHfsmError.because(
+        "{target} has no variable {name} that has a value; {hint}",
+        target=target.name,
+        name=printable(name),
+        hint=did_you_mean(name, map(printable, known)),
     )
 
 
@@ -330,23 +321,17 @@ def _json_of(value: str) -> str:
     try:
         json.loads(value)
     except RecursionError as error:
-        raise VisualHfsmError(Message("the value is nested too deep")) from error
+        raise VisualHfsmError.because("the value is nested too deep") from error
     except ValueError as error:
         if value.strip() in _PYTHON:
-            raise VisualHfsmError(
-                Message(
-                    "a value is JSON: write {python}, not {value}",
-                    python=_PYTHON[value.strip()],
-                    value=value.strip(),
-                )
+            raise VisualHfsmError.because(
+                "a value is JSON: write {python}, not {value}",
+                python=_PYTHON[value.strip()],
+                value=value.strip(),
             ) from error
         if value.lstrip().startswith(_OPENING):
-            raise VisualHfsmError(
-                Message(
-                    "{text} is not JSON: {reason}",
-                    text=printable(value.strip()[:100]),
-                    reason=reason(error),
-                )
+            raise VisualHfsmError.because(
+                "{text} is not JSON: {reason}", text=printable(value.strip()[:100]), reason=reason(error)
             ) from error
         return json.dumps(value)
     return value
@@ -450,12 +435,8 @@ def _find_document(target: Target) -> Path:
     if len(found) == 1:
         return found[0]
     places = " and ".join(str(path) for path in found) if found else "neither here nor in behaviors/"
-    raise VisualHfsmError(
-        Message(
-            "which document? {name} is {places}: name it",
-            name=printable(name) or "it",
-            places=places,
-        )
+    raise VisualHfsmError.because(
+        "which document? {name} is {places}: name it", name=printable(name) or "it", places=places
     )
 
 

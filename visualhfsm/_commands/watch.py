@@ -13,7 +13,6 @@ from typing import Final
 from rich.console import Console
 
 from codegen.hfsm.document import Document
-from codegen.messages import Message
 from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx, Mark
 from visualhfsm._base.errors import EditError, VisualHfsmError
 from visualhfsm._base.html_file import check_place
@@ -95,12 +94,10 @@ def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
     if missing is not None and components(communicator):
         raise missing
     HfsmMonitorPrx.checkedCast(communicator.stringToProxy(f"{MONITOR_PREFIX}{options.component}"))
-    raise VisualHfsmError(
-        Message(
-            "{component} is present but sent nothing within {wait:g} s",
-            component=options.component,
-            wait=options.wait,
-        )
+    raise VisualHfsmError.because(
+        "{component} is present but sent nothing within {wait:g} s",
+        component=options.component,
+        wait=options.wait,
     )
 
 

@@ -11,7 +11,6 @@ from types import TracebackType
 from typing import Final, Self
 
 from codegen.hfsm.document import Document
-from codegen.messages import Message
 from interfaces.hfsm import ComponentSnapshot, Mark
 from interfaces.jderobot import CameraPrx
 from visualhfsm._base.errors import VisualHfsmError
@@ -117,8 +116,8 @@ class Telemetry:
         """Return the run with its pictures; its structure must be known."""
         live = self._follower.structure
         if live is None:
-            raise VisualHfsmError(
-                Message("the automata of {component} are not known yet", component=self._follower.component)
+            raise VisualHfsmError.because(
+                "the automata of {component} are not known yet", component=self._follower.component
             )
         return Run(
             name=self._follower.component,

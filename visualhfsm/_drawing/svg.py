@@ -10,7 +10,6 @@ from typing import Final
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import Automaton, Document
-from codegen.messages import Message
 from visualhfsm._base.errors import MissingError
 from visualhfsm._drawing.annotations import box_of, draw_annotations, occupied
 from visualhfsm._drawing.arcs import RADIUS, Box, arc, handles, place
@@ -38,12 +37,10 @@ def svg(document: Document, automaton_id: int, *, component: str = "root") -> st
     automaton = document.automaton(automaton_id)
     if automaton is None:
         known = ", ".join(str(each.id) for each in document.automata) or "none"
-        raise MissingError(
-            Message(
-                "the document has no automaton {automaton_id}: its automata are {known}",
-                automaton_id=automaton_id,
-                known=known,
-            )
+        raise MissingError.because(
+            "the document has no automaton {automaton_id}: its automata are {known}",
+            automaton_id=automaton_id,
+            known=known,
         )
     title = _title(document, automaton, component)
     automaton = spread(automaton)

@@ -7,8 +7,8 @@ from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
 
+from visualhfsm._base.work import retrieve
 from visualhfsm._document.places import Place
-from visualhfsm._monitor.messages import retrieve
 from visualhfsm.project._code_help.question import Wanted
 from visualhfsm.project._code_help.service import CodeHelp
 from visualhfsm.project._version import Version

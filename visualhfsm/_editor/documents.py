@@ -5,6 +5,7 @@ Everything raises VisualHfsmError.
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 
 from visualhfsm._base.errors import EditError
 from visualhfsm._base.languages import known_language
-from visualhfsm._monitor.messages import complete
+from visualhfsm._base.work import complete
 from visualhfsm._processes.bodies import find_bodies
 from visualhfsm._processes.robots import find_worlds
 from visualhfsm.project._document import OpenDocument
@@ -47,29 +48,14 @@ async def share(workspace: Workspace, _: Window, request: p.Share) -> dict[str, 
     return {"address": workspace.share(request.shared)}
 
 
-async def open_(workspace: Workspace, _: Window, request: p.Open) -> dict[str, Any]:
-    """Open a document, or find the tab where it is open. SCXML becomes a new document."""
-    return await open_file(workspace, request.path)
-
-
 async def open_file(workspace: Workspace, path: str) -> dict[str, Any]:
     """Open a document, or find the tab where it is open. SCXML becomes a new document."""
-    return await _shown(workspace, partial(workspace.project.open, path))
-
-
-async def open_text(workspace: Workspace, _: Window, request: p.OpenText) -> dict[str, Any]:
-    """Open a text as a document that has no file yet."""
-    return await _shown(workspace, partial(workspace.project.open_text, request.name, request.text))
-
-
-async def new(workspace: Workspace, window: Window, request: p.New) -> dict[str, Any]:
-    """Create a document from a template."""
-    return await _shown(workspace, partial(workspace.project.new, request.template, window.language))
+    return await shown(workspace, partial(workspace.project.open, path))
 
 
 async def recover(workspace: Workspace, _: Window, request: p.Recover) -> dict[str, Any]:
     """Open a document whose session ended without closing, as it was then."""
-    opened = await _shown(workspace, partial(workspace.project.recover, request.journal))
+    opened = await shown(workspace, partial(workspace.project.recover, request.journal))
     await workspace.look_for_recoverable()
     return opened
 
@@ -92,7 +78,7 @@ async def open_recording(workspace: Workspace, window: Window, request: p.Record
         return {**found, "tab": known}
     open_it = partial(project.open_text, path.name, found["document"], kept=True)
     try:
-        return {**found, **await _shown(workspace, open_it, recording=path)}
+        return {**found, **await shown(workspace, open_it, recording=path)}
     except EditError:
         return {**found, "tab": 0}
 
@@ -104,9 +90,9 @@ async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
     async def closed() -> None:
         await tab.edit(OpenDocument.close, discard=request.discard)
         workspace.remove(tab)
-        await workspace.services.running.forget(tab.id)
-        await workspace.services.trials.forget(tab.id)
-        await workspace.services.tests.forget(tab.id)
+        services = workspace.services
+        runners = (services.running, services.trials, services.tests)
+        await asyncio.gather(*(each.forget(tab.id) for each in runners))
 
     await complete(closed())
 
@@ -156,15 +142,15 @@ async def list_files(workspace: Workspace, _: Window, request: p.ListFiles) -> d
     }
 
 
-async def _shown(
+async def shown(
     workspace: Workspace, make: Callable[[], OpenDocument], *, recording: Path | None = None
 ) -> dict[str, Any]:
     """Open a document, and show it in a tab; the answer has the remarks about a foreign file."""
 
-    async def shown() -> Tab:
+    async def show() -> Tab:
         return workspace.show(await workspace.threads.do(make), recording=recording)
 
-    tab = await complete(shown())
+    tab = await complete(show())
     document = tab.document
     return {"tab": tab.id, **({} if document.remarks is None else {"remarks": document.remarks})}
 

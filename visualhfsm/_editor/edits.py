@@ -5,10 +5,9 @@ Everything raises VisualHfsmError.
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Concatenate, ParamSpec
 
-from codegen.messages import Message
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.commands import in_language
 from visualhfsm._document.commands.base import DUPLICATED
@@ -20,27 +19,13 @@ from . import protocol as p
 from .window import Window
 from .workspace import Workspace
 
+P = ParamSpec("P")
+
 
 async def do(workspace: Workspace, window: Window, request: p.Do) -> dict[str, Any]:
     """Apply a command; names that it makes up are in the language of the page."""
-    tab = workspace.tabs.editable(request.tab)
     command = in_language(request.command, window.language)
-    return _outcome(await tab.edit(OpenDocument.apply, command, request.base, window))
-
-
-async def undo(workspace: Workspace, _: Window, request: p.Undo) -> dict[str, Any]:
-    """Undo the last step."""
-    return _step(await workspace.tabs.editable(request.tab).edit(OpenDocument.undo))
-
-
-async def redo(workspace: Workspace, _: Window, request: p.Redo) -> dict[str, Any]:
-    """Redo the step that was undone last."""
-    return _step(await workspace.tabs.editable(request.tab).edit(OpenDocument.redo))
-
-
-async def go_to(workspace: Workspace, _: Window, request: p.GoTo) -> dict[str, Any]:
-    """Undo or redo up to a step."""
-    return _step(await workspace.tabs.editable(request.tab).edit(OpenDocument.go_to, request.revision))
+    return await change(workspace, request, OpenDocument.apply, command, request.base, window)
 
 
 async def copy(workspace: Workspace, window: Window, request: p.Copy) -> dict[str, str]:
@@ -54,19 +39,19 @@ async def copy(workspace: Workspace, window: Window, request: p.Copy) -> dict[st
 async def cut(workspace: Workspace, window: Window, request: p.Cut) -> dict[str, Any]:
     """Put states into the clipboard, and delete them."""
     tab = workspace.tabs.editable(request.tab)
-    text, change = await tab.edit(OpenDocument.cut, request.automaton, request.states, request.annotations)
+    text, changed = await tab.edit(OpenDocument.cut, request.automaton, request.states, request.annotations)
     workspace.clipboard = window.clipboard = text
-    return {**_outcome(change), "text": text}
+    return {**_outcome(changed), "text": text}
 
 
 async def paste(workspace: Workspace, window: Window, request: p.Paste) -> dict[str, Any]:
     """Paste what the window has copied, or any window if it has copied nothing."""
-    tab = workspace.tabs.editable(request.tab)
+    workspace.tabs.editable(request.tab)  # the first thing to say of a recording
     content = window.clipboard or workspace.clipboard
     if not content:
-        raise MissingError(Message("no states were copied here: Ctrl+V pastes those of another editor"))
+        raise MissingError.because("no states were copied here: Ctrl+V pastes those of another editor")
     command = PasteStates(automaton=request.automaton, content=content, x=request.x, y=request.y)
-    return _outcome(await tab.edit(OpenDocument.apply, command))
+    return await change(workspace, request, OpenDocument.apply, command)
 
 
 async def duplicate(workspace: Workspace, _: Window, request: p.Duplicate) -> dict[str, Any]:
@@ -74,13 +59,14 @@ async def duplicate(workspace: Workspace, _: Window, request: p.Duplicate) -> di
     tab = workspace.tabs.editable(request.tab)
     content = await tab.edit(OpenDocument.copy, request.automaton, request.states, request.annotations)
     command = PasteStates(automaton=request.automaton, content=content, name=str(DUPLICATED))
-    return _outcome(await tab.edit(OpenDocument.apply, command))
+    return await change(workspace, request, OpenDocument.apply, command)
 
 
 async def add_ready(workspace: Workspace, window: Window, request: p.AddReady) -> dict[str, Any]:
     """Draw a state of the shelf."""
-    tab = workspace.tabs.editable(request.tab)
-    add = partial(
+    return await change(
+        workspace,
+        request,
         OpenDocument.add_ready_state,
         id=request.state,
         automaton=request.automaton,
@@ -91,13 +77,11 @@ async def add_ready(workspace: Workspace, window: Window, request: p.AddReady) -
         name=request.name,
         language=window.language,
     )
-    return _outcome(await tab.edit(add))
 
 
 async def put_on_shelf(workspace: Workspace, _: Window, request: p.PutOnShelf) -> dict[str, str]:
     """Write states as a ready state of the project, and return the name of its file."""
-    tab = workspace.tabs.get(request.tab)
-    put = partial(
+    path = await workspace.tabs.get(request.tab).edit(
         OpenDocument.put_on_shelf,
         automaton=request.automaton,
         states=request.states,
@@ -106,26 +90,32 @@ async def put_on_shelf(workspace: Workspace, _: Window, request: p.PutOnShelf) -
         words=request.words,
         description=request.description,
     )
-    return {"path": workspace.project.root.name(await tab.edit(put))}
+    return {"path": workspace.project.root.name(path)}
 
 
-async def extract(workspace: Workspace, _: Window, request: p.Extract) -> dict[str, Any]:
-    """Move an automaton to a new file."""
-    tab = workspace.tabs.editable(request.tab)
-    return _outcome(await tab.edit(OpenDocument.extract, request.automaton, request.path))
+async def change(
+    workspace: Workspace,
+    request: p.TabEdit,
+    work: Callable[Concatenate[OpenDocument, P], Change],
+    *args: P.args,
+    **kwargs: P.kwargs,
+) -> dict[str, Any]:
+    """Change a document, and return what is new."""
+    return _outcome(await workspace.tabs.editable(request.tab).edit(work, *args, **kwargs))
 
 
-async def inline(workspace: Workspace, _: Window, request: p.Inline) -> dict[str, Any]:
-    """Copy the content of an imported automaton into the document."""
-    tab = workspace.tabs.editable(request.tab)
-    return _outcome(await tab.edit(OpenDocument.inline, request.automaton))
+async def step(
+    workspace: Workspace,
+    request: p.TabEdit,
+    work: Callable[Concatenate[OpenDocument, P], Change],
+    *args: P.args,
+    **kwargs: P.kwargs,
+) -> dict[str, Any]:
+    """Undo or redo, and return what is new, with the changed place, which may be out of sight."""
+    changed = await workspace.tabs.editable(request.tab).edit(work, *args, **kwargs)
+    return {**_outcome(changed), "place": changed.place}
 
 
 def _outcome(change: Change) -> dict[str, Any]:
     outcome = {"name": change.name, "revision": change.revision, "added": list(change.added)}
     return {**outcome, "conflict": True} if change.conflict else outcome
-
-
-def _step(change: Change) -> dict[str, Any]:
-    """Return the outcome of undoing or redoing, with the changed place, which may be out of sight."""
-    return {**_outcome(change), "place": change.place}

@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 from typing import Any, Final, TypeVar
 
-from . import documents, edits, questions, steering, trials
+from visualhfsm._monitor.messages import Simulation
+from visualhfsm.project._document import OpenDocument
+from zenoh_ice import typed
+
+from . import documents, edits, questions, steering
 from . import protocol as p
 from .window import Window
 from .workspace import Workspace
@@ -16,6 +21,9 @@ R = TypeVar("R", bound=p.Request)
 
 Handle = Callable[[Workspace, Window, R], Awaitable[object]]
 """Executes a request of a window and returns its answer. Raises VisualHfsmError."""
+
+_READING_LIMIT: Final = 150.0
+"""Longest time in s to read a model: by two processes, and perhaps after others."""
 
 
 class Lane(Enum):
@@ -43,73 +51,78 @@ async def _output_shown(_: Workspace, window: Window, _request: p.OutputShown) -
     window.output_shown()
 
 
-def _row(
-    kind: type[R], handle: Handle[R], lane: Lane = Lane.IN_ORDER, limit: float | None = None
-) -> tuple[type[p.Request], Handler]:
-    return kind, Handler(handle, lane, limit)
-
-
-HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
-    [
-        _row(p.AddReady, edits.add_ready),
-        _row(p.Attach, steering.attach),
-        _row(p.CheckRobot, steering.check_robot, Lane.BESIDE, steering.READING_LIMIT),
-        _row(p.Close, documents.close),
-        _row(p.CodeHelp, questions.code_help, Lane.CODE_HELP),
-        _row(p.ConnectRobot, steering.connect_robot, Lane.BESIDE),
-        _row(p.Control, steering.control, Lane.BESIDE),
-        _row(p.Copy, edits.copy),
-        _row(p.Cut, edits.cut),
-        _row(p.Detach, steering.detach),
-        _row(p.Diff, questions.diff, Lane.BESIDE),
-        _row(p.Discard, documents.discard),
-        _row(p.Do, edits.do),
-        _row(p.EndRobot, steering.end_robot, Lane.BESIDE),
-        _row(p.Export, questions.export, Lane.BESIDE),
-        _row(p.ExportRun, steering.export_run, Lane.BESIDE),
-        _row(p.Extract, edits.extract),
-        _row(p.Generate, steering.generate, Lane.BESIDE),
-        _row(p.GoTo, edits.go_to),
-        _row(p.GuessRobot, steering.guess_robot, Lane.BESIDE, steering.READING_LIMIT),
-        _row(p.Hello, documents.hello),
-        _row(p.Imported, questions.imported, Lane.BESIDE),
-        _row(p.Inline, edits.inline),
-        _row(p.Interfaces, questions.interfaces, Lane.CODE_HELP),
-        _row(p.ListFiles, documents.list_files, Lane.BESIDE),
-        _row(p.Locate, questions.locate, Lane.BESIDE),
-        _row(p.LookAtTests, trials.look_at_tests, Lane.BESIDE),
-        _row(p.LookAtTrials, trials.look, Lane.BESIDE),
-        _row(p.MoveBalls, steering.move_balls, Lane.BESIDE),
-        _row(p.New, documents.new),
-        _row(p.Open, documents.open_),
-        _row(p.OpenText, documents.open_text),
-        _row(p.OutputShown, _output_shown, Lane.AT_ONCE),
-        _row(p.Paste, edits.paste),
-        _row(p.Duplicate, edits.duplicate),
-        _row(p.PutOnShelf, edits.put_on_shelf),
-        _row(p.Record, steering.record),
-        _row(p.RecordTrial, trials.record, Lane.BESIDE),
-        _row(p.Recording, documents.open_recording, Lane.BESIDE),
-        _row(p.Recover, documents.recover),
-        _row(p.Redo, edits.redo),
-        _row(p.Resolve, documents.resolve),
-        _row(p.Run, steering.run, Lane.BESIDE),
-        _row(p.RunTests, trials.run_tests, Lane.BESIDE),
-        _row(p.RunTrials, trials.run, Lane.BESIDE),
-        _row(p.Save, documents.save),
-        _row(p.SaveAs, documents.save_as),
-        _row(p.SaveRobot, steering.save_robot, Lane.BESIDE),
-        _row(p.SaveTest, trials.save_test, Lane.BESIDE),
-        _row(p.Search, questions.search, Lane.BESIDE),
-        _row(p.Share, documents.share),
-        _row(p.Simulate, steering.simulate, Lane.BESIDE),
-        _row(p.StopRun, steering.stop_run, Lane.STOP_OF_RUN),
-        _row(p.StopTests, trials.stop_tests, Lane.STOP_OF_RUN),
-        _row(p.StopTrials, trials.stop, Lane.STOP_OF_RUN),
-        _row(p.Undo, edits.undo),
-    ]
-)
+HANDLERS: Final[dict[type[p.Request], Handler]] = {}
 """The handlers of all requests."""
+
+
+def _on(kind: type[R], handle: Handle[R], lane: Lane = Lane.IN_ORDER, limit: float | None = None) -> None:
+    HANDLERS[kind] = Handler(handle, lane, limit)
+
+
+_on(p.AddReady, edits.add_ready)
+_on(p.Attach, lambda w, window, r: w.runs.follow(window, r.component))
+_on(p.CheckRobot, lambda w, _, r: w.own_robots.look(r.name, r.text), Lane.BESIDE, _READING_LIMIT)
+_on(p.Close, documents.close)
+_on(p.CodeHelp, questions.code_help, Lane.CODE_HELP)
+_on(p.ConnectRobot, steering.connect_robot, Lane.BESIDE)
+_on(p.Control, steering.control, Lane.BESIDE)
+_on(p.Copy, edits.copy)
+_on(p.Cut, edits.cut)
+_on(p.Detach, lambda w, window, r: w.runs.unfollow(window, r.component))
+_on(p.Diff, questions.diff, Lane.BESIDE)
+_on(p.Discard, documents.discard)
+_on(p.Do, edits.do)
+_on(p.EndRobot, lambda w, _, _r: w.services.robots.end(), Lane.BESIDE)
+_on(p.Export, questions.export, Lane.BESIDE)
+_on(p.ExportRun, steering.export_run, Lane.BESIDE)
+_on(p.Extract, lambda w, _, r: edits.change(w, r, OpenDocument.extract, r.automaton, r.path))
+_on(p.Generate, lambda w, _, r: w.runs.generate(w.tabs.get(r.tab)), Lane.BESIDE)
+_on(p.GoTo, lambda w, _, r: edits.step(w, r, OpenDocument.go_to, r.revision))
+_on(p.GuessRobot, lambda w, _, r: w.own_robots.guess(r.path), Lane.BESIDE, _READING_LIMIT)
+_on(p.Hello, documents.hello)
+_on(p.Imported, lambda w, _, r: questions.imported_by(w, w.tabs.get(r.tab)), Lane.BESIDE)
+_on(p.Inline, lambda w, _, r: edits.change(w, r, OpenDocument.inline, r.automaton))
+_on(p.Interfaces, lambda w, _, _r: w.code_questions.interfaces(w.project.root.directory), Lane.CODE_HELP)
+_on(p.ListFiles, documents.list_files, Lane.BESIDE)
+_on(
+    p.Locate,
+    lambda w, _, r: w.services.running.locate(w.tabs.get(r.tab).source, r.text, r.automaton, r.state),
+    Lane.BESIDE,
+)
+_on(p.LookAtTests, lambda w, _, r: w.services.tests.look(w.tabs.get(r.tab).source), Lane.BESIDE)
+_on(p.LookAtTrials, steering.look_at_trials, Lane.BESIDE)
+_on(p.MoveBalls, lambda w, _, r: w.services.robots.move_balls(moving=r.moving), Lane.BESIDE)
+_on(p.New, lambda w, window, r: documents.shown(w, partial(w.project.new, r.template, window.language)))
+_on(p.Open, lambda w, _, r: documents.open_file(w, r.path))
+_on(p.OpenText, lambda w, _, r: documents.shown(w, partial(w.project.open_text, r.name, r.text)))
+_on(p.OutputShown, _output_shown, Lane.AT_ONCE)
+_on(p.Paste, edits.paste)
+_on(p.Duplicate, edits.duplicate)
+_on(p.PutOnShelf, edits.put_on_shelf)
+_on(p.Record, lambda w, _, r: w.runs.record(r.component, r.pictures))
+_on(p.RecordTrial, steering.record_trial, Lane.BESIDE)
+_on(p.Recording, documents.open_recording, Lane.BESIDE)
+_on(p.Recover, documents.recover)
+_on(p.Redo, lambda w, _, r: edits.step(w, r, OpenDocument.redo))
+_on(p.Resolve, documents.resolve)
+_on(p.Run, steering.run, Lane.BESIDE)
+_on(p.RunTests, steering.run_tests, Lane.BESIDE)
+_on(p.RunTrials, steering.run_trials, Lane.BESIDE)
+_on(p.Save, documents.save)
+_on(p.SaveAs, documents.save_as)
+_on(p.SaveRobot, steering.save_robot, Lane.BESIDE)
+_on(p.SaveTest, steering.save_test, Lane.BESIDE)
+_on(p.Search, questions.search, Lane.BESIDE)
+_on(p.Share, documents.share)
+_on(
+    p.Simulate,
+    lambda w, _, r: w.services.robots.simulate(typed.convert(r, Simulation, from_attributes=True)),
+    Lane.BESIDE,
+)
+_on(p.StopRun, lambda w, window, r: w.services.running.stop(r.tab, window.kind), Lane.STOP_OF_RUN)
+_on(p.StopTests, lambda w, _, r: w.services.tests.stop(r.tab), Lane.STOP_OF_RUN)
+_on(p.StopTrials, lambda w, _, r: w.services.trials.stop(r.tab), Lane.STOP_OF_RUN)
+_on(p.Undo, lambda w, _, r: edits.step(w, r, OpenDocument.undo))
 
 
 def lane_of(request: p.Request) -> Lane:

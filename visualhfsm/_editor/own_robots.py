@@ -76,15 +76,13 @@ class OwnRobots:
         """Return the robot for which a URDF, xacro or MJCF is taken, or that of a file of the project."""
         model = self._root.model(path)
         if not model.is_relative_to(self._folder):
-            raise VisualHfsmError(
-                Message(
-                    "{path} is not in the folder {folder}: put it there, with its meshes",
-                    path=path,
-                    folder=FOLDER,
-                )
+            raise VisualHfsmError.because(
+                "{path} is not in the folder {folder}: put it there, with its meshes",
+                path=path,
+                folder=FOLDER,
             )
         if not model.is_file():
-            raise VisualHfsmError(Message("there is no file {path}", path=path))
+            raise VisualHfsmError.because("there is no file {path}", path=path)
         if model.suffix == BODY_SUFFIX and model.parent == self._folder:
             return await self.look(model.stem, read_file(model)[0].decode(errors="replace"))
         name = _NOT_OF_NAMES.sub("_", model.name.partition(".")[0]).strip("_") or "robot"
@@ -124,17 +122,15 @@ class OwnRobots:
         """Write the file of a robot, and return its path; with `overwrite` also over another one."""
         file = self._file(name)
         if file.exists() and not overwrite:
-            raise WouldOverwriteError(Message("{path} already exists", path=self._root.name(file)))
+            raise WouldOverwriteError.because("{path} already exists", path=self._root.name(file))
         make_folder(self._folder)
         write_file(file, text.encode())
         return self._root.name(file)
 
     def _file(self, name: str) -> Path:
         if not _NAME.fullmatch(name):
-            raise VisualHfsmError(
-                Message(
-                    "{name} is no name of a file: use letters, digits, - and _", name=printable(name)[:60]
-                )
+            raise VisualHfsmError.because(
+                "{name} is no name of a file: use letters, digits, - and _", name=printable(name)[:60]
             )
         return self._root.resolve(f"{FOLDER}/{name}{BODY_SUFFIX}")
 
@@ -165,8 +161,8 @@ class OwnRobots:
                 {**child_environment(), "MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1"},
             )
         except OSError as error:
-            raise VisualHfsmError(
-                Message("{command} cannot be started: {reason}", command=module, reason=reason(error))
+            raise VisualHfsmError.because(
+                "{command} cannot be started: {reason}", command=module, reason=reason(error)
             ) from error
         assert child.pid is not None
         try:

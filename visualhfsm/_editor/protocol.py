@@ -47,6 +47,10 @@ class _Request(
     id: RequestId
 
 
+class _TabRequest(_Request):
+    tab: TabId
+
+
 class Hello(_Request):
     """Ask for the whole state, in a language such as `es`; the first request of a window."""
 
@@ -72,24 +76,21 @@ class OpenText(_Request):
     text: Annotated[str, msgspec.Meta(max_length=4_000_000)]
 
 
-class Close(_Request):
+class Close(_TabRequest):
     """Close a tab; one with unsaved changes only with `discard`."""
 
-    tab: TabId
     discard: bool = False
 
 
-class Save(_Request):
+class Save(_TabRequest):
     """Save to the file that the document came from, with `overwrite` also over an older dialect."""
 
-    tab: TabId
     overwrite: bool = False
 
 
-class SaveAs(_Request):
+class SaveAs(_TabRequest):
     """Save to another file, which is the document's from then on."""
 
-    tab: TabId
     path: Path
     overwrite: bool = False
 
@@ -112,10 +113,14 @@ class ListFiles(_Request):
     directory: Path = ""
 
 
-class TabEdit(_Request):
+class TabEdit(_TabRequest):
     """A change of one document; requests of this kind are executed in order."""
 
-    tab: TabId
+
+class _ChosenStates(TabEdit):
+    automaton: ElementId
+    states: Ids
+    annotations: Ids = []
 
 
 class Do(TabEdit):
@@ -142,20 +147,12 @@ class GoTo(TabEdit):
     revision: Revision
 
 
-class Copy(TabEdit):
+class Copy(_ChosenStates):
     """Put states, their sub-trees, the transitions among them and annotations into the window's clipboard."""
 
-    automaton: ElementId
-    states: Ids
-    annotations: Ids = []
 
-
-class Cut(TabEdit):
+class Cut(_ChosenStates):
     """Copy, and delete."""
-
-    automaton: ElementId
-    states: Ids
-    annotations: Ids = []
 
 
 class Paste(TabEdit):
@@ -169,12 +166,8 @@ class Paste(TabEdit):
     y: Coordinate | None = None
 
 
-class Duplicate(TabEdit):
+class Duplicate(_ChosenStates):
     """Copy and paste in one step, beside the clipboard."""
-
-    automaton: ElementId
-    states: Ids
-    annotations: Ids = []
 
 
 class AddReady(TabEdit):
@@ -211,24 +204,20 @@ class Search(_Request):
     tab: TabId | None = None
 
 
-class Resolve(_Request):
+class Resolve(_TabRequest):
     """Decide about a document whose file another program changed: keep it, read the file, or merge both."""
 
-    tab: TabId
     choice: Literal["mine", "theirs", "merge"]
 
 
-class Diff(_Request):
+class Diff(_TabRequest):
     """Compare a document with another version: a file, or `saved`."""
 
-    tab: TabId
     against: Path
 
 
-class Imported(_Request):
+class Imported(_TabRequest):
     """Ask for the content of the automata that a document imports from other files."""
-
-    tab: TabId
 
 
 class Extract(TabEdit):
@@ -244,19 +233,18 @@ class Inline(TabEdit):
     automaton: ElementId
 
 
-class Locate(_Request):
+class Locate(_TabRequest):
     """Ask which line of which piece of code a line of a log, or of an error's report, refers to.
 
     A report also has its `automaton` and `state`, which distinguish pieces that share a line.
     """
 
-    tab: TabId
     text: Name
     automaton: ElementId = 0
     state: ElementId = 0
 
 
-class CodeHelp(_Request):
+class CodeHelp(_TabRequest):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
     `complete`: completions; `explain`: what the name at the position stands for; `signature`: the parameters
@@ -264,7 +252,6 @@ class CodeHelp(_Request):
     """
 
     wanted: Literal["complete", "explain", "signature", "lint"]
-    tab: TabId
     place: Place
     code: Code
     line: Position = 1
@@ -275,13 +262,11 @@ class Interfaces(_Request):
     """Ask for the interfaces that documents may declare, with their operations."""
 
 
-class Generate(_Request):
+class Generate(_TabRequest):
     """Generate the component's Python."""
 
-    tab: TabId
 
-
-class Run(_Request):
+class Run(_TabRequest):
     """Generate and start the component as a process; `arguments` are those of its command line.
 
     With `record`, the run is recorded into a new file below the root, which the answer names. A `dry_run` has
@@ -289,7 +274,6 @@ class Run(_Request):
     uses a robot runs only `beside` those components of others that the user has accepted, by name.
     """
 
-    tab: TabId
     arguments: Annotated[list[Name], msgspec.Meta(max_length=100)] = []
     record: bool = False
     dry_run: bool = False
@@ -297,26 +281,21 @@ class Run(_Request):
     beside: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
-class StopRun(_Request):
+class StopRun(_TabRequest):
     """Stop the process of a component that was started here."""
 
-    tab: TabId
 
-
-class LookAtTrials(_Request):
+class LookAtTrials(_TabRequest):
     """Ask for the plan of a document's trials, and what those that were run say: the push `trials`."""
 
-    tab: TabId
 
-
-class RunTrials(_Request):
+class RunTrials(_TabRequest):
     """Run those trials of a document that were not run yet; the push `trials` reports what they say.
 
     Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
     `robot` and `limit` take the place of what the plan has.
     """
 
-    tab: TabId
     runs: ChosenRuns | None = None
     state: Name = ""
     robot: ChosenRobot = ""
@@ -324,46 +303,37 @@ class RunTrials(_Request):
     again: bool = False
 
 
-class StopTrials(_Request):
+class StopTrials(_TabRequest):
     """Stop the trials of a document; what is done is kept."""
 
-    tab: TabId
 
-
-class RecordTrial(_Request):
+class RecordTrial(_TabRequest):
     """Run one of the trials again, and record it; the push `trials` says when that is done, and where."""
 
-    tab: TabId
     number: TrialNumber
 
 
-class LookAtTests(_Request):
+class LookAtTests(_TabRequest):
     """Ask for the tests of a document: the push `tests` names them."""
 
-    tab: TabId
 
-
-class RunTests(_Request):
+class RunTests(_TabRequest):
     """Run the tests of a document as it was saved, or some by name; the push `tests` has the results."""
 
-    tab: TabId
     names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
-class SaveTest(_Request):
+class SaveTest(_TabRequest):
     """Write what a followed component, or a recorded one, did as a new test.
 
     The answer has its `name`, and whether it is `complete`: its file says what it leaves out.
     """
 
-    tab: TabId
     component: Name
 
 
-class StopTests(_Request):
+class StopTests(_TabRequest):
     """Stop the tests of a document."""
-
-    tab: TabId
 
 
 class OutputShown(_Request):
@@ -460,10 +430,9 @@ class Share(_Request):
     shared: bool = True
 
 
-class Export(_Request):
+class Export(_TabRequest):
     """Ask for the document as its file would hold it, or as one `page` of HTML, to download it."""
 
-    tab: TabId
     page: bool = False
 
 
@@ -499,7 +468,8 @@ else:
     _REQUESTS = [
         found
         for found in [*globals().values()]
-        if isinstance(found, type) and issubclass(found, _Request) and found not in (_Request, TabEdit)
+        if isinstance(found, type) and issubclass(found, _Request) and not found.__name__.startswith("_")
+        if found is not TabEdit
     ]
     Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
     """Any request."""

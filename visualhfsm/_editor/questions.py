@@ -13,7 +13,6 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
-from codegen.messages import Message
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.diff import Difference, changed_lines, diff_documents
 from visualhfsm._document.places import search as search_document
@@ -41,11 +40,6 @@ async def code_help(workspace: Workspace, window: Window, request: p.CodeHelp) -
     )
 
 
-async def interfaces(workspace: Workspace, _: Window, _request: p.Interfaces) -> Any:  # noqa: ANN401
-    """Return the interfaces that documents may declare."""
-    return await workspace.code_questions.interfaces(workspace.project.root.directory)
-
-
 async def search(workspace: Workspace, _: Window, request: p.Search) -> list[dict[str, Any]]:
     """Search in one document or in all open ones."""
     tabs: Sequence[Tab] = [*workspace.tabs] if request.tab is None else [workspace.tabs.get(request.tab)]
@@ -62,7 +56,7 @@ async def diff(workspace: Workspace, _: Window, request: p.Diff) -> dict[str, An
     if request.against == _SAVED:
         before = await tab.edit(lambda document: document.saved)
         if before is None:
-            raise MissingError(Message("{title} was never saved", title=tab.shown.title))
+            raise MissingError.because("{title} was never saved", title=tab.shown.title)
     else:
         path = workspace.project.root.document(request.against)
         other = workspace.tabs.of_file(path)
@@ -86,24 +80,12 @@ async def export(workspace: Workspace, _: Window, request: p.Export) -> dict[str
     return {"name": f"{tab.shown.title}.xml", "text": text}
 
 
-async def imported(workspace: Workspace, _: Window, request: p.Imported) -> list[dict[str, Any]]:
-    """Return the content of the automata that a document imports."""
-    return await imported_by(workspace, workspace.tabs.get(request.tab))
-
-
 async def imported_by(workspace: Workspace, tab: Tab) -> list[dict[str, Any]]:
     """Return the content of the automata that the document of a tab imports."""
     shown = tab.shown
     if (path := shown.path) is None:
         return []  # imports are relative to the file
     return await workspace.threads.do(lambda: imported_views(shown.document, path, workspace.project.include))
-
-
-async def locate(workspace: Workspace, _: Window, request: p.Locate) -> object:
-    """Return the place to which a line of a log, or of an error's report, refers."""
-    source = workspace.tabs.get(request.tab).source
-    running = workspace.services.running
-    return await running.locate(source, request.text, request.automaton, request.state)
 
 
 def _compared(before: Document, after: Document) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from codegen.messages import Message, joined
+from codegen.messages import joined
 from codegen.reasons import reason
 from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
 from visualhfsm._document.serialization import written
@@ -60,8 +60,8 @@ class Runs:
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
         if names := [str(each["component"]) for each in self._realm.components.running]:
-            raise VisualHfsmError(
-                Message("stop {names} first: it would drive the real robot at once", names=", ".join(names))
+            raise VisualHfsmError.because(
+                "stop {names} first: it would drive the real robot at once", names=", ".join(names)
             )
 
     async def require_accepted(self, tab: Tab, accepted: Collection[str]) -> None:
@@ -75,13 +75,11 @@ class Runs:
         if not others or not tab.shown.document.interfaces:
             return
         found = await self._services.live.described(others)
-        raise SharedRobotError(
-            Message(
-                "{components} runs on this robot, and was started in another editor or a terminal. Two "
-                "components that move the same joints work against each other. The list of what runs, beside "
-                "the robot, shows what it does; STOP stops all.",
-                components=joined(", ", found),
-            )
+        raise SharedRobotError.because(
+            "{components} runs on this robot, and was started in another editor or a terminal. Two "
+            "components that move the same joints work against each other. The list of what runs, beside "
+            "the robot, shows what it does; STOP stops all.",
+            components=joined(", ", found),
         )
 
     # ---------------------------------------------------------------------------------------- components
@@ -100,12 +98,10 @@ class Runs:
                 while self._runs_elsewhere(name):
                     await asyncio.sleep(_LEAVING_PERIOD)
         except TimeoutError:
-            raise VisualHfsmError(
-                Message(
-                    "{name} runs already, and was not started here: stop it first, or save this document "
-                    "under another name",
-                    name=name,
-                )
+            raise VisualHfsmError.because(
+                "{name} runs already, and was not started here: stop it first, or save this document "
+                "under another name",
+                name=name,
             ) from None
         source = tab.source
         recording: dict[str, str] = {}
@@ -199,8 +195,8 @@ class Runs:
         try:
             folder.mkdir(exist_ok=True)
         except OSError as error:
-            raise VisualHfsmError(
-                Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+            raise VisualHfsmError.because(
+                "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
             ) from error
         return folder
 

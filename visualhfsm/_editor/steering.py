@@ -1,30 +1,24 @@
-"""Requests that generate, run, follow and steer components, make robots, and start and end one.
+"""Requests that run and steer components, trials and tests, and make and connect robots.
 
 Everything raises VisualHfsmError.
 """
 
 from __future__ import annotations
 
+import asyncio
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
-from visualhfsm._editor.own_robots import OwnRobot
-from visualhfsm._monitor.messages import Simulation
 from visualhfsm._processes.bodies import find_bodies
+from visualhfsm._processes.test_from_run import run_as_test
 from visualhfsm.project._titles import stem
+from visualhfsm.trials._messages import Choices
+from zenoh_ice import typed
 
 from . import protocol as p
 from .questions import imported_by
 from .window import Window
 from .workspace import Workspace
-
-READING_LIMIT: Final = 150.0
-"""Longest time in s to read a model: by two processes, and perhaps after others."""
-
-
-async def generate(workspace: Workspace, _: Window, request: p.Generate) -> object:
-    """Generate the component of a document."""
-    return await workspace.runs.generate(workspace.tabs.get(request.tab))
 
 
 async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]:
@@ -36,31 +30,11 @@ async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]
     return await workspace.runs.run(tab, request.arguments, record=request.record, dry_run=dry_run)
 
 
-async def stop_run(workspace: Workspace, window: Window, request: p.StopRun) -> object:
-    """Stop the process of a component."""
-    return await workspace.services.running.stop(request.tab, window.kind)
-
-
-async def attach(workspace: Workspace, window: Window, request: p.Attach) -> object:
-    """Follow a running component."""
-    return await workspace.runs.follow(window, request.component)
-
-
-async def detach(workspace: Workspace, window: Window, request: p.Detach) -> None:
-    """Stop following a component."""
-    await workspace.runs.unfollow(window, request.component)
-
-
 async def control(workspace: Workspace, window: Window, request: p.Control) -> object:
     """Steer a running component, or stop everything."""
     if request.action == p.EMERGENCY_STOP:
         return await workspace.runs.emergency_stop(window.kind)
     return await workspace.runs.control(request.component, request.action, request.arguments)
-
-
-async def record(workspace: Workspace, _: Window, request: p.Record) -> dict[str, str] | None:
-    """Record a followed component, or end that."""
-    return await workspace.runs.record(request.component, request.pictures)
 
 
 async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> dict[str, str]:
@@ -70,22 +44,6 @@ async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> d
     content = [] if tab is None else await imported_by(workspace, tab)
     text = await workspace.services.live.exported(request.component, document, content)
     return {"name": f"{stem(request.component.rpartition(':')[2])}.html", "text": text}
-
-
-async def simulate(workspace: Workspace, _: Window, request: p.Simulate) -> None:
-    """Start a simulated robot."""
-    simulation = Simulation(world=request.world, speed=request.speed, balls=request.balls, body=request.body)
-    await workspace.services.robots.simulate(simulation)
-
-
-async def guess_robot(workspace: Workspace, _: Window, request: p.GuessRobot) -> OwnRobot:
-    """Take a model for what it seems to be."""
-    return await workspace.own_robots.guess(request.path)
-
-
-async def check_robot(workspace: Workspace, _: Window, request: p.CheckRobot) -> OwnRobot:
-    """Read the text of a robot's file."""
-    return await workspace.own_robots.look(request.name, request.text)
 
 
 async def save_robot(workspace: Workspace, _: Window, request: p.SaveRobot) -> dict[str, Any]:
@@ -102,11 +60,49 @@ async def connect_robot(workspace: Workspace, _: Window, request: p.ConnectRobot
     await workspace.services.robots.connect(request.address, request.start)
 
 
-async def move_balls(workspace: Workspace, _: Window, request: p.MoveBalls) -> None:
-    """Move the balls of the simulation, or leave them where they are."""
-    await workspace.services.robots.move_balls(moving=request.moving)
+async def look_at_trials(workspace: Workspace, _: Window, request: p.LookAtTrials) -> None:
+    """Read the plan and the outcomes that are there."""
+    tab = workspace.tabs.get(request.tab)
+    source = tab.source
+    if await workspace.services.trials.look(source):
+        tab.trials.of = source.document
 
 
-async def end_robot(workspace: Workspace, _: Window, _request: p.EndRobot) -> None:
-    """End the robot that was started here."""
-    await workspace.services.robots.end()
+async def run_trials(workspace: Workspace, _: Window, request: p.RunTrials) -> None:
+    """Begin to run the trials that are missing."""
+    tab = workspace.tabs.get(request.tab)
+    source = tab.source
+    choices = typed.convert(request, Choices, from_attributes=True)
+    await workspace.services.trials.run(source, choices, again=request.again)
+    tab.trials.of = source.document
+
+
+async def record_trial(workspace: Workspace, _: Window, request: p.RecordTrial) -> None:
+    """Begin to run a trial again, recorded."""
+    workspace.tabs.get(request.tab)
+    folder = await workspace.runs.recordings()
+    await workspace.services.trials.record(request.tab, request.number, folder, workspace.project.root.name)
+
+
+async def run_tests(workspace: Workspace, _: Window, request: p.RunTests) -> None:
+    """Begin to run the tests of the document as it was saved."""
+    tab = workspace.tabs.get(request.tab)
+    source = tab.source
+    await workspace.services.tests.run(source, request.names)
+    tab.tests.of = source.document
+
+
+async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dict[str, object]:
+    """Write a test of what a component, or that of a recording, did."""
+    source = workspace.tabs.get(request.tab).source
+    past = await workspace.services.live.past(request.component)
+    test = await asyncio.to_thread(
+        run_as_test,
+        source.document,
+        past.timeline,
+        "fake" if source.document.interfaces else None,
+        past.parameters,
+        past.interventions,
+    )
+    name = await workspace.services.tests.add(source, test.text)
+    return {"name": name, "complete": not test.left_out}

@@ -14,10 +14,11 @@ from msgspec.structs import replace
 
 from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
+from visualhfsm._base.work import retrieve
 from visualhfsm._document.diff import differ
 from visualhfsm._document.places import spots, texts_at
 from visualhfsm._document.problems import Problem
-from visualhfsm._monitor.messages import Failed, RecentLines, RunPush, Source, retrieve
+from visualhfsm._monitor.messages import Failed, RecentLines, RunPush, Source
 from visualhfsm._processes.test_results import TestsPush, version_of
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._events import Changed, Event

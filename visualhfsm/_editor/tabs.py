@@ -44,7 +44,7 @@ class Tabs:
     def get(self, number: int) -> Tab:
         """Return a tab; raises MissingError."""
         if number not in self._tabs:
-            raise MissingError(Message("tab {number} is not open", number=number))
+            raise MissingError.because("tab {number} is not open", number=number)
         return self._tabs[number]
 
     def editable(self, number: int) -> Tab:

@@ -9,7 +9,6 @@ import time
 from collections.abc import AsyncGenerator, Iterable
 from typing import Final, cast
 
-from codegen.messages import Message
 from interfaces.jderobot import CameraPrx, ImageData
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.pictures import Pictures, encode_jpeg, require_pillow
@@ -54,7 +53,7 @@ class Cameras:
         Raises VisualHfsmError when there is no such camera, and MissingPackageError without Pillow.
         """
         if not has_interface(self._communicator, name, CameraPrx.ice_interface.type_id):
-            raise VisualHfsmError(Message("there is no camera {name}", name=printable(name)[:100]))
+            raise VisualHfsmError.because("there is no camera {name}", name=printable(name)[:100])
         require_pillow()
         stream = CameraPrx.uncheckedCast(self._communicator.stringToProxy(name)).getImageData
         while True:

@@ -8,30 +8,26 @@ too long.
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import secrets
 import socket
 from collections import deque
-from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Generic, Literal, TypeVar
+from typing import Any, Final, Literal
 
 import msgspec
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
-from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.origins import Origin
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.realm.follower import LiveStructure
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from zenoh_ice.application.emergency_stop import STILL_LIMIT
 from zenoh_ice.settings import ENVIRONMENT_PREFIX, host_and_port, is_loopback
-
-R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -272,55 +268,3 @@ def own_listener(sockets: Path | None) -> dict[str, str]:
 def socket_endpoint(sockets: Path) -> str:
     """Return an endpoint at a new socket in a folder."""
     return f"unixsock-stream/{sockets / secrets.token_hex(4)}"
-
-
-class OfTabs(Generic[R]):
-    """What a service keeps for each tab, until the tab is closed for good."""
-
-    def __init__(self, make: Callable[[int], R]) -> None:
-        self._make = make
-        self._kept: dict[int, R] = {}
-        self._forgotten: set[int] = set()
-        self._closed = False
-
-    def get(self, tab: int) -> R | None:
-        """Return what is kept for a tab."""
-        return self._kept.get(tab)
-
-    def of(self, tab: int) -> R:
-        """Return what is kept for a tab, made now if need be.
-
-        Raises VisualHfsmError for a closed tab: a request that was on its way starts nothing for it any more.
-        """
-        if self._closed or tab in self._forgotten:
-            raise VisualHfsmError(Message("the document was closed: nothing is started for it"))
-        if tab not in self._kept:
-            self._kept[tab] = self._make(tab)
-        return self._kept[tab]
-
-    def __iter__(self) -> Iterator[R]:
-        return iter([*self._kept.values()])
-
-    def forget(self, tab: int) -> R | None:
-        """Return what was kept for a tab that is closed for good."""
-        self._forgotten.add(tab)
-        return self._kept.pop(tab, None)
-
-    def close(self) -> list[R]:
-        """Return all that was kept, and keep nothing any more."""
-        self._closed = True
-        kept, self._kept = [*self._kept.values()], {}
-        return kept
-
-
-async def complete(work: Coroutine[object, object, R]) -> R:
-    """Wait for work that continues to its end even when its caller is cancelled."""
-    task = asyncio.create_task(work)
-    task.add_done_callback(retrieve)
-    return await asyncio.shield(task)
-
-
-def retrieve(future: asyncio.Future[R]) -> None:
-    """Mark an exception as seen: a caller that still waits gets it."""
-    if not future.cancelled():
-        future.exception()

@@ -12,7 +12,6 @@ from typing import Final
 
 import msgspec
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from hfsm_runtime.recording_file.messages import Action, Description, Picture, RobotPose, Snapshot, World
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
@@ -42,8 +41,8 @@ class Recorder:
     ) -> None:
         newest, structure = follower.log.newest, follower.structure
         if newest is None or structure is None:
-            raise VisualHfsmError(
-                Message("{component} has sent nothing yet: try again", component=follower.component)
+            raise VisualHfsmError.because(
+                "{component} has sent nothing yet: try again", component=follower.component
             )
         if pictures:
             require_pillow()

@@ -182,8 +182,8 @@ class RecordedPictures:
             require_pillow()
             image = self._file.image_at(place, wanted, Image)
         except (OSError, msgspec.MsgspecError, RecordingError, ValueError) as error:
-            raise VisualHfsmError(
-                Message("an image of the recording cannot be read: {reason}", reason=reason(error))
+            raise VisualHfsmError.because(
+                "an image of the recording cannot be read: {reason}", reason=reason(error)
             ) from error
         if image is None or image.encoding != "rgb8":
             return None
@@ -211,10 +211,8 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
     run.finish()
     is_known = WATCHED not in recording.metadata or INTERVENTIONS in recording.metadata
     if run.log.newest is None:
-        raise VisualHfsmError(
-            Message(
-                "the recording {file} holds no state of {component}", file=path.name, component=recording.name
-            )
+        raise VisualHfsmError.because(
+            "the recording {file} holds no state of {component}", file=path.name, component=recording.name
         )
     return RecordedRun(
         recording.name, run.structure, run.log, text, shortened, run.world, run.pictures, run.described,

@@ -36,8 +36,8 @@ from hfsm_runtime.recording_file.outcome import (
 from hfsm_runtime.recording_file.reader import RecordingError, RecordingFile
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.reporting_process import ReportingProcess
 from zenoh_ice import typed
-from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.status import own_version
 from zenoh_ice.text import printable
@@ -53,7 +53,6 @@ _SILENCE: Final = 90.0
 _CHECK_PERIOD: Final = 0.2  # s between two checks for a signal
 _LONGEST_LINE: Final = 64 << 20
 _END_LIMIT: Final = 5.0  # s
-_TAIL: Final = 2000
 _VERBS: Final = {"entered": "", "ghost": " (ghost)", "resumed": " (goes on)", "finished": " (finished)"}
 
 
@@ -78,19 +77,15 @@ def replay_recording(
     except RecordingError as error:
         raise VisualHfsmError(reason(error)) from error
     if WATCHED in recorded.metadata:
-        raise VisualHfsmError(
-            Message(
-                "{recording} was recorded to be looked at: what --record writes is replayed",
-                recording=str(recording),
-            )
+        raise VisualHfsmError.because(
+            "{recording} was recorded to be looked at: what --record writes is replayed",
+            recording=str(recording),
         )
     if recorded.altered:
-        raise VisualHfsmError(
-            Message(
-                "{recording} is damaged: its {files} is not what was recorded",
-                recording=str(recording),
-                files=", ".join(recorded.altered),
-            )
+        raise VisualHfsmError.because(
+            "{recording} is damaged: its {files} is not what was recorded",
+            recording=str(recording),
+            files=", ".join(recorded.altered),
         )
     if not as_json:
         _announce(recorded, recording)
@@ -115,8 +110,8 @@ def replay_recording(
         for line in outcome_lines(outcome):
             typer.echo(line)
     if outcome.error:
-        raise VisualHfsmError(
-            Message("at {seconds:.3f} s: {error}", seconds=outcome.seconds, error=outcome.error)
+        raise VisualHfsmError.because(
+            "at {seconds:.3f} s: {error}", seconds=outcome.seconds, error=outcome.error
         )
     return outcome
 
@@ -179,7 +174,7 @@ def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:
     """Write the component of the recording into a folder, and report that it will be run."""
     files = recorded.files
     if "component" not in files:
-        raise VisualHfsmError(Message("the recording does not contain its component: name the document"))
+        raise VisualHfsmError.because("the recording does not contain its component: name the document")
     folder.mkdir()
     for kind in ("component", "extension"):
         if kind in files:
@@ -203,67 +198,43 @@ async def _run_in_process(
     `report` gets each line. `include` are directories in which the component finds packages. Raises
     VisualHfsmError.
     """
-    lines: asyncio.Queue[bytes] = asyncio.Queue()
-    rest, errors = b"", b""
-
-    def take(descriptor: int, data: bytes) -> None:
-        nonlocal rest, errors
-        if descriptor == 1:
-            *whole, rest = (rest + data).split(b"\n")
-            if not data or len(rest) > _LONGEST_LINE:
-                whole.append(rest)
-            for line in whole:
-                lines.put_nowait(line)
-        elif shows_output:
-            sys.stderr.buffer.write(data)  # which may end within a character
-            sys.stderr.flush()
-        else:
-            errors = (errors + data)[-_TAIL:]
-
-    child = ChildProcess(take)
-    await child.start(
+    lines: asyncio.Queue[Line | int] = asyncio.Queue()
+    process = ReportingProcess[Line](
+        typed.json_decoder(Line),
+        lines.put_nowait,
+        lambda code, _: lines.put_nowait(code),
+        _LONGEST_LINE,
+        sys.stderr.buffer if shows_output else None,
+    )
+    await process.start(
         [sys.executable, "-P", "-m", "hfsm_runtime._replay", *arguments], child_environment(include)
     )
-    try:
-        outcome = await _listen(lines, report, stop)
-        if outcome is None and not stop.is_set():
-            raise VisualHfsmError(_failure(await child.wait(), errors))
-        return outcome
-    finally:
-        await child.stop((0.0, _END_LIMIT))
-
-
-async def _listen(
-    lines: asyncio.Queue[bytes], report: Callable[[Line], None], stop: threading.Event
-) -> Outcome | None:
-    decode = typed.json_decoder(Line)
     heard = time.monotonic()
-    while not stop.is_set():
-        try:
-            text = await asyncio.wait_for(lines.get(), _CHECK_PERIOD)
-        except TimeoutError:
-            if time.monotonic() - heard < _SILENCE:
-                continue
-            raise VisualHfsmError(
-                Message("the replay has sent nothing for {silence:g} s and was stopped", silence=_SILENCE)
-            ) from None
-        heard = time.monotonic()
-        if not text:
-            return None
-        try:
-            line = decode(text)
-        except msgspec.MsgspecError as error:
-            raise VisualHfsmError(
-                Message("the replay sent an invalid message: {reason}", reason=reason(error))
-            ) from error
-        report(line)
-        if isinstance(line, Outcome):
-            return line
-    return None
+    try:
+        while not stop.is_set():
+            try:
+                line = await asyncio.wait_for(lines.get(), _CHECK_PERIOD)
+            except TimeoutError:
+                if time.monotonic() - heard < _SILENCE:
+                    continue
+                raise VisualHfsmError.because(
+                    "the replay has sent nothing for {silence:g} s and was stopped", silence=_SILENCE
+                ) from None
+            if isinstance(line, int):
+                raise VisualHfsmError(_failure(line, process))
+            heard = time.monotonic()
+            report(line)
+            if isinstance(line, Outcome):
+                return line
+        return None
+    finally:
+        await process.stop((0.0, _END_LIMIT))
 
 
-def _failure(code: int, errors: bytes) -> Message:
-    text = " ".join(errors.decode("utf-8", "replace").split())
+def _failure(code: int, process: ReportingProcess[Line]) -> Message:
+    if process.invalid is not None:
+        return Message("the replay sent an invalid message: {reason}", reason=reason(process.invalid))
+    text = " ".join(process.words.split())
     why = text.rpartition("error: ")[2] if "error: " in text else text
     return Message.verbatim(why) if why else Message("the replay ended with exit code {code}", code=code)
 

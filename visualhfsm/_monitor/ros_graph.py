@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from zenoh_ice import Settings, ZenohIceError
@@ -24,8 +23,8 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
     try:
         import zenoh_ros2  # its dependencies are needed only with ROS
     except ImportError as error:
-        raise VisualHfsmError(
-            Message("the graph of ROS cannot be read: {reason}", reason=reason(error))
+        raise VisualHfsmError.because(
+            "the graph of ROS cannot be read: {reason}", reason=reason(error)
         ) from error
     try:
         with zenoh_ros2.Node("visualhfsm", settings=zenoh_ros2.settings_of_node(settings)) as node:
@@ -37,7 +36,7 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
             }
             types = {kind: node.types.names(kind) for kind in ("msg", "srv", "action")}
     except (zenoh_ros2.RosError, ZenohIceError) as error:
-        raise VisualHfsmError(
-            Message("the graph of ROS cannot be read: {reason}", reason=reason(error))
+        raise VisualHfsmError.because(
+            "the graph of ROS cannot be read: {reason}", reason=reason(error)
         ) from error
     return {**{name: dict([*each.items()][:_MOST_SHOWN]) for name, each in found.items()}, "types": types}

@@ -82,13 +82,11 @@ def run_page(run: Run, largest: int = LARGEST_PAGE) -> str:
     """Return the page of a run as HTML. Raises VisualHfsmError when it is empty, or too large."""
     page = html_file(run.name, _ENTRY, _STYLES, _content(run))
     if len(page) > largest:
-        raise VisualHfsmError(
-            Message(
-                "the page of this run would have {count} MB, and at most {largest} MB can be "
-                "exported: record a shorter run, or one without images",
-                count=len(page) >> 20,
-                largest=largest >> 20,
-            )
+        raise VisualHfsmError.because(
+            "the page of this run would have {count} MB, and at most {largest} MB can be "
+            "exported: record a shorter run, or one without images",
+            count=len(page) >> 20,
+            largest=largest >> 20,
         )
     return page
 
@@ -97,8 +95,8 @@ def _content(run: Run) -> bytes:
     """Return the run as run-page.js reads it: lines of JSON, first `Content`, then the moments."""
     newest = run.log.newest
     if newest is None:
-        raise VisualHfsmError(
-            Message("nothing is known of a run of {run}: there is nothing to export", run=run.name)
+        raise VisualHfsmError.because(
+            "nothing is known of a run of {run}: there is nothing to export", run=run.name
         )
     moments = run.log.moments(_LARGEST_MOMENTS)
     document = None

@@ -219,12 +219,10 @@ class Monitoring:
             finally:
                 follower.forget_breakpoints()
         except msgspec.ValidationError as error:
-            raise VisualHfsmError(
-                Message(
-                    "{action} cannot be requested like this: {reason}",
-                    action=printable(action)[:40],
-                    reason=reason(error),
-                )
+            raise VisualHfsmError.because(
+                "{action} cannot be requested like this: {reason}",
+                action=printable(action)[:40],
+                reason=reason(error),
             ) from error
         except ZenohIceError as error:
             raise VisualHfsmError(heard(str(error))) from error
@@ -238,7 +236,7 @@ class Monitoring:
         while not self._follower(component).knows and asyncio.get_running_loop().time() < deadline:
             await asyncio.sleep(_POLL_INTERVAL)
         if component in self._recorders:
-            raise VisualHfsmError(Message("{component} is being recorded already", component=component))
+            raise VisualHfsmError.because("{component} is being recorded already", component=component)
         follower = self._follower(component)
         self._recorders[component] = Recorder(follower, self._robot, path, document, pictures)
 
@@ -271,8 +269,8 @@ class Monitoring:
             return await asyncio.to_thread(lambda: run_page(recorded.exported(document, imported)))
         follower = self._follower(component)
         if follower.structure is None:
-            raise VisualHfsmError(
-                Message("the automata of {component} are not known yet", component=component)
+            raise VisualHfsmError.because(
+                "the automata of {component} are not known yet", component=component
             )
         structure, shapes = follower.structure.structure, self._robot.world.shapes
         pictures = self._cameras.former.spread(MOST_PICTURES)
@@ -353,9 +351,7 @@ class Monitoring:
     def _follower(self, component: str) -> Follower:
         follower = self._followers.get(component)
         if follower is None:
-            raise VisualHfsmError(
-                Message("{component} is not followed", component=printable(component)[:100])
-            )
+            raise VisualHfsmError.because("{component} is not followed", component=printable(component)[:100])
         return follower
 
     async def past(self, component: str) -> Past:

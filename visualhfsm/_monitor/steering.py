@@ -99,8 +99,8 @@ async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
     """Execute a request; return its result, None for nothing. Raises VisualHfsmError."""
     operation = OPERATIONS.get(action)
     if operation is None:
-        raise VisualHfsmError(
-            Message("a component cannot be asked to {action}", action=printable(action)[:40])
+        raise VisualHfsmError.because(
+            "a component cannot be asked to {action}", action=printable(action)[:40]
         )
     if operation is HfsmMonitorPrx.reload:
         monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
@@ -120,13 +120,11 @@ async def _request(
             found = await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
             return heard_explanation(found) if isinstance(found, Explanation) else found
     except msgspec.ValidationError as error:
-        raise VisualHfsmError(
-            Message(
-                "{whom} cannot be asked to {operation}: {reason}",
-                whom=whom,
-                operation=operation.name,
-                reason=reason(error),
-            )
+        raise VisualHfsmError.because(
+            "{whom} cannot be asked to {operation}: {reason}",
+            whom=whom,
+            operation=operation.name,
+            reason=reason(error),
         ) from error
     except ZenohIceError as error:
         raise VisualHfsmError(reason(error)) from error
@@ -135,7 +133,7 @@ async def _request(
 async def set_scene(communicator: Communicator, action: str, arguments: Mapping[str, Any]) -> object:
     """Move something in the world of a simulation, or push its robot. Raises VisualHfsmError."""
     if _SCENE not in communicator.identities():
-        raise VisualHfsmError(Message("there is no simulation: only its world can be changed"))
+        raise VisualHfsmError.because("there is no simulation: only its world can be changed")
     scene = ScenePrx.uncheckedCast(communicator.stringToProxy(_SCENE))
     return await _request(scene, getattr(ScenePrx, action), arguments, Message("the simulation"))
 
@@ -159,6 +157,6 @@ async def stand_robot(communicator: Communicator) -> None:
     try:
         await asyncio.wrap_future(scene.placeRobot.begin(pose.position.x, pose.position.y, heading))
     except InvalidValueException as error:
-        raise VisualHfsmError(
-            Message("the robot cannot stand here: {reason}", reason=printable(error.what))
+        raise VisualHfsmError.because(
+            "the robot cannot stand here: {reason}", reason=printable(error.what)
         ) from error

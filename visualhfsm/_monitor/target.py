@@ -149,19 +149,15 @@ def _find(text: str, among: dict[Address, set[str]], kind: Message) -> Address:
         choices = ", ".join(f"{address.name} ({address.ids})" for address in found[:_SHOWN])
         if len(found) > _SHOWN:
             choices += ", ..."
-        raise VisualHfsmError(
-            Message(
-                "{text} may be {choices}: name one in full, or by its ids",
-                text=printable(text),
-                choices=choices,
-            )
+        raise VisualHfsmError.because(
+            "{text} may be {choices}: name one in full, or by its ids", text=printable(text), choices=choices
         )
     full = [address.name for address in among]
     names = [name for names in among.values() for name in names if not name.partition("/")[0].isdigit()]
     is_close = bool(difflib.get_close_matches(text[:200], names, 1))
     hint = did_you_mean(text, [*full, *names] if is_close else full)
-    raise VisualHfsmError(
-        Message("there is no {kind} {text}; {hint}", kind=kind, text=printable(text), hint=hint)
+    raise VisualHfsmError.because(
+        "there is no {kind} {text}; {hint}", kind=kind, text=printable(text), hint=hint
     )
 
 

@@ -61,12 +61,8 @@ def require_body(root: Path, name: str) -> str:
     """
     known = [body.name for body in find_bodies(root)]
     if name and name not in known:
-        raise VisualHfsmError(
-            Message(
-                "there is no robot {name}; there are {few}",
-                name=printable(name)[:60],
-                few=few(known, 12),
-            )
+        raise VisualHfsmError.because(
+            "there is no robot {name}; there are {few}", name=printable(name)[:60], few=few(known, 12)
         )
     return name or known[0]
 

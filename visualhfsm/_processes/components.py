@@ -17,24 +17,19 @@ from tempfile import TemporaryDirectory
 from typing import Final, Literal
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import (
-    component_path,
-    extension_path,
-    interface_directories,
-    write_document,
-)
+from codegen.hfsm import component_path, extension_path, interface_directories, write_document
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.watched_process import Lines, WatchedProcess
+from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess
+from visualhfsm._base.work import PerDocument
 from visualhfsm._document.generate import generate_component, summary
 from visualhfsm._document.origins import Origin, Origins, read_origins
 from visualhfsm._monitor.messages import (
     USUAL_LIMITS,
     Failed,
-    OfTabs,
     Output,
     OutputLine,
     Publish,
@@ -42,7 +37,6 @@ from visualhfsm._monitor.messages import (
     ServiceLimits,
     Source,
     Stopper,
-    complete,
     own_listener,
 )
 from visualhfsm._processes.bodies import body_option, require_body
@@ -57,17 +51,17 @@ _CLOSE_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT to SIGTERM, and from there to SIGKILL, when the editor ends."""
 
 _DRY_RUN: Final = "visualhfsm.simulation._dry_run"
+"""The module that runs a component without a robot."""
 _WAIT: Final = ("--server-wait", "2")
 """A run waits no longer for a robot: the page says that there is none, and starts one."""
-"""The module that runs a component without a robot."""
+_NOT_STARTED: Final = Message("it could not be started")
 
 
-class RunningComponents:
+class RunningComponents(PerDocument["_Run"]):
     """At most one child process for each tab. All methods raise VisualHfsmError.
 
-    Work that has begun is completed, even if the window that requested it is closed. `include` are
-    directories with packages of interfaces, `folder` is that of documents without a file, by default the
-    current one. With a folder for `sockets`, the processes listen there, and nowhere else.
+    `include` are directories with packages of interfaces, `folder` is that of documents without a file, by
+    default the current one. With a folder for `sockets`, the processes listen there, and nowhere else.
     """
 
     def __init__(
@@ -80,19 +74,19 @@ class RunningComponents:
         *,
         limits: ServiceLimits = USUAL_LIMITS,
     ) -> None:
+        super().__init__(self._run_of)
         self._limits = limits
         self._publish = publish
         self._include = tuple(include)
         self._folder = folder or Path.cwd()
         self._environment = settings.environment() if settings else {}
         self._sockets = sockets
-        self._runs = OfTabs(self._run_of)
 
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
-        if source.path is None and self._runs.get(source.tab) is None:
-            raise VisualHfsmError(Message("save the document first: its component is written beside it"))
-        generated = await complete(self._runs.of(source.tab).generate(source))
+        if source.path is None and self.get(source.tab) is None:
+            raise VisualHfsmError.because("save the document first: its component is written beside it")
+        generated = await self.do(source.tab, lambda run: run.generate(source))
         return {"path": str(generated.component)}
 
     async def run(
@@ -104,42 +98,33 @@ class RunningComponents:
 
         Nobody could distinguish two components of the same name: the second one is refused.
         """
-        name = source.component
-        for run in self._runs:
-            if run is not self._runs.get(source.tab) and run.component == name:
-                raise VisualHfsmError(
-                    Message(
-                        "another document runs as {name}: stop it first, or save this one under another name",
-                        name=name,
-                    )
-                )
         if dry_run is not None:
             dry_run = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, dry_run))
-        await complete(self._runs.of(source.tab).start(source, arguments, dry_run=dry_run))
-        return {"component": name}
+        await self.do(source.tab, lambda run: self._start(run, source, arguments, dry_run))
+        return {"component": source.component}
 
-    async def stop(self, tab: int, by: Stopper | None = None) -> object:
+    async def _start(self, run: _Run, source: Source, arguments: Sequence[str], dry_run: str | None) -> None:
+        if any(source.component in other.names for other in self if other is not run):
+            raise VisualHfsmError.because(
+                "another document runs as {name}: stop it first, or save this one under another name",
+                name=source.component,
+            )
+        await run.start(source, arguments, dry_run=dry_run)  # which takes the name before it waits
+
+    async def stop(self, tab: int, by: Stopper | None = None) -> None:
         """Stop the tab's process, if one runs; `by` says who wants that."""
-        run = self._runs.get(tab)
-        if run is not None:
+        if (run := self.get(tab)) is not None:
             run.announce_stop(by)
-            await complete(run.stop())
-        return None
+        await super().stop(tab)
 
     def announce_stop(self, by: Stopper | None = None) -> None:
         """Report that all processes are being stopped, before they are; `by` says who wants that."""
-        for run in self._runs:
+        for run in self:
             run.announce_stop(by)
 
     async def stop_all(self) -> None:
         """Stop all processes, also those that are being started."""
-        await asyncio.gather(*(complete(run.stop()) for run in self._runs))
-
-    async def forget(self, tab: int) -> None:
-        """Stop the process of a tab that is closed for good, and delete its temporary files."""
-        run = self._runs.forget(tab)
-        if run is not None:
-            await complete(run.close())
+        await asyncio.gather(*map(super().stop, [*self._kept]))
 
     async def locate(self, source: Source, text: str, automaton: int = 0, state: int = 0) -> object:
         """Return the place and the line of the code to which a line of a log or a report refers, or None.
@@ -147,7 +132,7 @@ class RunningComponents:
         A report has the `automaton` and the `state`, which distinguish pieces that share a line. It may come
         from a component that runs elsewhere, from the same file.
         """
-        run = self._runs.get(source.tab)
+        run = self.get(source.tab)
         origins = run.origins if run is not None else None
         if origins is None and source.path is not None:
             path = source.path
@@ -157,7 +142,9 @@ class RunningComponents:
 
     async def close(self) -> None:
         """Stop everything that runs."""
-        await asyncio.gather(*(run.close(_CLOSE_LIMITS) for run in self._runs.close()))
+        for run in self:
+            run.patience = _CLOSE_LIMITS
+        await super().close()
 
     def _run_of(self, tab: int) -> _Run:
         return _Run(
@@ -193,20 +180,27 @@ class _Run:
         patience: Sequence[float],
     ) -> None:
         self._tab = tab
-        self._patience = patience
+        self.patience = patience
+        """Seconds from SIGINT to SIGTERM, and from there to SIGKILL."""
         self._publish = publish
         self._environment = environment
         self._directory = directory
         self._generated: _Generated | None = None
-        self._process = WatchedProcess(self._take, self._end)
+        self._process = WatchedProcess(LineReports(self._take), self._end)
         self._words = LastWords()
         self._last_cycle: Path | None = None
         """The file in which the component keeps what it executes."""
-        self._busy = asyncio.Lock()
         self._stopping = False
         self._stopped_by: Stopper | None = None
         self.component = ""
         """The name of the component that starts or runs; empty when there is none."""
+        self._next = ""
+        """That of the one that starts once the former one has ended."""
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """The names that no other component may have."""
+        return self.component, self._next
 
     @property
     def origins(self) -> Origins | None:
@@ -221,33 +215,30 @@ class _Run:
 
         The component of a document that has a file is written beside it, unless one runs elsewhere.
         """
-        async with self._busy:
-            return await self._generate(source, beside=True)
+        return await self._generate(source, beside=True)
 
     async def start(
         self, source: Source, arguments: Sequence[str] = (), *, dry_run: str | None = None
     ) -> None:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
-        async with self._busy:
-            await self._stop(self._patience)
-            self._directory.close()
-            self.component = source.component
-            self._stopping = False
-            self._stopped_by = None
-            self._report("generating")
-            try:
-                generated = await self._generate(source)
-                self._report("starting")
-                runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
-                command = [sys.executable, *runner, str(generated.component), *_WAIT, *arguments]
-                await self._launch(command)
-            except BaseException as error:
-                message = Message("it could not be started")
-                if isinstance(error, VisualHfsmError):
-                    message = error.message
-                self._report("ended", None, message)
-                raise
-            self._report("started")
+        self._next = source.component
+        await self.stop()
+        self._directory.close()
+        self.component, self._next = self._next, ""
+        self._stopping = False
+        self._stopped_by = None
+        self._report("generating")
+        try:
+            generated = await self._generate(source)
+            self._report("starting")
+            runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
+            command = [sys.executable, *runner, str(generated.component), *_WAIT, *arguments]
+            await self._launch(command)
+        except BaseException as error:
+            message = error.message if isinstance(error, VisualHfsmError) else _NOT_STARTED
+            self._report("ended", None, message)
+            raise
+        self._report("started")
 
     def announce_stop(self, by: Stopper | None = None) -> None:
         """Report that the process, if there is one, is being stopped, and who was the first to want that."""
@@ -257,15 +248,16 @@ class _Run:
             self._stopping = True
             self._report("stopping")
 
-    async def stop(self, patience: Sequence[float] = ()) -> None:
+    async def stop(self) -> None:
         """End the process, if there is one."""
-        async with self._busy:
-            await self._stop(patience or self._patience)
+        if self._process.is_running:
+            self.announce_stop()
+            await self._process.stop(self.patience)
 
-    async def close(self, patience: Sequence[float] = ()) -> None:
+    async def close(self) -> None:
         """End the process, and delete its temporary files."""
         try:
-            await self.stop(patience)
+            await self.stop()
         finally:
             self._process.kill()
             self._directory.close()
@@ -281,14 +273,9 @@ class _Run:
             environment = {**child_environment(), **self._environment, last_cycle.VARIABLE: str(kept)}
             await self._process.start(command, environment)
         except OSError as error:
-            raise VisualHfsmError(
-                Message("the component cannot be started: {reason}", reason=reason(error))
+            raise VisualHfsmError.because(
+                "the component cannot be started: {reason}", reason=reason(error)
             ) from error
-
-    async def _stop(self, patience: Sequence[float]) -> None:
-        if self._process.is_running:
-            self.announce_stop()
-            await self._process.stop(patience)
 
     def _end(self, code: int, stopped: bool) -> None:
         kept = last_cycle.read(self._last_cycle) if self._last_cycle else None
@@ -402,12 +389,8 @@ class _Directory:
             source = Path(self._aside.name) / name
             source.write_text(write_document(document), encoding="utf-8")
         except OSError as error:
-            raise VisualHfsmError(
-                Message(
-                    "nothing was generated: {reason}: {filename}",
-                    reason=reason(error),
-                    filename=error.filename,
-                )
+            raise VisualHfsmError.because(
+                "nothing was generated: {reason}: {filename}", reason=reason(error), filename=error.filename
             ) from error
         return source
 

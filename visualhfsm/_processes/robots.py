@@ -23,14 +23,14 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import known_text, reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.watched_process import Lines, WatchedProcess, describe_exit
+from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess, describe_exit
+from visualhfsm._base.work import complete
 from visualhfsm._monitor.messages import (
     USUAL_LIMITS,
     Publish,
     Robot,
     ServiceLimits,
     Simulation,
-    complete,
     free_endpoint,
     own_listener,
 )
@@ -106,8 +106,8 @@ class Robots:
         self._endpoints = endpoints
         self._root = root or Path.cwd()
         self._sockets = sockets
-        self._server = WatchedProcess(self._take, self._end)
-        self._movers = {color: WatchedProcess(_log, self._end_of_mover) for color in _BALLS}
+        self._server = WatchedProcess(LineReports(self._take), self._end)
+        self._movers = {color: WatchedProcess(LineReports(_log), self._end_of_mover) for color in _BALLS}
         self._kind: Literal["", "simulation", "real"] = ""
         self._name = ""
         self._simulation = Simulation()
@@ -159,13 +159,10 @@ class Robots:
     async def simulate(self, simulation: Simulation) -> None:
         """Start a simulated robot, replacing the one that was started here; return before it is present."""
         if simulation.world not in {world.name for world in await asyncio.to_thread(find_worlds)}:
-            raise VisualHfsmError(Message("the simulation has no world {world}", world=simulation.world[:40]))
+            raise VisualHfsmError.because("the simulation has no world {world}", world=simulation.world[:40])
         if not _SPEED.fullmatch(simulation.speed) or simulation.speed.strip("0.") == "":
-            raise VisualHfsmError(
-                Message(
-                    "{speed} is not a speed: write a number above 0, such as 1 or 5",
-                    speed=simulation.speed[:40],
-                )
+            raise VisualHfsmError.because(
+                "{speed} is not a speed: write a number above 0, such as 1 or 5", speed=simulation.speed[:40]
             )
         body = await asyncio.to_thread(require_body, self._root, simulation.body)
         simulation = msgspec.structs.replace(simulation, body=body)
@@ -187,10 +184,8 @@ class Robots:
         """
         match = _ADDRESS.fullmatch(address)
         if match is None:
-            raise VisualHfsmError(
-                Message(
-                    "{address} is not a robot address: write nao.local or 192.168.1.20", address=address[:60]
-                )
+            raise VisualHfsmError.because(
+                "{address} is not a robot address: write nao.local or 192.168.1.20", address=address[:60]
             )
         url = address if match["scheme"] else f"tcp://{address}"
         options = [f"--robot={url}", f"--start={start}", f"--end={'rest' if start == 'stand' else 'leave'}"]
@@ -199,8 +194,8 @@ class Robots:
     async def move_balls(self, *, moving: bool) -> None:
         """Move the balls of the simulation along their routes, or leave them where they are."""
         if moving and not self._presence.has_balls:
-            raise VisualHfsmError(
-                Message("the simulation has no balls that can be moved: choose the world balls")
+            raise VisualHfsmError.because(
+                "the simulation has no balls that can be moved: choose the world balls"
             )
         self._simulation = msgspec.structs.replace(self._simulation, balls=moving)
         await complete(self._move_balls(moving=moving))
@@ -208,7 +203,7 @@ class Robots:
     async def end(self) -> None:
         """End the robot that was started here."""
         if not self._kind:
-            raise VisualHfsmError(Message("this robot was not started here: end it where it was started"))
+            raise VisualHfsmError.because("this robot was not started here: end it where it was started")
         await complete(self._stop())
 
     async def close(self) -> None:
@@ -224,8 +219,8 @@ class Robots:
     ) -> None:
         async with self._busy:  # until it is started: two windows may ask for different robots at once
             if self._presence.present and not self._server.is_running:
-                raise VisualHfsmError(
-                    Message("there is already a robot that was not started here: end that one first")
+                raise VisualHfsmError.because(
+                    "there is already a robot that was not started here: end that one first"
                 )
             await self._end_all()
             self._kind = kind
@@ -294,12 +289,8 @@ class Robots:
             environment = {**child_environment(), **self._settings.environment()}
             await process.start(command, {**environment, **own_listener(self._sockets)})
         except OSError as error:
-            raise VisualHfsmError(
-                Message(
-                    "{command} cannot be started: {reason}",
-                    command=command[3],
-                    reason=reason(error),
-                )
+            raise VisualHfsmError.because(
+                "{command} cannot be started: {reason}", command=command[3], reason=reason(error)
             ) from error
 
     def _take(self, written: Lines) -> None:

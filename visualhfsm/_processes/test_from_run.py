@@ -22,7 +22,6 @@ from typing import Any, Final
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Automaton, Document
-from codegen.messages import Message
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.run_log import Intervention, Interventions, Timeline
 from zenoh_ice.text import printable
@@ -89,17 +88,15 @@ def run_as_test(
     its beginning, or in which nothing happened.
     """
     if timeline.start > _LATEST_START:
-        raise VisualHfsmError(
-            Message(
-                "the run was seen from {start:.1f} s on, not from its beginning: run it again",
-                start=timeline.start,
-            )
+        raise VisualHfsmError.because(
+            "the run was seen from {start:.1f} s on, not from its beginning: run it again",
+            start=timeline.start,
         )
     script = _Script(document, () if interventions is None else interventions.kept)
     script.repeat(timeline.changes)
     if not script.changes:
-        raise VisualHfsmError(
-            Message("the run has not changed its state yet: a test would have nothing to expect")
+        raise VisualHfsmError.because(
+            "the run has not changed its state yet: a test would have nothing to expect"
         )
     left_out = [_NOT_KNOWN] if interventions is None else []
     if interventions is not None and interventions.lost:

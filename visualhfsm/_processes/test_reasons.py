@@ -5,23 +5,23 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from codegen.messages import Message, number
+from codegen.messages import Message, number, template
 from codegen.reasons import known_text
 
 _WHAT: Final = (
-    Message("the state {path} was not reached within {limit} s", path="", limit=""),
-    Message("the state {path} was not reached", path=""),
-    Message("the condition did not hold within {limit} s", limit=""),
+    template("the state {path} was not reached within {limit} s"),
+    template("the state {path} was not reached"),
+    template("the condition did not hold within {limit} s"),
     Message("the condition did not hold"),
-    Message("{condition} did not hold within {limit} s", condition="", limit=""),
-    Message("{condition} did not hold", condition=""),
+    template("{condition} did not hold within {limit} s"),
+    template("{condition} did not hold"),
 )
 _WHERE: Final = (
-    Message("at {time} s the behavior is in {states}", time="", states=""),
-    Message("at {time} s the behavior is paused in {states}", time="", states=""),
-    Message("at {time} s the behavior has halted in {states}", time="", states=""),
-    Message("at {time} s the behavior has finished in {states}", time="", states=""),
-    Message("at {time} s the behavior has ended in {states}", time="", states=""),
+    template("at {time} s the behavior is in {states}"),
+    template("at {time} s the behavior is paused in {states}"),
+    template("at {time} s the behavior has halted in {states}"),
+    template("at {time} s the behavior has finished in {states}"),
+    template("at {time} s the behavior has ended in {states}"),
 )
 """Both as `hfsm_runtime/virtual/execution.py` writes them."""
 _PLACED: Final = re.compile(r"(?P<place>[^:\n]+:\d+): (?:BehaviorFailed: )?(?P<reason>.+)", re.DOTALL)

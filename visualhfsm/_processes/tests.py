@@ -22,13 +22,14 @@ import msgspec
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.code.text import parse_python
-from codegen.messages import NO_MESSAGE, Message
+from codegen.messages import NO_MESSAGE
 from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._base.languages import decode_message
+from visualhfsm._base.work import PerDocument
 from visualhfsm._document.places import Place
-from visualhfsm._monitor.messages import OfTabs, Source, complete
+from visualhfsm._monitor.messages import Source
 from visualhfsm._processes.test_reasons import reason_of
 from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView
 from zenoh_ice import typed
@@ -58,25 +59,25 @@ _STOP_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""
 
 
-class RunningTests:
+class RunningTests(PerDocument["_TabTests"]):
     """At most one run of tests for each tab, used on the event loop. All methods raise VisualHfsmError."""
 
     def __init__(self, publish: Publish, root: Path, include: Sequence[Path] = ()) -> None:
+        super().__init__(lambda tab: _TabTests(tab, publish, root, tuple(include)))
         self._root = root
-        self._tabs = OfTabs(lambda tab: _TabTests(tab, publish, root, tuple(include)))
 
     async def look(self, source: Source) -> None:
         """Find the tests of a document, unless they run."""
-        await complete(self._tabs.of(source.tab).look(source))
+        await self.do(source.tab, lambda tests: tests.look(source))
 
     async def refresh(self, source: Source) -> None:
         """Find the tests of a document again if they were looked for and their files have changed since."""
-        if (tests := self._tabs.get(source.tab)) is not None and source.path is not None:
-            await complete(tests.look(source, unless_same=True))
+        if self.get(source.tab) is not None and source.path is not None:
+            await self.do(source.tab, lambda tests: tests.look(source, unless_same=True))
 
     async def run(self, source: Source, names: Sequence[str] = ()) -> None:
         """Begin to run all tests of a document, or those of some names."""
-        await complete(self._tabs.of(source.tab).run(source, names))
+        await self.do(source.tab, lambda tests: tests.run(source, names))
 
     async def add(self, source: Source, text: Callable[[str], str]) -> str:
         """Write a new file of tests for a document, and return the name of its first test.
@@ -85,20 +86,6 @@ class RunningTests:
         """
         path = _saved(source)
         return await asyncio.to_thread(_add, path, _top(path, self._root), text)
-
-    async def stop(self, tab: int) -> None:
-        """End the tests of a tab, also those that are being started."""
-        if (tests := self._tabs.get(tab)) is not None:
-            await complete(tests.stop())
-
-    async def forget(self, tab: int) -> None:
-        """End the tests of a tab that is closed."""
-        if (tests := self._tabs.forget(tab)) is not None:
-            await complete(tests.stop())
-
-    async def close(self) -> None:
-        """End all tests."""
-        await asyncio.gather(*(tests.stop() for tests in self._tabs.close()))
 
 
 class _TabTests:
@@ -109,7 +96,6 @@ class _TabTests:
         self._publish = publish
         self._root = root
         self._include = include
-        self._busy = asyncio.Lock()
         self._child: ChildProcess | None = None
         self._following: asyncio.Task[None] | None = None
         self._words = ""
@@ -121,72 +107,69 @@ class _TabTests:
 
     async def look(self, source: Source, *, unless_same: bool = False) -> None:
         """Find the tests, and forget how those went whose files have changed."""
-        async with self._busy:
-            if self._child is None:
-                path = _saved(source)
-                files = await asyncio.to_thread(_test_files, path, self._root)
-                if unless_same and files == self._files:
-                    return
-                found = await asyncio.to_thread(_find, files, path, self._root)
-                self._forget_changed(files, _top(path, self._root), found)
-                self._show(path, found)
+        if self._child is None:
+            path = _saved(source)
+            files = await asyncio.to_thread(_test_files, path, self._root)
+            if unless_same and files == self._files:
+                return
+            found = await asyncio.to_thread(_find, files, path, self._root)
+            self._forget_changed(files, _top(path, self._root), found)
+            self._show(path, found)
 
     async def run(self, source: Source, names: Sequence[str]) -> None:
         """Begin to run them."""
-        async with self._busy:
-            if self._child is not None:
-                raise VisualHfsmError(Message("the tests run already"))
-            if importlib.util.find_spec("pytest") is None:
-                raise MissingPackageError("pytest", "test")
-            path = _saved(source)
-            files = await asyncio.to_thread(_test_files, path, self._root)
-            found = await asyncio.to_thread(_find, files, path, self._root)
-            chosen = [name for name in names if _plain(name) in found] if names else found
-            if not chosen:
-                raise VisualHfsmError(
-                    Message(
-                        "no file {pattern} beside {path} or in {folder} names it",
-                        pattern=_PATTERN,
-                        path=path.name,
-                        folder=_FOLDER,
-                    )
-                )
-            folder = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
-            results = Path(folder.name, "results")
-            results.touch()
-            top = _top(path, self._root)
-            places = (names and chosen) or dict.fromkeys(name.partition("::")[0] for name in chosen)
-            command = [
-                *(sys.executable, "-P", "-m", "pytest", "-q", *_ONE_PROCESS),
-                *(f"--rootdir={top}", f"--hfsm-results={results}", *(str(top / place) for place in places)),
-            ]
-            self._words, self._stopped = "", False
-            self._forget_changed(files, top, found)
-            again = set(names) if names else {_plain(name) for name in chosen}
-            for name in self._results:
-                if {name, _plain(name)} & again:
-                    self._results[name] = None
-            child = ChildProcess(self._hear)
-            try:
-                await child.start(command, {**child_environment(self._include), "TMPDIR": folder.name})
-            except OSError as error:
-                folder.cleanup()
-                raise VisualHfsmError(
-                    Message("pytest cannot be started: {reason}", reason=reason(error))
-                ) from error
-            self._child = child
-            self._report(status="running", error="")
-            self._show(path, found)
-            self._following = asyncio.create_task(self._follow(child, path, found, folder), name="tests")
+        if self._child is not None:
+            raise VisualHfsmError.because("the tests run already")
+        if importlib.util.find_spec("pytest") is None:
+            raise MissingPackageError("pytest", "test")
+        path = _saved(source)
+        files = await asyncio.to_thread(_test_files, path, self._root)
+        found = await asyncio.to_thread(_find, files, path, self._root)
+        chosen = [name for name in names if _plain(name) in found] if names else found
+        if not chosen:
+            raise VisualHfsmError.because(
+                "no file {pattern} beside {path} or in {folder} names it",
+                pattern=_PATTERN,
+                path=path.name,
+                folder=_FOLDER,
+            )
+        folder = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
+        results = Path(folder.name, "results")
+        results.touch()
+        top = _top(path, self._root)
+        places = (names and chosen) or dict.fromkeys(name.partition("::")[0] for name in chosen)
+        command = [
+            *(sys.executable, "-P", "-m", "pytest", "-q", *_ONE_PROCESS),
+            *(f"--rootdir={top}", f"--hfsm-results={results}", *(str(top / place) for place in places)),
+        ]
+        self._words, self._stopped = "", False
+        self._forget_changed(files, top, found)
+        again = set(names) if names else {_plain(name) for name in chosen}
+        for name in self._results:
+            if {name, _plain(name)} & again:
+                self._results[name] = None
+        child = ChildProcess(self._hear)
+        try:
+            await child.start(command, {**child_environment(self._include), "TMPDIR": folder.name})
+        except OSError as error:
+            folder.cleanup()
+            raise VisualHfsmError.because(
+                "pytest cannot be started: {reason}", reason=reason(error)
+            ) from error
+        self._child = child
+        self._report(status="running", error="")
+        self._show(path, found)
+        self._following = asyncio.create_task(self._follow(child, path, found, folder), name="tests")
 
     async def stop(self) -> None:
         """End them."""
-        async with self._busy:
-            if self._child is not None and self._following is not None:
-                self._stopped = True
-                self._report(status="stopping")
-                await self._child.stop(_STOP_LIMITS)
-                await self._following
+        if self._child is not None and self._following is not None:
+            self._stopped = True
+            self._report(status="stopping")
+            await self._child.stop(_STOP_LIMITS)
+            await self._following
+
+    close = stop
 
     async def _follow(
         self, child: ChildProcess, path: Path, found: Sequence[str], folder: TemporaryDirectory[str]
@@ -277,7 +260,7 @@ def _plain(name: str) -> str:
 
 def _saved(source: Source) -> Path:
     if source.path is None:
-        raise VisualHfsmError(Message("save the document first: tests run its file"))
+        raise VisualHfsmError.because("save the document first: tests run its file")
     return source.path
 
 
@@ -317,12 +300,12 @@ def _add(path: Path, top: Path, text: Callable[[str], str]) -> str:
         except FileExistsError:
             continue
         except OSError as error:
-            raise VisualHfsmError(
-                Message("{file} cannot be written: {reason}", file=str(file), reason=reason(error))
+            raise VisualHfsmError.because(
+                "{file} cannot be written: {reason}", file=str(file), reason=reason(error)
             ) from error
         return f"{file.relative_to(top).as_posix()}::{next(_functions(file, path.name))}"
-    raise VisualHfsmError(
-        Message("{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=_MOST_FILES)
+    raise VisualHfsmError.because(
+        "{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=_MOST_FILES
     )
 
 

@@ -22,19 +22,16 @@ if TYPE_CHECKING:
     from ._session import Allowance as Allowance
     from ._walls import check_walls as check_walls
 
-_MODULES: Final = {
-    "Allowance": "._session",
-    "Containment": "._containment",
-    "Exercise": "._exercise",
-    "Grader": "._grade",
-    "GradingError": "._errors",
-    "Marks": "._marks",
-    "Run": "._run",
-    "SandboxUnavailable": "._errors",
-    "check_walls": "._walls",
-    "read_exercise": "._exercise",
+_NAMES: Final = {
+    "._containment": "Containment",
+    "._errors": "GradingError SandboxUnavailable",
+    "._exercise": "Exercise read_exercise",
+    "._grade": "Grader",
+    "._marks": "Marks",
+    "._run": "Run",
+    "._session": "Allowance",
+    "._walls": "check_walls",
 }
 
-
 # The command line is read before any of them is needed.
-__getattr__ = import_on_use(__name__, _MODULES)
+__getattr__, __dir__ = import_on_use(__name__, _NAMES)

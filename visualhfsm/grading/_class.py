@@ -125,11 +125,11 @@ class _ProgramEnded(Exception):
         """How the program ended."""
 
 
-class _Processes:
+class _Processes(TaskProcesses[Answer]):
     """A process for each thread, which lasts from submission to submission."""
 
     def __init__(self) -> None:
-        self._processes: Final = TaskProcesses(f"{__package__}._worker", Answer, "visualhfsm-grade-")
+        super().__init__(f"{__package__}._worker", Answer, "visualhfsm-grade-")
 
     def grade(self, exercise: Exercise, task: Task) -> Marks:
         """Return the marks of a submission, whatever its document does.
@@ -165,7 +165,7 @@ class _Processes:
             except TooSlowError:  # what its code may take is limited elsewhere
                 what, how = "grade it again", f"the computer was too busy to grade it in {patience:g} s"
             except NotReadyError as error:
-                if self._processes.closed:
+                if self.closed:
                     raise GradingError(_ENDED) from error
                 raise ComputerFailed(f"the program that grades: {error}") from error
             except KilledError as error:
@@ -177,7 +177,7 @@ class _Processes:
                 if answer.marks is None:
                     raise GradingError(Message.verbatim(answer.refused))
                 return answer.marks
-            if self._processes.closed:
+            if self.closed:
                 raise GradingError(_ENDED)
         raise _ProgramEnded(what, how)
 
@@ -198,13 +198,9 @@ class _Processes:
                 return
         write_page(page, exercise, marks)
 
-    def close(self) -> None:
-        """End all processes."""
-        self._processes.close()
-
     def _ask(self, task: Task, patience: float) -> Answer:
         try:
-            return self._processes.ask(task, patience)
+            return self.ask(task, patience)
         except EndedError as error:
             raise GradingError(_ENDED) from error
         except OSError as error:

@@ -122,12 +122,10 @@ def _check(console: Console, exercise: Exercise, language: str, workers: int | N
     from ._terminal import show_check
 
     if not exercise.solution.is_file():
-        raise GradingError(
-            Message(
-                "{folder}: there is no {solution}, which should earn all points",
-                folder=str(exercise.folder),
-                solution=SOLUTION,
-            )
+        raise GradingError.because(
+            "{folder}: there is no {solution}, which should earn all points",
+            folder=str(exercise.folder),
+            solution=SOLUTION,
         )
     expected = {"solution": exercise.points, **exercise.mistakes}
     paths = {"solution": exercise.solution, **{name: exercise.mistake(name) for name in exercise.mistakes}}
@@ -165,6 +163,6 @@ def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise GradingError(
-            Message("{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error))
+        raise GradingError.because(
+            "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
         ) from error

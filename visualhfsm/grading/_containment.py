@@ -151,8 +151,8 @@ class Containment:
                     check=False,
                 )
             except subprocess.TimeoutExpired:
-                raise ComputerTooBusy(
-                    Message("the computer was too busy: {name} was not compiled", name=name)
+                raise ComputerTooBusy.because(
+                    "the computer was too busy: {name} was not compiled", name=name
                 ) from None
             except OSError as error:
                 raise ComputerFailed(f"no process can be started: {error.strerror}") from error

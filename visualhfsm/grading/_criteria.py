@@ -9,7 +9,6 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta, Struct
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm.trials import FunctionFailed, TrialsError, call_function
 from zenoh_ice import typed
@@ -103,13 +102,11 @@ def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdi
             failed=True,
         )
     except msgspec.ValidationError as error:
-        raise GradingError(
-            Message(
-                '{folder}: it must return a share from 0 to 1 and words, as in return 1.0, {{"en": '
-                '"walks 1.02 m", "es": "anda 1,02 m"}}: {reason}',
-                folder=str(folder / reference),
-                reason=reason(error),
-            )
+        raise GradingError.because(
+            '{folder}: it must return a share from 0 to 1 and words, as in return 1.0, {{"en": '
+            '"walks 1.02 m", "es": "anda 1,02 m"}}: {reason}',
+            folder=str(folder / reference),
+            reason=reason(error),
         ) from error
     share, words = found
     if not isinstance(words, str):

@@ -12,7 +12,6 @@ from typing import Annotated, Final
 from msgspec import Meta, Struct
 from msgspec.structs import replace
 
-from codegen.messages import Message
 from visualhfsm.trials import SUFFIX, Function, Plan, read_plan
 from zenoh_ice.toml_file import parse_toml, place, read_text
 
@@ -115,8 +114,8 @@ def read_exercise(folder: Path) -> Exercise:
     """Return the exercise in a folder. Raises GradingError, or TrialsError, with file, line and key."""
     path = folder / FILE
     if not path.is_file():
-        raise GradingError(
-            Message("{folder} is no exercise: there is no {file}", folder=str(folder), file=FILE)
+        raise GradingError.because(
+            "{folder} is no exercise: there is no {file}", folder=str(folder), file=FILE
         )
     text, source = read_text(path, wrong_exercise), str(path)
     file = parse_toml(text, _File, source, wrong_exercise)
@@ -140,12 +139,10 @@ def _plan_files(folder: Path) -> dict[str, Path]:
     """Return the files of the plans by name."""
     visible, hidden = folder / f"{VISIBLE}.toml", folder / _HIDDEN
     if not visible.is_file():
-        raise GradingError(
-            Message(
-                "{folder}: there is no {visible}, the trials that pupils see",
-                folder=str(folder),
-                visible=visible.name,
-            )
+        raise GradingError.because(
+            "{folder}: there is no {visible}, the trials that pupils see",
+            folder=str(folder),
+            visible=visible.name,
         )
     names = {
         f"{_HIDDEN}/{each.name.removesuffix(SUFFIX)}": each for each in sorted(hidden.glob(f"*{SUFFIX}"))
@@ -156,13 +153,11 @@ def _plan_files(folder: Path) -> dict[str, Path]:
 def _read_plan(path: Path) -> Plan:
     plan = read_plan(path, document=Path())  # that of each submission takes its place
     if plan.accept or plan.numbers or plan.samples or plan.success.function:
-        raise GradingError(
-            Message(
-                "{path}: the trials of an exercise call no functions, since these are looked for "
-                "beside a document: write a criterion with judge = ... in {file}",
-                path=str(path),
-                file=FILE,
-            )
+        raise GradingError.because(
+            "{path}: the trials of an exercise call no functions, since these are looked for "
+            "beside a document: write a criterion with judge = ... in {file}",
+            path=str(path),
+            file=FILE,
         )
     return replace(plan, success=replace(plan.success, state=None))  # criteria may look at what comes after
 
@@ -170,45 +165,39 @@ def _read_plan(path: Path) -> Plan:
 def _check(exercise: Exercise, source: str, text: str) -> None:
     """Raise GradingError for what is missing, or named and not there."""
     if not exercise.languages:
-        raise GradingError(
-            Message("{place}: write a title, such as en = 'Two states'", place=place(source, text, "title"))
+        raise GradingError.because(
+            "{place}: write a title, such as en = 'Two states'", place=place(source, text, "title")
         )
     if not exercise.criteria:
-        raise GradingError(Message("{source}: criteria is empty: write what earns points", source=source))
+        raise GradingError.because("{source}: criteria is empty: write what earns points", source=source)
     for name, plan in exercise.plans.items() if exercise.robots else ():
         bodies = plan.scene.get("body", ())
         for body in bodies if isinstance(bodies, tuple) else (bodies,):
             if body not in exercise.robots:
-                raise GradingError(
-                    Message(
-                        "{source}: the plan {name} has the body {body}, and the exercise is for {robots}",
-                        source=source,
-                        name=name,
-                        body=str(body),
-                        robots=", ".join(exercise.robots),
-                    )
+                raise GradingError.because(
+                    "{source}: the plan {name} has the body {body}, and the exercise is for {robots}",
+                    source=source,
+                    name=name,
+                    body=str(body),
+                    robots=", ".join(exercise.robots),
                 )
     for language in exercise.languages:
         if not exercise.task(language).is_file():
-            raise GradingError(
-                Message(
-                    "{source}: title.{language}: there is no {name}",
-                    source=source,
-                    language=language,
-                    name=exercise.task(language).name,
-                )
+            raise GradingError.because(
+                "{source}: title.{language}: there is no {name}",
+                source=source,
+                language=language,
+                name=exercise.task(language).name,
             )
     for index, criterion in enumerate(exercise.criteria):
         _check_words(exercise, criterion.asks, place(source, text, "criteria", index, "asks"))
         for name in criterion.trials:
             if name not in exercise.plans:
-                raise GradingError(
-                    Message(
-                        "{place}: there is no plan {name}; there is {plans}",
-                        place=place(source, text, "criteria", index, "trials"),
-                        name=name,
-                        plans=", ".join(exercise.plans),
-                    )
+                raise GradingError.because(
+                    "{place}: there is no plan {name}; there is {plans}",
+                    place=place(source, text, "criteria", index, "trials"),
+                    name=name,
+                    plans=", ".join(exercise.plans),
                 )
         if criterion.after is not None:
             _check_event(exercise, criterion, place(source, text, "criteria", index, "after"))
@@ -216,44 +205,34 @@ def _check(exercise: Exercise, source: str, text: str) -> None:
         _check_words(exercise, words, place(source, text, "events", name))
     for name in exercise.mistakes:
         if not exercise.mistake(name).is_file():
-            raise GradingError(
-                Message(
-                    "{place}: there is no {mistake}",
-                    place=place(source, text, "mistakes", name),
-                    mistake=str(exercise.mistake(name)),
-                )
+            raise GradingError.because(
+                "{place}: there is no {mistake}",
+                place=place(source, text, "mistakes", name),
+                mistake=str(exercise.mistake(name)),
             )
 
 
 def _check_words(exercise: Exercise, words: Mapping[str, str], where: str) -> None:
     missing = [each for each in exercise.languages if each not in words]
     if missing:
-        raise GradingError(
-            Message(
-                "{where}: it has no words in {missing}, as the title has",
-                where=where,
-                missing=", ".join(missing),
-            )
+        raise GradingError.because(
+            "{where}: it has no words in {missing}, as the title has", where=where, missing=", ".join(missing)
         )
 
 
 def _check_event(exercise: Exercise, criterion: Criterion, where: str) -> None:
     for name in criterion.trials or exercise.plans:
         if criterion.after not in exercise.plans[name].disturbances:
-            raise GradingError(
-                Message(
-                    "{where}: the plan {name} has no disturbance {after}: write it there, or trials = "
-                    "[...] for those that have it",
-                    where=where,
-                    name=name,
-                    after=str(criterion.after),
-                )
-            )
-    if criterion.after not in exercise.events:
-        raise GradingError(
-            Message(
-                "{where}: write what it is called: [events.{after}] en = ...",
+            raise GradingError.because(
+                "{where}: the plan {name} has no disturbance {after}: write it there, or trials = "
+                "[...] for those that have it",
                 where=where,
+                name=name,
                 after=str(criterion.after),
             )
+    if criterion.after not in exercise.events:
+        raise GradingError.because(
+            "{where}: write what it is called: [events.{after}] en = ...",
+            where=where,
+            after=str(criterion.after),
         )

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
-from codegen.messages import Message
 from visualhfsm.trials import SUFFIX
 
 from ._errors import GradingError
@@ -35,13 +34,11 @@ def find_exercise(name: str) -> Path:
         return path
     ours = {each.parent.name: each.parent for each in sorted(our_exercises().glob(f"*/{FILE}"))}
     if name not in ours:
-        raise GradingError(
-            Message(
-                "there is no exercise {name}: write a folder with {file}, or one of ours: {ours}",
-                name=name,
-                file=FILE,
-                ours=", ".join(ours),
-            )
+        raise GradingError.because(
+            "there is no exercise {name}: write a folder with {file}, or one of ours: {ours}",
+            name=name,
+            file=FILE,
+            ours=", ".join(ours),
         )
     return ours[name]
 

@@ -11,8 +11,6 @@ import platform
 import struct
 from typing import Final, NamedTuple
 
-from codegen.messages import Message
-
 from ._errors import SandboxUnavailable
 
 _LOAD: Final = 0x20  # load a word of the data about the call
@@ -88,13 +86,11 @@ def make_filter(machine: str = "") -> bytes:
     machine = machine or platform.machine()
     known = _MACHINES.get(machine)
     if known is None:
-        raise SandboxUnavailable(
-            Message(
-                "there is no filter of system calls for a computer of the kind {machine}: grade on "
-                "one of {machines}",
-                machine=machine,
-                machines=", ".join(_MACHINES),
-            )
+        raise SandboxUnavailable.because(
+            "there is no filter of system calls for a computer of the kind {machine}: grade on "
+            "one of {machines}",
+            machine=machine,
+            machines=", ".join(_MACHINES),
         )
     refuse = _step(_RETURN, _FAIL | errno.EPERM)
     program = [

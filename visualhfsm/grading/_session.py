@@ -15,7 +15,6 @@ from typing import Any, Final, NoReturn, TypeVar
 
 import msgspec
 
-from codegen.messages import Message as Text
 from hfsm_runtime.contained.protocol import (
     ENDS,
     LARGEST_REQUEST,
@@ -245,8 +244,8 @@ class Session:
                     return
             except PipeTimeout:
                 self.close()
-                raise ComputerTooBusy(
-                    Text("the computer was too busy: no program began within {limit} s", limit=f"{limit:g}")
+                raise ComputerTooBusy.because(
+                    "the computer was too busy: no program began within {limit} s", limit=f"{limit:g}"
                 ) from None
             except PipeError:
                 pass

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from zenoh_ice.text import encodable, printable
 
@@ -51,15 +50,12 @@ def find_submissions(folder: Path) -> list[Submission]:
             each for each in folder.iterdir() if not each.name.startswith(".") and each.name not in _LEFT_OUT
         ]
     except OSError as error:
-        raise GradingError(
-            Message("{folder}: cannot be read: {reason}", folder=str(folder), reason=reason(error))
+        raise GradingError.because(
+            "{folder}: cannot be read: {reason}", folder=str(folder), reason=reason(error)
         ) from error
     if not found:
-        raise GradingError(
-            Message(
-                "{folder}: there are no submissions: a document, or a folder, for each pupil",
-                folder=str(folder),
-            )
+        raise GradingError.because(
+            "{folder}: there are no submissions: a document, or a folder, for each pupil", folder=str(folder)
         )
     found.sort(key=lambda path: os.fsencode(path.name))
     stems = Counter(_stem(path) for path in found)

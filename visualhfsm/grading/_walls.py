@@ -14,7 +14,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from codegen.messages import Message
 from codegen.reasons import reason
 
 from ._errors import SandboxUnavailable
@@ -90,11 +89,9 @@ def _bubblewrap(include: Sequence[Path], hidden: Sequence[Path]) -> list[str]:
     """Return the command without arguments of Python; the last of it is Python."""
     bwrap = shutil.which("bwrap")
     if bwrap is None:
-        raise SandboxUnavailable(
-            Message(
-                "bubblewrap is missing, so that nothing contains a stranger's program: install it "
-                "(apt-get install bubblewrap), or trust the submissions and grade with --unsafe"
-            )
+        raise SandboxUnavailable.because(
+            "bubblewrap is missing, so that nothing contains a stranger's program: install it "
+            "(apt-get install bubblewrap), or trust the submissions and grade with --unsafe"
         )
     python = Path(os.path.realpath(getattr(sys, "_base_executable", sys.executable)))
     seen = _seen(python, include)
@@ -198,16 +195,12 @@ def _probe(command: tuple[str, ...]) -> None:
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise SandboxUnavailable(
-            Message("bubblewrap does not run: {reason}", reason=reason(error))
-        ) from error
+        raise SandboxUnavailable.because("bubblewrap does not run: {reason}", reason=reason(error)) from error
     if found.returncode:
         said = " ".join(found.stderr.split())[:300] or f"exit code {found.returncode}"
-        raise SandboxUnavailable(
-            Message(
-                "bubblewrap cannot make walls here ({said}): it needs version 0.8 and user "
-                "namespaces, which some containers and systems forbid; or trust the submissions and "
-                "grade with --unsafe",
-                said=said,
-            )
+        raise SandboxUnavailable.because(
+            "bubblewrap cannot make walls here ({said}): it needs version 0.8 and user "
+            "namespaces, which some containers and systems forbid; or trust the submissions and "
+            "grade with --unsafe",
+            said=said,
         )

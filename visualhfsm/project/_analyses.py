@@ -145,7 +145,7 @@ class Analyses:
         if automaton is None:
             root = document.root
             if root is None:
-                raise MissingError(Message("{version} has no automaton to draw", version=version.title))
+                raise MissingError.because("{version} has no automaton to draw", version=version.title)
             automaton = root.id
         return svg(document, automaton, component=version.component)
 

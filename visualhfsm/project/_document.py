@@ -329,8 +329,8 @@ class OpenDocument:
             if self._closed:
                 return
             if self._session.is_unsaved and not discard:
-                raise UnsavedError(
-                    Message("{version} has changes that are not saved", version=self._version.title)
+                raise UnsavedError.because(
+                    "{version} has changes that are not saved", version=self._version.title
                 )
             self._session.close(discard=discard)
             self._end()

@@ -139,8 +139,8 @@ class Project:
     def require_room(self) -> None:
         """Raise TooManyError when no more documents can be opened."""
         if self._most is not None and len(self._documents) >= self._most:
-            raise TooManyError(
-                Message("{count} documents are open; close one first", count=len(self._documents))
+            raise TooManyError.because(
+                "{count} documents are open; close one first", count=len(self._documents)
             )
 
     def open(self, path: str | Path) -> OpenDocument:
@@ -153,7 +153,7 @@ class Project:
             if (known := self.find(file)) is not None:
                 return known
             if not file.is_file():
-                raise MissingError(Message("there is no file {path}", path=str(path)))
+                raise MissingError.because("there is no file {path}", path=str(path))
             content, _ = read_file(file)
             if is_scxml(file.name, content):
                 return self._import(file.name, content)
@@ -229,8 +229,8 @@ class Project:
         try:
             found = [*place.iterdir()]
         except OSError as error:
-            raise MissingError(
-                Message("{place} cannot be listed: {reason}", place=place.name, reason=reason(error))
+            raise MissingError.because(
+                "{place} cannot be listed: {reason}", place=place.name, reason=reason(error)
             ) from error
         shown = [each for path in found if (each := self._entry(path)) is not None]
         shown.sort(key=lambda each: (each.kind != "directory", each.path.name))
@@ -302,11 +302,11 @@ class Project:
         file = self.file(path)
         with self._opening:
             if self.find(file) not in {None, document}:
-                raise WouldOverwriteError(
-                    Message("{path} is open, too; close that document first", path=str(path))
+                raise WouldOverwriteError.because(
+                    "{path} is open, too; close that document first", path=str(path)
                 )
             if file.exists() and file != document.path and not overwrite:
-                raise WouldOverwriteError(Message("{path} already exists", path=str(path)))
+                raise WouldOverwriteError.because("{path} already exists", path=str(path))
             make_folder(file.parent)
             yield file
 
@@ -349,7 +349,7 @@ class Project:
         if name not in self._abandoned:
             self.recoverable()
         if name not in self._abandoned:
-            raise MissingError(Message("{name} cannot be recovered any more", name=name))
+            raise MissingError.because("{name} cannot be recovered any more", name=name)
         return self._abandoned[name].file
 
 

@@ -10,7 +10,6 @@ from typing import Final
 
 from codegen.files import is_regular, read_regular
 from codegen.hfsm.formats.reader import looks_like_document
-from codegen.messages import Message
 from visualhfsm._base.errors import ForbiddenPathError, MissingError
 
 DOCUMENT_SUFFIX: Final = ".xml"
@@ -38,9 +37,9 @@ class Root:
         try:
             self.directory = directory.resolve(strict=True)
         except (OSError, RuntimeError) as error:  # it does not exist, or is a loop of links
-            raise MissingError(Message("there is no folder {directory}", directory=str(directory))) from error
+            raise MissingError.because("there is no folder {directory}", directory=str(directory)) from error
         if not self.directory.is_dir():
-            raise MissingError(Message("{directory} is not a folder", directory=str(directory)))
+            raise MissingError.because("{directory} is not a folder", directory=str(directory))
         self._granted = frozenset(path.resolve() for path in granted)
 
     def resolve(self, text: str) -> Path:
@@ -50,21 +49,19 @@ class Root:
         """
         names = text.encode(errors="replace").split(b"/")
         if not text or len(text) > _LONGEST_PATH or "\0" in text or len(max(names, key=len)) > _LONGEST_NAME:
-            raise ForbiddenPathError(Message("the path is empty, too long, or contains a zero byte"))
+            raise ForbiddenPathError.because("the path is empty, too long, or contains a zero byte")
         try:
             path = (self.directory / text).resolve()
             with suppress(FileNotFoundError, NotADirectoryError):
                 path.stat()
         except (OSError, RuntimeError, UnicodeError) as error:  # a loop of links, or half a character
-            raise ForbiddenPathError(Message("invalid path {text!a}", text=text[:100])) from error
+            raise ForbiddenPathError.because("invalid path {text!a}", text=text[:100]) from error
         if not self.contains(path):
-            raise ForbiddenPathError(
-                Message(
-                    "{text} is outside {directory}; to reach it, open a folder that contains it: "
-                    "`Project(DIR)`, or `visualhfsm edit --root DIR`",
-                    text=text,
-                    directory=str(self.directory),
-                )
+            raise ForbiddenPathError.because(
+                "{text} is outside {directory}; to reach it, open a folder that contains it: "
+                "`Project(DIR)`, or `visualhfsm edit --root DIR`",
+                text=text,
+                directory=str(self.directory),
             )
         return path
 
@@ -92,25 +89,21 @@ class Root:
     def _file(self, text: str, *suffixes: str) -> Path:
         path = self.resolve(text)
         if path.suffix.lower() not in suffixes:
-            raise ForbiddenPathError(
-                Message(
-                    "{text}: the name of the file must end in {suffixes}",
-                    text=text,
-                    suffixes=" or ".join(suffixes),
-                )
+            raise ForbiddenPathError.because(
+                "{text}: the name of the file must end in {suffixes}",
+                text=text,
+                suffixes=" or ".join(suffixes),
             )
         if path.exists() and not path.is_file():  # reading a pipe might wait forever
-            raise ForbiddenPathError(Message("{text} is not a file", text=text))
+            raise ForbiddenPathError.because("{text} is not a file", text=text)
         return path
 
     def directory_of(self, text: str) -> Path:
         """Return the path of a directory, the root for an empty text; raises ForbiddenPathError."""
         path = self.resolve(text) if text else self.directory
         if not path.is_relative_to(self.directory) or not path.is_dir():
-            raise ForbiddenPathError(
-                Message(
-                    "{text} is not a directory below {directory}", text=text, directory=str(self.directory)
-                )
+            raise ForbiddenPathError.because(
+                "{text} is not a directory below {directory}", text=text, directory=str(self.directory)
             )
         return path
 

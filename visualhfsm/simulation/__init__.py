@@ -23,16 +23,11 @@ RobotKind = Literal["fake", "sim"]
 CameraKind = Literal["auto", "drawn", "rendered"]
 """Where pictures come from; see `RobotUnderTest`."""
 
-_MODULES: Final = {
-    "Ball": "._robot",
-    "Behavior": "._behavior",
-    "DocumentInvalid": "._loading",
-    "RobotUnderTest": "._robot",
-    "load_component": "._loading",
-    "served_interfaces": "._robot",
-    "simulate": "._behavior",
+_NAMES: Final = {
+    "._behavior": "Behavior simulate",
+    "._loading": "DocumentInvalid load_component",
+    "._robot": "Ball RobotUnderTest served_interfaces",
 }
 
-
 # The robot needs libraries that a behavior without one does not: names are imported on first use.
-__getattr__ = import_on_use(__name__, _MODULES)
+__getattr__, __dir__ = import_on_use(__name__, _NAMES)

@@ -22,19 +22,12 @@ if TYPE_CHECKING:
     from ._plugin import RunTrials as RunTrials
     from ._properties import check_properties as check_properties
 
-_MODULES: Final = {
-    "Ball": "visualhfsm.simulation",
-    "Behavior": "visualhfsm.simulation",
-    "BehaviorFailed": "hfsm_runtime.virtual",
-    "Call": "hfsm_runtime.virtual",
-    "DocumentInvalid": "visualhfsm.simulation",
-    "MakeBehavior": "visualhfsm.testing._plugin",
-    "RobotUnderTest": "visualhfsm.simulation",
-    "RunTrials": "visualhfsm.testing._plugin",
-    "UnknownName": "hfsm_runtime.virtual",
-    "check_properties": "visualhfsm.testing._properties",
+_NAMES: Final = {
+    "hfsm_runtime.virtual": "BehaviorFailed Call UnknownName",
+    "visualhfsm.simulation": "Ball Behavior DocumentInvalid RobotUnderTest",
+    "visualhfsm.testing._plugin": "MakeBehavior RunTrials",
+    "visualhfsm.testing._properties": "check_properties",
 }
 
-
 # Every run of pytest loads the plugin, and with it this package, so its names are imported on first use.
-__getattr__ = import_on_use(__name__, _MODULES)
+__getattr__, __dir__ = import_on_use(__name__, _NAMES)

@@ -29,26 +29,16 @@ if TYPE_CHECKING:
     from ._trial import quiet as quiet
     from ._trial import run_trial as run_trial
 
-_MODULES: Final = {
-    "Disturbance": "._plan",
-    "Function": "._plan",
-    "FunctionFailed": "._functions",
-    "Outcome": "._outcomes",
-    "Plan": "._plan",
-    "SUFFIX": "._plan",
-    "Spread": "._quantities",
-    "Success": "._plan",
-    "Summary": "._summary",
-    "TrialsError": "._errors",
-    "Value": "._quantities",
-    "call_function": "._functions",
-    "plan_of": "._plan",
-    "quiet": "._trial",
-    "read_plan": "._plan",
-    "run_trial": "._trial",
-    "run_trials": "._series",
+_NAMES: Final = {
+    "._errors": "TrialsError",
+    "._functions": "FunctionFailed call_function",
+    "._outcomes": "Outcome",
+    "._plan": "Disturbance Function Plan SUFFIX Success plan_of read_plan",
+    "._quantities": "Spread Value",
+    "._series": "run_trials",
+    "._summary": "Summary",
+    "._trial": "quiet run_trial",
 }
 
-
 # The command line is read before any of them is needed.
-__getattr__ = import_on_use(__name__, _MODULES)
+__getattr__, __dir__ = import_on_use(__name__, _NAMES)

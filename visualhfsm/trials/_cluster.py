@@ -52,8 +52,8 @@ class Cluster:
         try:
             from distributed import Client, KilledWorker  # needs the package Dask
         except ModuleNotFoundError as error:
-            raise TrialsError(
-                Message("a cluster needs the package distributed: pip install 'visualhfsm[cluster]'")
+            raise TrialsError.because(
+                "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
             ) from error
         self._address = address
         self._limits: Final = limits
@@ -64,12 +64,10 @@ class Cluster:
             try:
                 self._client: Any = Client(address, timeout=limits.connect, set_as_default=False)
             except (OSError, ValueError) as error:
-                raise TrialsError(
-                    Message(
-                        "the cluster at {address} cannot be reached: {reason}",
-                        address=address,
-                        reason=reason(error),
-                    )
+                raise TrialsError.because(
+                    "the cluster at {address} cannot be reached: {reason}",
+                    address=address,
+                    reason=reason(error),
                 ) from error
         self._levels = {log: log.level for log in _logs()}
         for log in self._levels:
@@ -113,14 +111,12 @@ class Cluster:
         except OSError as error:
             raise self._silent(error) from error
         except Exception as error:
-            raise TrialsError(
-                Message(
-                    "the cluster at {address} does not give the outcome of trial {number}: {reason}. What is "
-                    "done is kept, and the same command goes on, with any cluster or without",
-                    address=self._address,
-                    number=number,
-                    reason=reason(error),
-                )
+            raise TrialsError.because(
+                "the cluster at {address} does not give the outcome of trial {number}: {reason}. What is "
+                "done is kept, and the same command goes on, with any cluster or without",
+                address=self._address,
+                number=number,
+                reason=reason(error),
             ) from error
         else:
             return outcome
@@ -150,13 +146,11 @@ class Cluster:
         return self._left(Message("its scheduler does not answer: {reason}", reason=reason(error)))
 
     def _left(self, why: Message) -> TrialsError:
-        return TrialsError(
-            Message(
-                "the cluster at {address} is lost: {why}. What is done is kept, and the same command "
-                "goes on, with any cluster or without",
-                address=self._address,
-                why=why,
-            )
+        return TrialsError.because(
+            "the cluster at {address} is lost: {why}. What is done is kept, and the same command "
+            "goes on, with any cluster or without",
+            address=self._address,
+            why=why,
         )
 
     def _send(self, snapshot: Snapshot) -> Any:  # noqa: ANN401 - a future of Dask
@@ -211,18 +205,14 @@ def _look_at(address: str, limits: ClusterLimits) -> tuple[dict[str, object], in
         with ThreadPoolExecutor(1, "cluster") as aside:  # notebooks have an event loop in this thread
             return aside.submit(asyncio.run, asyncio.wait_for(look(), limits.look)).result()
     except TimeoutError as error:
-        raise TrialsError(
-            Message(
-                "the cluster at {address} cannot be reached: not all of it answers within {look_limit:g} s",
-                address=address,
-                look_limit=limits.look,
-            )
+        raise TrialsError.because(
+            "the cluster at {address} cannot be reached: not all of it answers within {look_limit:g} s",
+            address=address,
+            look_limit=limits.look,
         ) from error
     except (OSError, ValueError) as error:
-        raise TrialsError(
-            Message(
-                "the cluster at {address} cannot be reached: {reason}", address=address, reason=reason(error)
-            )
+        raise TrialsError.because(
+            "the cluster at {address} cannot be reached: {reason}", address=address, reason=reason(error)
         ) from error
 
 
@@ -231,34 +221,28 @@ def _compare_versions(address: str, found: Mapping[str, object]) -> None:
         worker: theirs for worker, theirs in found.items() if not isinstance(theirs, OSError)
     }  # it ended
     if not found:
-        raise TrialsError(
-            Message(
-                "the cluster at {address} has no workers: start some, with `dask worker {address}`",
-                address=address,
-            )
+        raise TrialsError.because(
+            "the cluster at {address} has no workers: start some, with `dask worker {address}`",
+            address=address,
         )
     here = versions()
     for worker, theirs in found.items():
         if not isinstance(theirs, dict):
-            raise TrialsError(
-                Message(
-                    "the worker {worker} cannot run trials, install visualhfsm there: {theirs!r}",
-                    worker=worker,
-                    theirs=str(theirs),
-                )
+            raise TrialsError.because(
+                "the worker {worker} cannot run trials, install visualhfsm there: {theirs!r}",
+                worker=worker,
+                theirs=str(theirs),
             )
         different = [
             f"{name} {theirs.get(name, 'is missing')}" for name in here if theirs.get(name) != here[name]
         ]
         if different:
             mine = ", ".join(f"{name} {here[name]}" for name in here)
-            raise TrialsError(
-                Message(
-                    "the worker {worker} has {different}; here are {mine}",
-                    worker=worker,
-                    different=", ".join(different),
-                    mine=mine,
-                )
+            raise TrialsError.because(
+                "the worker {worker} has {different}; here are {mine}",
+                worker=worker,
+                different=", ".join(different),
+                mine=mine,
             )
 
 

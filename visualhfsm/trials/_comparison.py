@@ -8,8 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from codegen.messages import Message
-
 from ._errors import TrialsError
 from ._statistics import Mean, Rate, mcnemar, mean_of, rate_difference
 from ._summary import Row, Summary
@@ -33,7 +31,7 @@ class Comparison:
         others = {row.number: row for row in second.rows}
         self._pairs: Final = [(row, others[row.number]) for row in first.rows if row.number in others]
         if not self._pairs:
-            raise TrialsError(Message("the two series have no trial in common"))
+            raise TrialsError.because("the two series have no trial in common")
         self.rates: Final[tuple[Rate, Rate]] = (first.rate, second.rate)
         self.only_first: Final[Sequence[int]] = [
             a.number for a, b in self._pairs if a.success and not b.success

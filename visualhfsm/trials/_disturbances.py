@@ -59,12 +59,10 @@ class Disturbances:
         servants = sorted({*self._behavior.world.communicator.identities(), *called})
         for identity in what.offline or ():
             if identity not in servants:
-                raise TrialsError(
-                    Message(
-                        "{identity} cannot be offline: there is no such servant; there are {known}",
-                        identity=identity,
-                        known=", ".join(servants),
-                    )
+                raise TrialsError.because(
+                    "{identity} cannot be offline: there is no such servant; there are {known}",
+                    identity=identity,
+                    known=", ".join(servants),
                 )
         return partial(self._cut, what.offline or (), numbers["seconds"])
 
@@ -77,18 +75,16 @@ class Disturbances:
             try:
                 ball = self._behavior.robot.ball(name)
             except UnknownName as error:
-                raise TrialsError(
-                    Message("{name} cannot be carried: {reason}", name=name, reason=reason(error))
+                raise TrialsError.because(
+                    "{name} cannot be carried: {reason}", name=name, reason=reason(error)
                 ) from error
             return partial(ball.place, **places[0]) if speed is None else _Carrier(self, ball, places, speed)
         if not axes <= {"x", "y", "z"}:
-            raise TrialsError(
-                Message(
-                    "{name} cannot be moved to {axes}: write x, y and z, or {carried}",
-                    name=name,
-                    axes=", ".join(axes),
-                    carried=", ".join(CARRIED),
-                )
+            raise TrialsError.because(
+                "{name} cannot be moved to {axes}: write x, y and z, or {carried}",
+                name=name,
+                axes=", ".join(axes),
+                carried=", ".join(CARRIED),
             )
         stage = self._stage(
             Message(
@@ -99,12 +95,10 @@ class Disturbances:
         )
         if name not in stage.objects:
             known = ", ".join(stage.objects) or "none"
-            raise TrialsError(
-                Message(
-                    "{name} cannot be moved: there is no such thing in the world; there are {known}",
-                    name=name,
-                    known=known,
-                )
+            raise TrialsError.because(
+                "{name} cannot be moved: there is no such thing in the world; there are {known}",
+                name=name,
+                known=known,
             )
         return partial(_put, stage, name, places[0])
 
@@ -155,8 +149,8 @@ def _put(stage: Stage, name: str, to: Mapping[str, float]) -> None:
     try:
         stage.place_object(name, (place["x"], place["y"], place["z"]))
     except InvalidCommand as error:
-        raise TrialsError(
-            Message("{name} cannot be moved there: {reason}", name=name, reason=reason(error))
+        raise TrialsError.because(
+            "{name} cannot be moved there: {reason}", name=name, reason=reason(error)
         ) from error
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from hfsm_runtime.loading import load_module
 
@@ -33,19 +32,12 @@ def load_function(reference: str, folder: Path) -> Callable[..., Any]:
     file, _, name = reference.rpartition(":")
     path = (folder / file).resolve()
     if not path.is_file():
-        raise TrialsError(
-            Message("{reference}: there is no file {path}", reference=reference, path=str(path))
-        )
+        raise TrialsError.because("{reference}: there is no file {path}", reference=reference, path=str(path))
     module = _load(path, path.stat().st_mtime_ns)
     function = getattr(module, name, None)
     if not callable(function):
-        raise TrialsError(
-            Message(
-                "{reference}: {path} defines no function {name}",
-                reference=reference,
-                path=path.name,
-                name=name,
-            )
+        raise TrialsError.because(
+            "{reference}: {path} defines no function {name}", reference=reference, path=path.name, name=name
         )
     return function  # type: ignore[no-any-return]
 
@@ -60,11 +52,9 @@ def _load(path: Path, changed: int) -> ModuleType:  # noqa: ARG001 - loaded agai
     try:
         return load_module(f"_trials_{path.stem}", path)
     except Exception as error:
-        raise TrialsError(
-            Message(
-                "{path}: cannot be loaded: {name}: {reason}",
-                path=str(path),
-                name=type(error).__name__,
-                reason=reason(error),
-            )
+        raise TrialsError.because(
+            "{path}: cannot be loaded: {name}: {reason}",
+            path=str(path),
+            name=type(error).__name__,
+            reason=reason(error),
         ) from error

@@ -102,10 +102,8 @@ class Record:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("a+b", buffering=0)
         except OSError as error:
-            raise TrialsError(
-                Message(
-                    "{path}: outcomes cannot be kept there: {reason}", path=str(path), reason=reason(error)
-                )
+            raise TrialsError.because(
+                "{path}: outcomes cannot be kept there: {reason}", path=str(path), reason=reason(error)
             ) from error
         try:
             self._begin(header, again=again)
@@ -117,18 +115,16 @@ class Record:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            raise TrialsError(
-                Message("{path}: another process writes outcomes to it now", path=str(self.path))
+            raise TrialsError.because(
+                "{path}: another process writes outcomes to it now", path=str(self.path)
             ) from error
         found = None if again else read_header(self.path)
         if found is not None and found != header:
             if next(read_outcomes(self.path), None) is not None:
-                raise TrialsError(
-                    Message(
-                        "{path} has outcomes of another plan, document or version: --again replaces them, "
-                        "and --out writes elsewhere",
-                        path=str(self.path),
-                    )
+                raise TrialsError.because(
+                    "{path} has outcomes of another plan, document or version: --again replaces them, "
+                    "and --out writes elsewhere",
+                    path=str(self.path),
                 )
             found = None  # no trial has ended: there is nothing to lose
         if found is None:
@@ -164,13 +160,11 @@ class Record:
             why = Message("the disk is full")
         except OSError as error:
             why = reason(error)
-        raise TrialsError(
-            Message(
-                "{path}: {name} cannot be kept: {why}; the same command goes on with what is there",
-                path=str(self.path),
-                name=name,
-                why=why,
-            )
+        raise TrialsError.because(
+            "{path}: {name} cannot be kept: {why}; the same command goes on with what is there",
+            path=str(self.path),
+            name=name,
+            why=why,
         )
 
 
@@ -191,8 +185,8 @@ def read_header(path: Path) -> Header | None:
     try:
         return typed.from_json(line, Header)
     except msgspec.MsgspecError as error:
-        raise TrialsError(
-            Message("{path} is no file of outcomes: {reason}", path=str(path), reason=reason(error))
+        raise TrialsError.because(
+            "{path} is no file of outcomes: {reason}", path=str(path), reason=reason(error)
         ) from error
 
 
@@ -233,13 +227,11 @@ def _decoded(line: bytes, kind: type[_Line], path: Path, number: int) -> _Line:
     try:
         return typed.from_json(line, kind)
     except msgspec.MsgspecError as error:
-        raise TrialsError(
-            Message(
-                "{path}:{number}: no outcome of a trial: {reason}",
-                path=str(path),
-                number=number,
-                reason=reason(error),
-            )
+        raise TrialsError.because(
+            "{path}:{number}: no outcome of a trial: {reason}",
+            path=str(path),
+            number=number,
+            reason=reason(error),
         ) from error
 
 
@@ -247,6 +239,6 @@ def _reading(path: Path) -> BinaryIO:
     try:
         return path.open("rb")
     except OSError as error:
-        raise TrialsError(
-            Message("{path}: cannot be read: {reason}", path=str(path), reason=reason(error))
+        raise TrialsError.because(
+            "{path}: cannot be read: {reason}", path=str(path), reason=reason(error)
         ) from error

@@ -15,7 +15,6 @@ from typing import Annotated, Any, Final, Literal
 import msgspec
 from msgspec import Meta, Struct
 
-from codegen.messages import Message
 from visualhfsm.simulation import CameraKind, RobotKind
 from zenoh_ice.toml_file import parse_toml, read_text
 from zenoh_ice.toml_file import place as place_in
@@ -183,12 +182,10 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
         ]
         for key, name, column in columns:
             if column in taken:
-                raise TrialsError(
-                    Message(
-                        "{where}: the table of trials has a column {column} already: write another name",
-                        where=where(key, name),
-                        column=column,
-                    )
+                raise TrialsError.because(
+                    "{where}: the table of trials has a column {column} already: write another name",
+                    where=where(key, name),
+                    column=column,
                 )
             taken.add(column)
 
@@ -203,12 +200,10 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
             values = draw_all(self.quantities, f"{self._drawn_as(number)}/{attempt}")
             if accept is None or accept(values):
                 return values
-        raise TrialsError(
-            Message(
-                "{accept} accepted none of {most_draws} draws: widen the ranges of the plan",
-                accept=str(self.accept),
-                most_draws=_MOST_DRAWS,
-            )
+        raise TrialsError.because(
+            "{accept} accepted none of {most_draws} draws: widen the ranges of the plan",
+            accept=str(self.accept),
+            most_draws=_MOST_DRAWS,
         )
 
     def seed_of(self, number: int) -> int:
@@ -242,34 +237,28 @@ def read_plan(path: Path, *, document: Path | None = None) -> Plan:
     own = {name: each for name, each in plan.quantities.items() if not isinstance(each, Same)}
     for name, each in plan.quantities.items():
         if isinstance(each, Same) and each.same not in own:
-            raise TrialsError(
-                Message(
-                    "{path}: {name}: there is no quantity {same} that has its own value",
-                    path=str(path),
-                    name=name,
-                    same=each.same,
-                )
+            raise TrialsError.because(
+                "{path}: {name}: there is no quantity {same} that has its own value",
+                path=str(path),
+                name=name,
+                same=each.same,
             )
         if isinstance(each, Same) and not each.fits(own[each.same]):
-            raise TrialsError(
-                Message(
-                    "{path}: {name}: {same} is no number, so it has no deviation",
-                    path=str(path),
-                    name=name,
-                    same=each.same,
-                )
+            raise TrialsError.because(
+                "{path}: {name}: {same} is no number, so it has no deviation",
+                path=str(path),
+                name=name,
+                same=each.same,
             )
     if document is not None:
         return msgspec.structs.replace(plan, document=str(document))
     name = file.document or path.name.removesuffix(SUFFIX) + ".xml"
     document = path.parent / name
     if not document.is_file():
-        raise TrialsError(
-            Message(
-                "{path}: there is no document {document}: write document = ...",
-                path=str(path),
-                document=str(document),
-            )
+        raise TrialsError.because(
+            "{path}: there is no document {document}: write document = ...",
+            path=str(path),
+            document=str(document),
         )
     return msgspec.structs.replace(plan, document=str(document))
 

@@ -22,11 +22,11 @@ _DRAW_LIMIT: Final = 60.0
 """Limit in s for drawing the values of a trial without running it."""
 
 
-class Processes:
+class Processes(TaskProcesses[Answer]):
     """The processes of some threads: one each, which lasts from task to task."""
 
     def __init__(self) -> None:
-        self._processes: Final = TaskProcesses(f"{__package__}._worker", Answer, "visualhfsm-trials-")
+        super().__init__(f"{__package__}._worker", Answer, "visualhfsm-trials-")
 
     def run(self, task: Task) -> Outcome:
         """Run a task in the process of this thread. Raises TrialsError for a plan that is not possible."""
@@ -41,34 +41,26 @@ class Processes:
         try:
             return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=ended)
         except NoAnswerError as error:
-            raise TrialsError(
-                Message("trial {number} cannot be drawn: {reason}", number=task.number, reason=reason(error))
+            raise TrialsError.because(
+                "trial {number} cannot be drawn: {reason}", number=task.number, reason=reason(error)
             ) from error
 
     def _ask(self, task: Task, patience: float) -> Outcome:
         """Return the outcome of a task, which is asked for again when its process is killed meanwhile."""
         for attempt in range(1, _ATTEMPTS + 1):
             try:
-                answer = self._answer(task.without_snapshot, patience)
+                answer = self.ask(task.without_snapshot, patience)
                 if answer.needs_snapshot:
-                    answer = self._answer(task, patience)
+                    answer = self.ask(task, patience)
                 break
             except KilledError:
                 if attempt == _ATTEMPTS:
                     raise
+            except EndedError as error:
+                raise TrialsError.because("the trials have been ended") from error
         if answer.outcome is None:
             raise TrialsError(Message.verbatim(answer.refused))
         return answer.outcome
-
-    def _answer(self, task: Task, patience: float) -> Answer:
-        try:
-            return self._processes.ask(task, patience)
-        except EndedError as error:
-            raise TrialsError(Message("the trials have been ended")) from error
-
-    def close(self) -> None:
-        """End all processes."""
-        self._processes.close()
 
 
 _of_this_process = Processes()

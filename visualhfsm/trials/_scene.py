@@ -36,18 +36,16 @@ def check_scene(plan: Plan) -> None:
         try:
             postures = find_body(body).postures
         except RobotError as error:
-            raise TrialsError(
-                Message("body = {value!r}: {reason}", value=body, reason=reason(error))
+            raise TrialsError.because(
+                "body = {value!r}: {reason}", value=body, reason=reason(error)
             ) from error
         for posture in _choices(plan.scene.get("posture")):
             if posture not in postures:
-                raise TrialsError(
-                    Message(
-                        "posture = {value!r}: the body {body} has {postures}",
-                        value=posture,
-                        body=body,
-                        postures=", ".join(postures),
-                    )
+                raise TrialsError.because(
+                    "posture = {value!r}: the body {body} has {postures}",
+                    value=posture,
+                    body=body,
+                    postures=", ".join(postures),
                 )
     drawn = {name: each for name, each in draw_all(plan.quantities, "").items() if name in plan.scene}
     for name, quantity in plan.scene.items():
@@ -96,36 +94,32 @@ class Scene:
     def _take(self, name: str, value: Value) -> None:
         thing, dot, coordinate = name.rpartition(".")
         if self._robot == "none":
-            raise TrialsError(
-                Message('{name}: these trials have no robot; write robot = "sim" or "fake"', name=name)
+            raise TrialsError.because(
+                '{name}: these trials have no robot; write robot = "sim" or "fake"', name=name
             )
         if not dot:
             kind = _SETTINGS.get(name)
             if kind is None or (self._robot == "fake" and name not in _FAKE):
                 known = ", ".join(each for each in _SETTINGS if self._robot == "sim" or each in _FAKE)
-                raise TrialsError(
-                    Message(
-                        "{name}: there is no such quantity of a scene; there are {known}, and places",
-                        name=name,
-                        known=known,
-                    )
+                raise TrialsError.because(
+                    "{name}: there is no such quantity of a scene; there are {known}, and places",
+                    name=name,
+                    known=known,
                 )
             if not isinstance(value, kind):
                 wanted = Message("true or false") if kind is bool else Message("a text")
-                raise TrialsError(
-                    Message("{name} = {value!r}: write {wanted}", name=name, value=value, wanted=wanted)
+                raise TrialsError.because(
+                    "{name} = {value!r}: write {wanted}", name=name, value=value, wanted=wanted
                 )
             self.settings[name] = value
             return
         if isinstance(value, bool | str):
-            raise TrialsError(Message("{name} = {value!r}: write a number", name=name, value=value))
+            raise TrialsError.because("{name} = {value!r}: write a number", name=name, value=value)
         if self._robot == "fake" and coordinate not in CARRIED:
-            raise TrialsError(
-                Message(
-                    "{name}: the fake robot has balls with {carried}, and nothing else",
-                    name=name,
-                    carried=", ".join(CARRIED),
-                )
+            raise TrialsError.because(
+                "{name}: the fake robot has balls with {carried}, and nothing else",
+                name=name,
+                carried=", ".join(CARRIED),
             )
         self._places.setdefault(thing, {})[coordinate] = float(value)
 
@@ -144,7 +138,7 @@ class Scene:
                     world = _with_thing(world, thing, place)
             return world
         except (RobotError, ValueError) as error:
-            raise TrialsError(Message("the scene is not possible: {reason}", reason=reason(error))) from error
+            raise TrialsError.because("the scene is not possible: {reason}", reason=reason(error)) from error
 
 
 def _with(world: World, **fields: object) -> World:
@@ -164,8 +158,8 @@ def _with_thing(world: World, name: str, place: Mapping[str, float]) -> World:
                 )
                 return _with(world, **{kind: tuple(things)})
     known = ", ".join(("robot", "light", *world.names))
-    raise TrialsError(
-        Message("{name}: there is no such thing in the world; there are {known}", name=name, known=known)
+    raise TrialsError.because(
+        "{name}: there is no such thing in the world; there are {known}", name=name, known=known
     )
 
 
@@ -186,13 +180,8 @@ def _moved(
         elif key in others:
             fields[key] = value
         else:
-            raise TrialsError(
-                Message(
-                    "{name}.{key}: there is {value}",
-                    name=name,
-                    key=key,
-                    value=", ".join((*position, *others)),
-                )
+            raise TrialsError.because(
+                "{name}.{key}: there is {value}", name=name, key=key, value=", ".join((*position, *others))
             )
     return msgspec.structs.replace(thing, **fields)
 
@@ -201,13 +190,11 @@ def _carried(ball: Any, place: Mapping[str, float]) -> Any:  # noqa: ANN401 - a 
     start = list(ball.start)
     for key, value in place.items():
         if key not in CARRIED:
-            raise TrialsError(
-                Message(
-                    "{ball}.{key}: it is carried, and has {carried}",
-                    ball=ball.name,
-                    key=key,
-                    carried=", ".join(CARRIED),
-                )
+            raise TrialsError.because(
+                "{ball}.{key}: it is carried, and has {carried}",
+                ball=ball.name,
+                key=key,
+                carried=", ".join(CARRIED),
             )
         start[CARRIED.index(key)] = value
     return msgspec.structs.replace(ball, start=tuple(start))

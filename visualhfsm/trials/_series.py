@@ -14,7 +14,6 @@ from typing import Final, NamedTuple, Protocol
 
 import msgspec
 
-from codegen.messages import Message
 from codegen.reasons import reason
 
 from ._cluster import Cluster
@@ -180,22 +179,18 @@ def run_tasks(
                     outcome = future.result()
                 except pool.lost as error:
                     if attempt == _ATTEMPTS:
-                        raise TrialsError(
-                            Message(
-                                "trial {number} lost its worker {attempt} times: {reason}",
-                                number=number,
-                                attempt=attempt,
-                                reason=reason(error),
-                            )
+                        raise TrialsError.because(
+                            "trial {number} lost its worker {attempt} times: {reason}",
+                            number=number,
+                            attempt=attempt,
+                            reason=reason(error),
                         ) from error
                     running[pool.submit(task)] = _Submitted(number, task, attempt + 1)
                 except CancelledError as error:
                     pool.check()
-                    raise TrialsError(
-                        Message(
-                            "the cluster has lost its trials: its scheduler was started again. What is done "
-                            "is kept, and the same command goes on"
-                        )
+                    raise TrialsError.because(
+                        "the cluster has lost its trials: its scheduler was started again. What is done "
+                        "is kept, and the same command goes on"
                     ) from error
                 else:
                     yield number, outcome

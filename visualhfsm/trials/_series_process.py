@@ -17,7 +17,6 @@ from typing import Any, BinaryIO, Final
 import msgspec
 from msgspec import UNSET, UnsetType
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.languages import encode_message
@@ -64,8 +63,8 @@ class _Work:
         outdated = found is not None and found != series.header
         if self._order.action == "record":
             if found is None or outdated:
-                raise TrialsError(
-                    Message("the document, its plan or a file beside it has changed: run the trials again")
+                raise TrialsError.because(
+                    "the document, its plan or a file beside it has changed: run the trials again"
                 )
             self._record(series)
         elif self._order.action == "look" or (outdated and not self._order.again):

@@ -24,17 +24,17 @@ from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.languages import decode_message
+from visualhfsm._base.reporting_process import ReportingProcess
+from visualhfsm._base.work import PerDocument
 from visualhfsm._document.serialization import written
-from visualhfsm._monitor.messages import OfTabs, Source, complete
+from visualhfsm._monitor.messages import Source
 from zenoh_ice import typed
-from zenoh_ice.application.child import ChildProcess
 
 from ._messages import Action, Choices, Order, Report, TrialsPush
 from ._outcomes import SUFFIX as OUTCOMES
 from ._plan import SUFFIX
 
 _PROCESS: Final = "visualhfsm.trials._series_process"
-_LONGEST_WORDS: Final = 2000  # characters of stderr that are kept
 
 Publish = Callable[[TrialsPush], None]
 
@@ -49,47 +49,33 @@ class TrialsLimits:
     """Bytes of a line that it writes."""
 
 
-class RunningTrials:
+class RunningTrials(PerDocument["_TabTrials"]):
     """At most one series for each tab. All methods raise VisualHfsmError; used on the event loop only."""
 
     def __init__(
         self, publish: Publish, include: Sequence[Path] = (), limits: TrialsLimits = TrialsLimits()
     ) -> None:
-        self._tabs = OfTabs(lambda tab: _TabTrials(tab, publish, tuple(include), limits))
+        super().__init__(lambda tab: _TabTrials(tab, publish, tuple(include), limits))
 
     async def look(self, source: Source) -> bool:
         """Read the plan of a document, and what the outcomes beside it say, unless that is known.
 
         Returns False while the trials run: what is reported is of the version that runs.
         """
-        return await complete(self._tabs.of(source.tab).look(source))
+        return await self.do(source.tab, lambda trials: trials.look(source))
 
     async def run(self, source: Source, choices: Choices, *, again: bool = False) -> None:
         """Begin to run the trials that are missing; `again` replaces outcomes of an older version."""
-        await complete(self._tabs.of(source.tab).run(source, choices, again=again))
-
-    async def stop(self, tab: int) -> None:
-        """End the trials of a tab; what is done is kept."""
-        if (trials := self._tabs.get(tab)) is not None:
-            await complete(trials.stop())
+        await self.do(source.tab, lambda trials: trials.run(source, choices, again=again))
 
     async def record(self, tab: int, number: int, folder: Path, name: Callable[[Path], str]) -> None:
         """Begin to run one of the trials again, recorded into a file in a folder.
 
         A push says when it is done, with the file as `name` calls it.
         """
-        if (trials := self._tabs.get(tab)) is None:
-            raise VisualHfsmError(Message("run the trials first"))
-        await complete(trials.record(number, folder, name))
-
-    async def forget(self, tab: int) -> None:
-        """End the trials of a tab that is closed."""
-        if (trials := self._tabs.forget(tab)) is not None:
-            await complete(trials.close())
-
-    async def close(self) -> None:
-        """End all trials."""
-        await asyncio.gather(*(trials.close() for trials in self._tabs.close()))
+        if self.get(tab) is None:
+            raise VisualHfsmError.because("run the trials first")
+        await self.do(tab, lambda trials: trials.record(number, folder, name))
 
 
 class _TabTrials:
@@ -101,9 +87,8 @@ class _TabTrials:
         self._publish = publish
         self._include = include
         self._limits = limits
-        self._busy = asyncio.Lock()
-        self._series: _Process | None = None
-        self._recorder: _Process | None = None
+        self._series: ReportingProcess[Report] | None = None
+        self._recorder: ReportingProcess[Report] | None = None
         self._choices = Choices()
         self._known: object = None
         """What the state follows from, if it was read."""
@@ -117,61 +102,54 @@ class _TabTrials:
 
     async def look(self, source: Source) -> bool:
         """Read plan and outcomes, unless the trials run, or nothing has changed since the last time."""
-        async with self._busy:
-            if self._runs:
-                return False
-            order, known = await asyncio.to_thread(self._ordered, "look", source, self._choices)
-            if self._known != known:
-                await self._start(order, "reading", known)
-            return True
+        if self._runs:
+            return False
+        order, known = await asyncio.to_thread(self._ordered, "look", source, self._choices)
+        if self._known != known:
+            await self._start(order, "reading", known)
+        return True
 
     async def run(self, source: Source, choices: Choices, *, again: bool) -> None:
         """Begin to run."""
-        async with self._busy:
-            if self._runs:
-                raise VisualHfsmError(Message("the trials run already"))
-            order, _ = await asyncio.to_thread(self._ordered, "run", source, choices)
-            self._choices = choices
-            await self._start(msgspec.structs.replace(order, again=again), "running")
+        if self._runs:
+            raise VisualHfsmError.because("the trials run already")
+        order, _ = await asyncio.to_thread(self._ordered, "run", source, choices)
+        self._choices = choices
+        await self._start(msgspec.structs.replace(order, again=again), "running")
 
     async def stop(self) -> None:
         """End what runs, and wait for its end."""
-        async with self._busy:
-            if self._runs:
-                self._report(status="stopping")
-            for process in (self._series, self._recorder):
-                if process is not None:
-                    await process.stop()
+        if self._runs:
+            self._report(status="stopping")
+        for process in (self._series, self._recorder):
+            if process is not None:
+                await process.stop(self._limits.stop)
 
     async def record(self, number: int, folder: Path, name: Callable[[Path], str]) -> None:
         """Begin to run a trial again, recorded; `name` gives the name of a file in the page."""
-        async with self._busy:
-            if self._recorder is not None:
-                raise VisualHfsmError(
-                    Message("trial {recording} is being recorded", recording=str(self._state.recording))
-                )
-            if self._tried is None:
-                raise VisualHfsmError(Message("the document or its plan has changed: run the trials again"))
-            version = Path(self._tried.content).stem
-            target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
-            order = msgspec.structs.replace(
-                self._tried, action="record", number=number, recording=str(target)
+        if self._recorder is not None:
+            raise VisualHfsmError.because(
+                "trial {recording} is being recorded", recording=str(self._state.recording)
             )
+        if self._tried is None:
+            raise VisualHfsmError.because("the document or its plan has changed: run the trials again")
+        version = Path(self._tried.content).stem
+        target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
+        order = msgspec.structs.replace(self._tried, action="record", number=number, recording=str(target))
 
-            def take(report: Report) -> None:
-                if report.error:
-                    self._report(error=report.error)
+        def take(report: Report) -> None:
+            if report.error:
+                self._report(error=report.error)
 
-            def ended(error: str) -> None:
-                self._recorder = None
-                if error or not target.is_file():  # it failed, or was stopped
-                    self._report(recording=None, error=error)
-                else:
-                    self._report(recording=None, recorded=number, file=name(target))
+        def ended(error: str) -> None:
+            self._recorder = None
+            if error or not target.is_file():  # it failed, or was stopped
+                self._report(recording=None, error=error)
+            else:
+                self._report(recording=None, recorded=number, file=name(target))
 
-            self._recorder = _Process(self._environment, take, ended, self._limits)
-            self._report(recording=number, recorded=None, error="")
-            await self._recorder.start(order)
+        self._report(recording=number, recorded=None, error="")
+        self._recorder = await self._carry_out(order, take, ended)
 
     async def close(self) -> None:
         """End what runs, and remove the files."""
@@ -182,7 +160,7 @@ class _TabTrials:
 
     async def _start(self, order: Order, status: Literal["reading", "running"], known: object = None) -> None:
         if self._series is not None:  # it reads what is read again now
-            await self._series.stop()
+            await self._series.stop(self._limits.stop)
         self._known = None
 
         def take(report: Report) -> None:
@@ -201,9 +179,40 @@ class _TabTrials:
             self._known = None if error else known
             self._report(status="idle", left=None, error=error)
 
-        self._series = _Process(self._environment, take, ended, self._limits)
         self._report(status=status, error="", left=None)
-        await self._series.start(order)
+        self._series = await self._carry_out(order, take, ended)
+
+    async def _carry_out(
+        self, order: Order, take: Callable[[Report], object], ended: Callable[[str], object]
+    ) -> ReportingProcess[Report]:
+        """Start the process of an order; `take` gets its reports, `ended` why it failed, or nothing.
+
+        Raises VisualHfsmError.
+        """
+        failed = ""
+
+        def taken(report: Report) -> None:
+            nonlocal failed
+            failed = report.error
+            take(report)
+
+        def over(code: int, stopped: bool) -> None:
+            error = failed
+            if process.invalid is not None:
+                error = f"the process of the trials wrote something else than a report: {process.invalid}"
+            elif code and not failed and not stopped:
+                error = f"the process of the trials ended with {code}: {process.words}".rstrip(": ")
+            ended(error)
+
+        process = ReportingProcess(_report, taken, over, self._limits.longest_report)
+        command = [sys.executable, "-P", "-m", _PROCESS, msgspec.json.encode(order).decode()]
+        try:
+            await process.start(command, {**child_environment(self._include), "TMPDIR": self._files.name})
+        except OSError as error:
+            why = Message("the trials cannot be started: {reason}", reason=reason(error))
+            ended(why)
+            raise VisualHfsmError(why) from error
+        return process
 
     def _ordered(self, action: Action, source: Source, choices: Choices) -> tuple[Order, object]:
         """Return the order to do something with a document as it is shown, and what all depends on.
@@ -212,8 +221,8 @@ class _TabTrials:
         """
         path = source.path
         if path is None:
-            raise VisualHfsmError(
-                Message("save the document first: trials use the plan and the files beside it")
+            raise VisualHfsmError.because(
+                "save the document first: trials use the plan and the files beside it"
             )
         try:
             content = written(source.document).encode() if source.dirty else path.read_bytes()
@@ -222,8 +231,8 @@ class _TabTrials:
             if not kept.exists():
                 kept.write_bytes(content)
         except OSError as error:
-            raise VisualHfsmError(
-                Message("{filename} cannot be read: {reason}", filename=error.filename, reason=reason(error))
+            raise VisualHfsmError.because(
+                "{filename} cannot be read: {reason}", filename=error.filename, reason=reason(error)
             ) from error
         order = Order(
             action=action,
@@ -235,78 +244,13 @@ class _TabTrials:
         beside = [_changed_at(path.with_name(path.stem + suffix)) for suffix in (SUFFIX, OUTCOMES)]
         return order, (path, digest, choices, *beside)
 
-    @property
-    def _environment(self) -> dict[str, str]:
-        return {**child_environment(self._include), "TMPDIR": self._files.name}
-
     def _report(self, **changes: object) -> None:
         self._state = msgspec.structs.replace(self._state, **changes)
         self._publish(self._state)
 
 
-class _Process:
-    """A process that carries out an order. `take` gets its reports, `ended` why it failed, or nothing."""
-
-    def __init__(
-        self,
-        environment: dict[str, str],
-        take: Callable[[Report], object],
-        ended: Callable[[str], object],
-        limits: TrialsLimits,
-    ) -> None:
-        self._environment = environment
-        self._take = take
-        self._ended = ended
-        self._limits = limits
-        self._child = ChildProcess(self._read)
-        self._rest = bytearray()
-        self._words = ""
-        self._error = ""
-        self._stopped = False
-        self._following: asyncio.Task[None] | None = None
-
-    async def start(self, order: Order) -> None:
-        """Start it. Raises VisualHfsmError."""
-        command = [sys.executable, "-P", "-m", _PROCESS, msgspec.json.encode(order).decode()]
-        try:
-            await self._child.start(command, self._environment)
-        except OSError as error:
-            why = Message("the trials cannot be started: {reason}", reason=reason(error))
-            self._ended(why)
-            raise VisualHfsmError(why) from error
-        self._following = asyncio.create_task(self._follow(), name="trials")
-
-    async def stop(self) -> None:
-        """End it, and wait until that is reported."""
-        self._stopped = True
-        if self._following is not None:
-            await self._child.stop(self._limits.stop)
-            await self._following
-
-    async def _follow(self) -> None:
-        code = await self._child.wait()
-        if code and not self._error and not self._stopped:
-            self._error = f"the process of the trials ended with {code}: {self._words.strip()}".rstrip(": ")
-        self._ended(self._error)
-
-    def _read(self, descriptor: int, data: bytes) -> None:
-        if descriptor == 2:
-            self._words = (self._words + data.decode(errors="replace"))[-_LONGEST_WORDS:]
-            return
-        self._rest += data
-        *lines, rest = self._rest.split(b"\n")
-        self._rest = bytearray(rest)
-        try:
-            if max(map(len, (rest, *lines))) > self._limits.longest_report:
-                raise msgspec.DecodeError("it is too long")
-            for line in lines:
-                report = typed.from_json(line, Report, dec_hook=decode_message)
-                self._error = report.error
-                self._take(report)
-        except (msgspec.DecodeError, RecursionError) as error:
-            self._rest.clear()
-            self._error = f"the process of the trials wrote something else than a report: {error}"
-            self._child.kill()
+def _report(line: bytes) -> Report:
+    return typed.from_json(line, Report, dec_hook=decode_message)
 
 
 def _changed_at(path: Path) -> tuple[int, int] | None:

@@ -15,7 +15,6 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import component_path, read_document
 from codegen.hfsm.formats.reader import looks_like_document
 from codegen.hfsm.loading import is_generated
-from codegen.messages import Message
 
 from ._errors import TrialsError
 
@@ -74,15 +73,13 @@ def _pack(parts: dict[str, Path], documents: frozenset[Path], contents: Mapping[
     ]
     size = sum(path.stat().st_size for _, path in found)
     if size > _MOST_BYTES or len(found) > _MOST_FILES:
-        raise TrialsError(
-            Message(
-                "{count} files with {size} MB stand beside the document, and at most {limit} "
-                "with {most_bytes} MB are taken along: put it into another folder",
-                count=len(found),
-                size=size >> 20,
-                limit=_MOST_FILES,
-                most_bytes=_MOST_BYTES >> 20,
-            )
+        raise TrialsError.because(
+            "{count} files with {size} MB stand beside the document, and at most {limit} "
+            "with {most_bytes} MB are taken along: put it into another folder",
+            count=len(found),
+            size=size >> 20,
+            limit=_MOST_FILES,
+            most_bytes=_MOST_BYTES >> 20,
         )
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:

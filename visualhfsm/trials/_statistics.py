@@ -14,8 +14,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from codegen.messages import Message
-
 from ._errors import TrialsError
 
 CONFIDENCE: Final = 0.95
@@ -208,7 +206,7 @@ def require_scipy() -> Any:  # noqa: ANN401 - the module
     try:
         from scipy import stats  # takes a second to load: only who compares series waits for it
     except ModuleNotFoundError as error:
-        raise TrialsError(
-            Message("trials need the package SciPy: pip install 'visualhfsm[trials]'")
+        raise TrialsError.because(
+            "trials need the package SciPy: pip install 'visualhfsm[trials]'"
         ) from error
     return stats

@@ -14,7 +14,6 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run
@@ -95,8 +94,8 @@ def run_trial(
             **_settings(plan, scene, seed),
         )
     except (RobotError, UnknownName) as error:
-        raise TrialsError(
-            Message("trial {number} is not possible: {reason}", number=number, reason=reason(error))
+        raise TrialsError.because(
+            "trial {number} is not possible: {reason}", number=number, reason=reason(error)
         ) from error
     except BehaviorFailed as failure:
         return _not_begun(number, values, failure)
@@ -158,12 +157,8 @@ class _Trial:
         self._folder = Path(plan.document).parent
         goal = plan.success.state
         if goal is not None and goal not in behavior.states:
-            raise TrialsError(
-                Message(
-                    "there is no state {goal}; there are {states}",
-                    goal=goal,
-                    states=", ".join(behavior.states),
-                )
+            raise TrialsError.because(
+                "there is no state {goal}; there are {states}", goal=goal, states=", ".join(behavior.states)
             )
         self._observed = _Observed(behavior, goal, properties=plan.success.properties)
         self._distance = 0.0

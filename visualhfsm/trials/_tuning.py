@@ -17,8 +17,6 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
-from codegen.messages import Message
-
 from ._errors import TrialsError
 from ._outcomes import Outcome, Record, read_outcomes
 from ._plan import Plan
@@ -55,8 +53,8 @@ class Tuning:
     def __init__(self, plan: Plan, *, settings: int, cost: str = TIME) -> None:
         self._space: Final = {name: each for name, each in plan.parameters.items() if _is_searched(each)}
         if not self._space:
-            raise TrialsError(
-                Message("no parameter has a range: write those to be tuned under [parameters] of the plan")
+            raise TrialsError.because(
+                "no parameter has a range: write those to be tuned under [parameters] of the plan"
             )
         self.settings: Final = settings
         self.given_up = 0
@@ -136,12 +134,10 @@ class Tuning:
         numbers = [abs(each.numbers[self._cost]) for each in found.values() if self._cost in each.numbers]
         if not numbers:
             names = sorted({name for each in found.values() for name in each.numbers})
-            raise TrialsError(
-                Message(
-                    "no trial has a number {cost}; there are time, {names}",
-                    cost=self._cost,
-                    names=", ".join(names),
-                )
+            raise TrialsError.because(
+                "no trial has a number {cost}; there are time, {names}",
+                cost=self._cost,
+                names=", ".join(names),
             )
         self._failure = _FAILURE * max(numbers)
         return True

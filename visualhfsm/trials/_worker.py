@@ -21,7 +21,6 @@ from typing import Final
 
 import msgspec
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm._base.errors import VisualHfsmError
@@ -150,12 +149,8 @@ def _keep(part: Path, recording: Path) -> None:
     try:
         part.replace(recording)
     except OSError as error:
-        raise TrialsError(
-            Message(
-                "{target}: the recording cannot be kept: {reason}",
-                target=str(recording),
-                reason=reason(error),
-            )
+        raise TrialsError.because(
+            "{target}: the recording cannot be kept: {reason}", target=str(recording), reason=reason(error)
         ) from error
 
 

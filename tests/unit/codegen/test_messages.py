@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.messages import NO_MESSAGE, Message, Value, all_of, any_of, joined, number
+from codegen.messages import NO_MESSAGE, Message, Value, all_of, any_of, joined, number, template
 from tests.support.any_text import any_text
 from tests.support.processes import REPOSITORY
 
@@ -151,6 +151,13 @@ def test_a_missing_value_is_found_where_the_message_is_made() -> None:
         Message("{name} does not exist", state="a")
 
 
+def test_a_template_without_values_takes_them_later() -> None:
+    found = template("{state} waits for {event}, {state} alone")
+    assert found == "… waits for …, … alone"
+    assert found.again({"state": "a", "event": "b"}) == "a waits for b, a alone"
+    assert template("no values") == "no values"
+
+
 @given(st.lists(st.text(string.ascii_letters), min_size=1, max_size=5))
 def test_lists_end_with_their_word(items: list[str]) -> None:
     *others, last = items
@@ -176,9 +183,10 @@ def test_templates_are_literals_so_that_they_are_found() -> None:
         f"{path.relative_to(REPOSITORY)}:{call.lineno}"
         for folder in ("codegen", "visualhfsm")
         for path in (REPOSITORY / folder).rglob("*.py")
-        if "Message" in (text := path.read_text("utf-8"))
-        for call in ast.walk(ast.parse(text))
-        if isinstance(call, ast.Call) and ast.unparse(call.func) in ("Message", "Message.counted")
+        for call in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(call, ast.Call)
+        if ast.unparse(call.func).rpartition(".")[2] in ("Message", "counted", "template", "because")
         if not all(isinstance(each, ast.Constant) and each.value for each in call.args)
+        if ast.unparse(call) != "Message(template, **values)"  # `because`, whose own callers are looked at
     ]
     assert computed == []

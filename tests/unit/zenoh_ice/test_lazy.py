@@ -9,7 +9,7 @@ import pytest
 
 from zenoh_ice.lazy import import_on_use
 
-LOAD = import_on_use("json", {"JSONDecoder": ".decoder", "Decimal": "decimal", "Renamed": ".decoder"})
+LOAD, COMPLETE = import_on_use("json", {".decoder": "JSONDecoder Renamed", "decimal": "Decimal"})
 
 
 def test_a_name_is_found_in_a_module_of_the_package_and_of_another() -> None:
@@ -25,3 +25,7 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
 def test_a_name_that_its_module_lacks_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match=r"json\.decoder"):
         LOAD("Renamed")
+
+
+def test_the_names_are_offered_beside_those_that_are_there() -> None:
+    assert {"JSONDecoder", "Renamed", "Decimal", "dumps", "__name__"} <= {*COMPLETE()}

@@ -86,9 +86,7 @@ def with_code(document: Document, place: Place, code: str) -> Document:
         case "automaton", "variables" | "functions" as part:
             command = SetAutomatonCode(**where, part=part, text=code)
         case _:
-            raise VisualHfsmError(
-                Message(
-                    "there is no code in the {part} of a {kind}", part=place.part or "whole", kind=place.kind
-                )
+            raise VisualHfsmError.because(
+                "there is no code in the {part} of a {kind}", part=place.part or "whole", kind=place.kind
             )
     return command.apply(document)

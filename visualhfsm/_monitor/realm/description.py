@@ -281,19 +281,17 @@ class DescriptionMonitor:
 
 def _decode(text: str, part: type[P], what: Message) -> P:
     if len(text) > LARGEST_TEXT:
-        raise VisualHfsmError(
-            Message(
-                "the robot's {what} has {count} MB, and at most {limit} are read",
-                what=what,
-                count=len(text) >> 20,
-                limit=LARGEST_TEXT >> 20,
-            )
+        raise VisualHfsmError.because(
+            "the robot's {what} has {count} MB, and at most {limit} are read",
+            what=what,
+            count=len(text) >> 20,
+            limit=LARGEST_TEXT >> 20,
         )
     try:
         return typed.from_json(text, part)
     except (msgspec.MsgspecError, RecursionError) as error:
-        raise VisualHfsmError(
-            Message("the robot's {what} cannot be read: {reason}", what=what, reason=reason(error))
+        raise VisualHfsmError.because(
+            "the robot's {what} cannot be read: {reason}", what=what, reason=reason(error)
         ) from error
 
 
@@ -306,11 +304,8 @@ def _tree(body: _Body) -> dict[str, dict[str, Any]]:
     for name in names[1:]:
         joint = by_child.get(name)
         if joint is None or joint.parent not in tree or name in tree:
-            raise VisualHfsmError(
-                Message(
-                    "the robot's body has no joint that carries {name} after another link",
-                    name=printable(name),
-                )
+            raise VisualHfsmError.because(
+                "the robot's body has no joint that carries {name} after another link", name=printable(name)
             )
         w, x, y, z = joint.turn
         link: dict[str, Any] = {"name": name, "parent": joint.parent, "origin": joint.origin}
@@ -320,8 +315,8 @@ def _tree(body: _Body) -> dict[str, dict[str, Any]]:
             link |= {"joint": joint.name, "axis": joint.axis} | ({"sliding": True} if joint.sliding else {})
         tree[name] = link
     if missing := next((sole.link for sole in body.soles if sole.link not in tree), None):
-        raise VisualHfsmError(
-            Message("the robot's body has no link {missing}, which a sole names", missing=printable(missing))
+        raise VisualHfsmError.because(
+            "the robot's body has no link {missing}, which a sole names", missing=printable(missing)
         )
     return tree
 
@@ -330,26 +325,26 @@ def _check_looks(looks: _Looks, links: Mapping[str, object]) -> None:
     """Raise VisualHfsmError unless there are the links, meshes and vertices that shapes and meshes use."""
     for shape in looks.shapes:
         if shape.link not in links:
-            raise VisualHfsmError(
-                Message("there is no link {link}, to which a shape belongs", link=printable(shape.link))
+            raise VisualHfsmError.because(
+                "there is no link {link}, to which a shape belongs", link=printable(shape.link)
             )
         if shape.kind == "mesh" and shape.mesh >= len(looks.meshes):
-            raise VisualHfsmError(
-                Message("there is no mesh {mesh}, of {count}", mesh=shape.mesh, count=len(looks.meshes))
+            raise VisualHfsmError.because(
+                "there is no mesh {mesh}, of {count}", mesh=shape.mesh, count=len(looks.meshes)
             )
     for number, mesh in enumerate(looks.meshes):
         try:
             vertices = base64.b64decode(mesh.vertices, validate=True)
             packed = base64.b64decode(mesh.indices, validate=True)
         except (binascii.Error, ValueError) as error:
-            raise VisualHfsmError(
-                Message("mesh {number} is not base64: {reason}", number=number, reason=reason(error))
+            raise VisualHfsmError.because(
+                "mesh {number} is not base64: {reason}", number=number, reason=reason(error)
             ) from error
         if len(vertices) % 6 or len(packed) % 6:
-            raise VisualHfsmError(Message("mesh {number} does not consist of triangles", number=number))
+            raise VisualHfsmError.because("mesh {number} does not consist of triangles", number=number)
         indices = struct.unpack(f"<{len(packed) // 2}H", packed)
         if max(indices, default=-1) >= len(vertices) // 6:
-            raise VisualHfsmError(Message("mesh {number} uses a vertex that it lacks", number=number))
+            raise VisualHfsmError.because("mesh {number} uses a vertex that it lacks", number=number)
 
 
 def _looks_of_nao(body: _Body) -> _Looks | None:

@@ -14,15 +14,13 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from codegen.messages import Message, joined, number
+from codegen.messages import Message, joined, number, template
 from codegen.reasons import known_text
 from interfaces.hfsm import Explanation
 from visualhfsm._monitor.realm.robot_texts import OF_ROBOTS, STANCES
 
 __all__ = ["heard", "heard_explanation"]
 
-_A: Final = "\N{HORIZONTAL ELLIPSIS}"
-"""A value of a template that stands for any text."""
 _BETWEEN: Final = re.compile(r"(?<=\.) (?=[^\W\d])")
 """Where one sentence follows another."""
 _MEMBERS: Final = re.compile(r"(.+) (\(\w+='[^']*'\))", re.DOTALL)
@@ -36,111 +34,76 @@ _WHY_NOT: Final = (
     Message("the state is final: no transition is tried"),
     Message("it is forced, and fires in the next cycle"),
     Message("it is not tried before the entry code of the state has run to its end"),
-    Message("its time comes after {seconds} s more in the state", seconds=_A),
+    template("its time comes after {seconds} s more in the state"),
     Message("its time has come: it fires in the next cycle"),
-    Message("it was not tried: {name}, which comes first, fired", name=_A),
-    Message("the event {event} waits in the queue for the next cycle", event=_A),
-    Message("no event {event} has come since the state was entered", event=_A),
+    template("it was not tried: {name}, which comes first, fired"),
+    template("the event {event} waits in the queue for the next cycle"),
+    template("no event {event} has come since the state was entered"),
     Message("its guard has not been evaluated since the state was entered"),
     Message("the state owns no automaton that could finish: it never fires"),
     Message("all automata of the state have finished: it fires in the next cycle"),
-    Message("not all automata of the state have finished: {parts}", parts=_A),
-    Message("{reason}; now {values}", reason=_A, values=_A),
-    Message("{guard} was true when it was evaluated {seconds} s ago", guard=_A, seconds=_A),
-    Message("{guard} was false when it was evaluated {seconds} s ago", guard=_A, seconds=_A),
-    Message(
-        "{guard} was true though its time has come, when it was evaluated {seconds} s ago",
-        guard=_A,
-        seconds=_A,
-    ),
-    Message(
-        "{guard} was false though its time has come, when it was evaluated {seconds} s ago",
-        guard=_A,
-        seconds=_A,
-    ),
-    Message("{guard} was true when {event} came {seconds} s ago", guard=_A, event=_A, seconds=_A),
-    Message("{guard} was false when {event} came {seconds} s ago", guard=_A, event=_A, seconds=_A),
+    template("not all automata of the state have finished: {parts}"),
+    template("{reason}; now {values}"),
+    template("{guard} was true when it was evaluated {seconds} s ago"),
+    template("{guard} was false when it was evaluated {seconds} s ago"),
+    template("{guard} was true though its time has come, when it was evaluated {seconds} s ago"),
+    template("{guard} was false though its time has come, when it was evaluated {seconds} s ago"),
+    template("{guard} was true when {event} came {seconds} s ago"),
+    template("{guard} was false when {event} came {seconds} s ago"),
 )
 """What `hfsm_runtime/debugger/_explanation.py` says of a transition."""
-_GUARD: Final = (Message("its guard"), Message("its guard `{condition}`", condition=_A))
+_GUARD: Final = (Message("its guard"), template("its guard `{condition}`"))
 
 _WHERE: Final = (
     Message("The component is paused."),
-    Message("{automaton} has not run yet: {why}.", automaton=_A, why=_A),
-    Message("{automaton} is a ghost in {state}: {why}.", automaton=_A, state=_A, why=_A),
-    Message("It has been active there for {seconds} s.", seconds=_A),
-    Message(
-        "{automaton} has finished in {state}, entered by {transition}.",
-        automaton=_A,
-        state=_A,
-        transition=_A,
-    ),
-    Message("{automaton} has finished in {state}.", automaton=_A, state=_A),
-    Message(
-        "{automaton} has been in {state} for {seconds} s, entered by {transition}.",
-        automaton=_A,
-        state=_A,
-        seconds=_A,
-        transition=_A,
-    ),
-    Message("{automaton} has been in {state} for {seconds} s.", automaton=_A, state=_A, seconds=_A),
+    template("{automaton} has not run yet: {why}."),
+    template("{automaton} is a ghost in {state}: {why}."),
+    template("It has been active there for {seconds} s."),
+    template("{automaton} has finished in {state}, entered by {transition}."),
+    template("{automaton} has finished in {state}."),
+    template("{automaton} has been in {state} for {seconds} s, entered by {transition}."),
+    template("{automaton} has been in {state} for {seconds} s."),
     Message("No transition leaves the state."),
-    Message("{automaton} has not completed the entry of {state}", automaton=_A, state=_A),
-    Message("{automaton} is in {state}, not in {other}", automaton=_A, state=_A, other=_A),
+    template("{automaton} has not completed the entry of {state}"),
+    template("{automaton} is in {state}, not in {other}"),
     Message("the component has not started"),
-    Message("Waiting events: {count} ({events}).", count=_A, events=_A),
-    Message(
-        "Events dropped: {count}, the last one ({event}) {seconds} s ago: {why}.",
-        count=_A,
-        event=_A,
-        seconds=_A,
-        why=_A,
-    ),
+    template("Waiting events: {count} ({events})."),
+    template("Events dropped: {count}, the last one ({event}) {seconds} s ago: {why}."),
     Message("no transition out of the current state used it"),
     Message("the automaton became a ghost before its turn"),
     Message("the automaton has finished"),
-    Message("more than {count} events waited", count=_A),
+    template("more than {count} events waited"),
 )
 """What it says of an automaton."""
 
-_IN_STATE: Final = (Message("{automaton} is in {state}", automaton=_A, state=_A),)
+_IN_STATE: Final = (template("{automaton} is in {state}"),)
 
 _ERRORS: Final = (
-    Message(
-        "still in a cycle 1 s after {automaton} left the state {state}: its code must not block, and others "
-        "drive the robot with it until it ends",
-        automaton=_A,
-        state=_A,
+    template(
+        "still in a cycle 1 s after {automaton} left the state {state}: its code must not block, and "
+        "others drive the robot with it until it ends"
     ),
-    Message("the event {event} is dropped: more than {count} events waited", event=_A, count=_A),
-    Message("the condition {condition} has no value: {reason}", condition=_A, reason=_A),
-    Message("there is no automaton {id}: there are {others}", id=_A, others=_A),
-    Message("the component is {status}: pause it first", status=_A),
-    Message(
-        "the server of {servant} is offline (connecting to {addresses}); calls continue when it is back",
-        servant=_A,
-        addresses=_A,
+    template("the event {event} is dropped: more than {count} events waited"),
+    template("the condition {condition} has no value: {reason}"),
+    template("there is no automaton {id}: there are {others}"),
+    template("the component is {status}: pause it first"),
+    template(
+        "the server of {servant} is offline (connecting to {addresses}); calls continue when it is back"
     ),
-    Message("the server of {servant} is offline; calls continue when it is back", servant=_A),
-    Message("no servant {servant} in realm {realm}; there is {others}", servant=_A, realm=_A, others=_A),
-    Message(
-        "no servant {servant} in realm {realm}; the realm has no servants: is --realm right?",
-        servant=_A,
-        realm=_A,
+    template("the server of {servant} is offline; calls continue when it is back"),
+    template("no servant {servant} in realm {realm}; there is {others}"),
+    template("no servant {servant} in realm {realm}; the realm has no servants: is --realm right?"),
+    template("{call} did not answer within {seconds} s"),
+    template("{call}: the server restarted during the call"),
+    template("{call}: the connection was lost during the call"),
+    template("{call}: its servant started during the call, and missed it"),
+    template("{call} got no answer, and its process does not answer either"),
+    template("{call}: {count} calls are already waiting; this one was not executed"),
+    template(
+        "{call} was not executed: {servant} exists, but access control does not let this component call "
+        "it; `security` in its settings, and in those of the router, says who may"
     ),
-    Message("{call} did not answer within {seconds} s", call=_A, seconds=_A),
-    Message("{call}: the server restarted during the call", call=_A),
-    Message("{call}: the connection was lost during the call", call=_A),
-    Message("{call}: its servant started during the call, and missed it", call=_A),
-    Message("{call} got no answer, and its process does not answer either", call=_A),
-    Message("{call}: {count} calls are already waiting; this one was not executed", call=_A, count=_A),
-    Message(
-        "{call} was not executed: {servant} exists, but access control does not let this component call it; "
-        "`security` in its settings, and in those of the router, says who may",
-        call=_A,
-        servant=_A,
-    ),
-    Message("no new sample of {stream} within {seconds} s", stream=_A, seconds=_A),
+    template("no new sample of {stream} within {seconds} s"),
 )
 """What `hfsm_runtime` says of an automaton, and `zenoh_ice` of a server."""
 

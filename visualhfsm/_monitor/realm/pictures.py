@@ -8,7 +8,6 @@ from collections import deque
 from collections.abc import Iterable
 from typing import Final, TypeVar
 
-from codegen.messages import Message
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 
 T = TypeVar("T")
@@ -75,13 +74,11 @@ def encode_jpeg(width: int, height: int, pixels: bytes) -> bytes:
     from PIL import Image
 
     if not (0 < width <= _LARGEST_SIDE and 0 < height <= _LARGEST_SIDE) or len(pixels) != width * height * 3:
-        raise VisualHfsmError(
-            Message(
-                "an image of {width} x {height} has {count} bytes, not 3 for each pixel",
-                width=width,
-                height=height,
-                count=len(pixels),
-            )
+        raise VisualHfsmError.because(
+            "an image of {width} x {height} has {count} bytes, not 3 for each pixel",
+            width=width,
+            height=height,
+            count=len(pixels),
         )
     buffer = io.BytesIO()
     Image.frombuffer("RGB", (width, height), pixels, "raw", "RGB", 0, 1).save(

@@ -51,19 +51,17 @@ def find_component(communicator: Communicator, wait: float) -> str:
     while not (found := components(communicator)):
         if time.monotonic() >= deadline:
             endpoints = ", ".join(communicator.settings.connect)
-            raise VisualHfsmError(
-                Message(
-                    "no component runs in realm {realm} at {endpoints}; start one, such as: python "
-                    "behaviors/follow_ball.py; naoserver-sim starts the robot for it",
-                    realm=communicator.realm,
-                    endpoints=endpoints,
-                )
+            raise VisualHfsmError.because(
+                "no component runs in realm {realm} at {endpoints}; start one, such as: python "
+                "behaviors/follow_ball.py; naoserver-sim starts the robot for it",
+                realm=communicator.realm,
+                endpoints=endpoints,
             )
         time.sleep(_PERIOD)
     time.sleep(_DISCOVERY_TIME)
     found = components(communicator) or found
     if len(found) > 1:
-        raise VisualHfsmError(Message("several components run; name one of {found}", found=", ".join(found)))
+        raise VisualHfsmError.because("several components run; name one of {found}", found=", ".join(found))
     return found[0]
 
 
@@ -108,13 +106,11 @@ def missing_component(communicator: Communicator, name: str, wait: float = 0.0) 
         return None
     shown = printable(name)[:100]
     hint = Message("start it, such as: python {name}.py", name=shown)
-    return VisualHfsmError(
-        Message(
-            "no component {name} runs in realm {realm}; {hint}",
-            name=shown,
-            realm=communicator.realm,
-            hint=did_you_mean(name, found) if found else hint,
-        )
+    return VisualHfsmError.because(
+        "no component {name} runs in realm {realm}; {hint}",
+        name=shown,
+        realm=communicator.realm,
+        hint=did_you_mean(name, found) if found else hint,
     )
 
 
@@ -127,10 +123,8 @@ def refusals(component: str) -> Iterator[None]:
         raise VisualHfsmError(heard(printable(error.what))) from error
     except ReloadRefused as error:
         reason = printable(error.reason)
-        raise VisualHfsmError(
-            Message(
-                "not reloaded, {component} runs on as it was: {reason}", component=component, reason=reason
-            )
+        raise VisualHfsmError.because(
+            "not reloaded, {component} runs on as it was: {reason}", component=component, reason=reason
         ) from error
 
 

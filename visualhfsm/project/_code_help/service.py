@@ -10,7 +10,6 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document, Text
-from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.languages import decode_message
@@ -95,14 +94,10 @@ class CodeHelp:
         try:
             line = process.ask(msgspec.json.encode(question), patience)
         except UnicodeEncodeError as error:
-            raise VisualHfsmError(
-                Message("no help with this code: {reason}", reason=reason(error))
-            ) from error
+            raise VisualHfsmError.because("no help with this code: {reason}", reason=reason(error)) from error
         except NoAnswerError as error:
             self._warm.discard(process)
-            raise VisualHfsmError(
-                Message("no help with this code: {reason}", reason=reason(error))
-            ) from error
+            raise VisualHfsmError.because("no help with this code: {reason}", reason=reason(error)) from error
         self._warm.add(process)
         if question.wanted == "lint":
             return typed.from_json(line, list[Problem], dec_hook=decode_message)

@@ -131,7 +131,7 @@ class Shelves:
         """
         found = self._look().get(id)
         if found is None:
-            raise MissingError(Message("{id} is not on the shelf", id=printable(id)[:100]))
+            raise MissingError.because("{id} is not on the shelf", id=printable(id)[:100])
         if found.shown.trouble:
             what = Message("Cannot draw {title}", title=found.shown.title)
             raise EditError(what, found.shown.trouble, Message("fix {file}", file=found.shown.path))

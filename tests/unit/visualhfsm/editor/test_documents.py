@@ -12,8 +12,8 @@ from typing import Any
 from tests.support.editor import no_services
 from tests.support.limits import FOREVER, RUN_LIMIT
 from visualhfsm import Closed, Event, Opened, Project
-from visualhfsm._editor import documents
 from visualhfsm._editor import protocol as p
+from visualhfsm._editor.handlers import HANDLERS
 from visualhfsm._editor.limits import Limits
 from visualhfsm._editor.workspace import Workspace
 
@@ -49,6 +49,10 @@ async def give_up(workspace: Workspace, work: Awaitable[object], when: type[Even
     unsubscribe()
 
 
+def ask(workspace: Workspace, request: p.Request) -> Awaitable[object]:
+    return HANDLERS[type(request)].handle(workspace, WINDOW, request)
+
+
 async def until(condition: Callable[[], bool]) -> None:
     while not condition():
         await asyncio.sleep(0.01)
@@ -56,8 +60,8 @@ async def until(condition: Callable[[], bool]) -> None:
 
 def test_a_document_is_closed_with_its_tab_though_its_window_is_closed(tmp_path: Path) -> None:
     async def test(workspace: Workspace) -> None:
-        await documents.new(workspace, WINDOW, p.New(id=1, template="empty"))
-        close = documents.close(workspace, WINDOW, p.Close(id=2, tab=1))
+        await ask(workspace, p.New(id=1, template="empty"))
+        close = ask(workspace, p.Close(id=2, tab=1))
         await give_up(workspace, close, Closed)
         await until(lambda: not workspace.tabs)
 
@@ -66,7 +70,7 @@ def test_a_document_is_closed_with_its_tab_though_its_window_is_closed(tmp_path:
 
 def test_a_new_document_gets_a_tab_though_its_window_is_closed(tmp_path: Path) -> None:
     async def test(workspace: Workspace) -> None:
-        new = documents.new(workspace, WINDOW, p.New(id=1, template="empty"))
+        new = ask(workspace, p.New(id=1, template="empty"))
         await give_up(workspace, new, Opened)
         await until(lambda: len(workspace.tabs) == 1)
 
@@ -76,7 +80,7 @@ def test_a_new_document_gets_a_tab_though_its_window_is_closed(tmp_path: Path) -
 def test_what_cannot_be_closed_at_the_end_keeps_nothing_else_open(tmp_path: Path) -> None:
     async def test(workspace: Workspace) -> None:
         for _ in range(2):
-            await documents.new(workspace, WINDOW, p.New(id=1, template="empty"))
+            await ask(workspace, p.New(id=1, template="empty"))
         workspace.tabs.get(1).document.close()  # not by the page
 
     run(tmp_path, test)

@@ -775,8 +775,8 @@ export interface Requests {
   close: {tab: number; discard?: boolean};
   /** Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0. */
   codeHelp: {
-    wanted: "complete" | "explain" | "lint" | "signature";
     tab: number;
+    wanted: "complete" | "explain" | "lint" | "signature";
     place: Place;
     code: string;
     line?: number;
