@@ -39,6 +39,7 @@ _REFUSED: Final = (
     Message("{joint} is not reached: {reason}; command other joints", joint=_A, reason=_A),
     Message("the robot is not connected: it says nothing"),
     Message("the robot is not connected: it plays nothing"),
+    Message("{joint} keeps the robot upright: use postures or motions, or make its legs limp", joint=_A),
     Message("{joint} is moved by the walk now: stop it first", joint=_A),
     Message("{joint} is moved by the way into a posture now: stop it first", joint=_A),
     Message("{joint} is moved by the motion {name} now: stop it first", joint=_A, name=_A),
@@ -102,6 +103,7 @@ _VALUES: Final = (
 _UNABLE: Final = (
     Message("the robot cannot walk: {reason}", reason=_A),
     Message("the robot cannot drive: {reason}", reason=_A),
+    Message("it does not get on: a wall, an edge, a slope or a push holds it back"),
     Message("it lies, or it falls; make it stand up first"),
     Message("it does not stand on its feet"),
     Message("its legs are limp; make them stiff, {value} at least", value=_A),
@@ -242,6 +244,7 @@ _EVENTS: Final = (
     ),
     Message("the motion {name} ended: {reason}", name=_A, reason=_A),
     Message("the posture {name} ended: {reason}", name=_A, reason=_A),
+    Message("limited to 0 until it is stopped: {reason}", reason=_A),
     Message("the robot ended the walk: {reason}", reason=_A),
     Message("lost the robot: {reason}; trying to find it again", reason=_A),
     Message("the robot is still lost: {reason}", reason=_A),
