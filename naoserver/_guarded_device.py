@@ -96,6 +96,8 @@ class GuardedDevice:
         self._closed = False
         self.claims: Final = Claims()
         """The joints of running actions: only their owners may command them."""
+        self.balancing: Callable[[], Iterable[str]] = tuple
+        """Return the joints by which the robot keeps its balance now: only motions and postures move them."""
         self._index = {joint.name: index for index, joint in enumerate(device.joints)}
 
     def facts(self, joint: str) -> JointFacts:
@@ -133,6 +135,8 @@ class GuardedDevice:
         def command(reading: JointReading) -> Outcome:
             self.gate.require(client, begun=bool(owner))
             self.claims.check(targets, owner)
+            if not owner:
+                self._require_spare(targets)
             _require_reached(targets, reading)
             sender = "" if owner else client
             return self._safety.move(targets, speeds, reading, sender, full_speed=bool(owner))
@@ -149,6 +153,7 @@ class GuardedDevice:
         def command(reading: JointReading) -> Outcome:
             self.gate.require(client)
             self.claims.check(velocities)
+            self._require_spare(velocities)
             _require_reached(velocities, reading)
             return self._safety.drive(velocities, reading, client, now)
 
@@ -227,6 +232,13 @@ class GuardedDevice:
             joints = [name for name in self._index if name not in left]
             self._apply(self._safety.hold(joints, self.read()))
             self._closed = True
+
+    def _require_spare(self, joints: Iterable[str]) -> None:
+        """Raise InvalidCommand if the robot balances by one of the joints: moved alone, it would fall."""
+        for joint in sorted(set(self.balancing()).intersection(joints)):
+            raise InvalidCommand(
+                joint, f"{joint} keeps the robot upright: use postures or motions, or make its legs limp"
+            )
 
     def _obey(self, command: Callable[[JointReading], Outcome]) -> Outcome:
         with self._lock:

@@ -35,6 +35,8 @@ class _Drive:
     value: float
     client: str
     deadline: float
+    renewed: bool
+    """Whether its client renews it, not the server."""
 
 
 class WalkGuard:
@@ -42,7 +44,8 @@ class WalkGuard:
 
     The velocities forwards, to the left and of the turn are commanded, and stop, independently. During the
     walk, the joints of `walker` belong to it. The gate of `body` accepts or refuses each command, but never
-    refuses a stop.
+    refuses a stop. When the robot itself ends the walk on its feet, velocities of the clients that renewed
+    it are limited to 0 until a stop or a pause.
     """
 
     def __init__(self, walker: Walker, body: GuardedDevice, options: SafetyOptions) -> None:
@@ -57,11 +60,13 @@ class WalkGuard:
         """Return the commanded velocity, after limiting."""
         self._walker = walker
         self._body = body
+        body.balancing = lambda: walker.joints if walker.balances else ()
         self._events = body.events
         self._options = options
         self._highest: dict[str, float] = asdict(walker.limits)
         self._lock = threading.Lock()
         self._drives: dict[str, _Drive] = {}
+        self._ended: dict[str, float] = {}  # clients that have not let go, and when they last tried
         self._closed = False
 
     def drive(
@@ -78,6 +83,7 @@ class WalkGuard:
         nothing.
         """
         limitations = []
+        self._look_for_end()
         with self._lock:
             if after is not None and (commanded := self._walker.commanded()) != after:
                 if commanded == STILL and self._walker.ended:
@@ -85,6 +91,9 @@ class WalkGuard:
                 raise InvalidCommand("walk", "the walk was stopped, or walks by another command now")
             if any(velocities.values()):  # everybody may stop it
                 self._body.gate.require(client)
+                if self._clings(client):
+                    velocities = dict.fromkeys(velocities, 0.0)
+                    limitations.append((_SOURCE, f"limited to 0 until it is stopped: {self._walker.ended}"))
             drives = dict(self._drives)
             # The server itself renews its commands: only a stall of the machine delays that.
             timeout = self._options.velocity_timeout * (1 if after is None else 4)
@@ -101,7 +110,7 @@ class WalkGuard:
                     limitations.append((_SOURCE, reason))
                 drives.pop(kind, None)
                 if safe:
-                    drives[kind] = _Drive(safe, client, deadline)
+                    drives[kind] = _Drive(safe, client, deadline, renewed=after is None)
             if not self._closed:
                 self._command(drives)
         self._events.add_limited(limitations)
@@ -111,6 +120,7 @@ class WalkGuard:
     def stop(self) -> None:
         """End the walk; on both feet, if it has feet."""
         with self._lock:
+            self._ended = {}
             self._command({})
 
     def moves_for(self, client: str) -> bool:
@@ -128,6 +138,7 @@ class WalkGuard:
 
     def watch(self) -> float | None:
         """Stop expired velocities; return the wall seconds until the next check, None while it rests."""
+        self._look_for_end()
         now = self._events.wall_time()
         stopped = self._stop_where(lambda drive: now >= drive.deadline)
         if stopped:
@@ -136,16 +147,8 @@ class WalkGuard:
             self._events.add(Severity.Warning, _SOURCE, message, "timeout")
         with self._lock:
             walking = self._walker.walking
-            given_up = bool(self._drives) and not walking
-            if given_up:
-                # One that the robot has not taken yet would begin a walk that nobody watches.
-                self._command({})
             if not walking:
                 self._body.free(WALK)  # its joints are to stay where they are now
-        if given_up:
-            reason = self._walker.ended or "it fell, its motors became limp, or it was moved"
-            message = f"the robot ended the walk: {reason}"
-            self._events.add(Severity.Error, _SOURCE, message, "ended")
         return self._options.period if walking else None
 
     def close(self) -> None:
@@ -154,6 +157,32 @@ class WalkGuard:
             if not self._closed:
                 self._command({})
                 self._closed = True
+
+    def _look_for_end(self) -> None:
+        """Report it when the robot has ended the walk."""
+        with self._lock:
+            ended = bool(self._drives) and self._walker.commanded() == STILL
+            if ended:
+                if self._walker.walking:  # it is still on its feet
+                    now = self._events.wall_time()
+                    self._ended = {drive.client: now for drive in self._drives.values() if drive.renewed}
+                # One that the robot has not taken yet would begin a walk that nobody watches.
+                self._command({})
+        if ended:
+            reason = self._walker.ended or "it fell, its motors became limp, or it was moved"
+            self._events.add(Severity.Error, _SOURCE, f"the robot ended the walk: {reason}", "ended")
+
+    def let_go(self, client: str) -> None:
+        """Let a client walk again after a walk that the robot has ended."""
+        self._ended.pop(client, None)
+
+    def _clings(self, client: str) -> bool:
+        """Return whether a client goes on with a walk that the robot has ended."""
+        now = self._events.wall_time()
+        clings = now - self._ended.pop(client, -math.inf) < self._options.velocity_timeout
+        if clings:
+            self._ended[client] = now
+        return clings
 
     def _stop_where(self, condition: Callable[[_Drive], bool]) -> list[str]:
         """Stop the velocities that meet a condition; return their kinds."""
@@ -224,6 +253,7 @@ class WalkTo:
 
         Raises InvalidCommand when the robot cannot walk now, CommandRefused when the client may not command.
         """
+        self._guard.let_go(client)
         with self._lock:
             self._drive(way, client, None)
             self._way = way

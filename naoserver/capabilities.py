@@ -76,6 +76,10 @@ class Walker(Protocol):
     def walking(self) -> bool:
         """Whether it moves its joints: from a command until it stands again."""
 
+    @property
+    def balances(self) -> bool:
+        """Whether it keeps a robot upright that stands: its joints then obey motions and postures only."""
+
     def odometry(self) -> Odometry:
         """Return where the robot believes it is, according to its joints and its inertial unit."""
 

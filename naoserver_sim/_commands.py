@@ -9,12 +9,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
+from naoserver_sim._headway import Headway
 from naoserver_sim._simulator import Simulator
 
 _SLOWEST_WALK: Final = 1e-3
 """Velocity in m/s and rad/s below which a robot does not move."""
+STUCK: Final = "it does not get on: a wall, an edge, a slope or a push holds it back"
 
 
 class CommandedWay(ABC):
@@ -25,6 +27,7 @@ class CommandedWay(ABC):
     """
 
     lag: float = 0.0
+    balances: bool = False
 
     def __init__(self, simulator: Simulator, does: str = "walk") -> None:
         self._simulator = simulator
@@ -33,6 +36,7 @@ class CommandedWay(ABC):
         self._newest = self._commanded = STILL
         self._velocity = STILL
         """The velocity that it follows; for the thread of the physics only."""
+        self._headway = Headway()
 
     @property
     @abstractmethod
@@ -67,6 +71,13 @@ class CommandedWay(ABC):
     def _followed(self, velocity: WalkVelocity) -> WalkVelocity:
         """Return the velocity that it has to follow to reach a commanded one."""
         return velocity
+
+    def _look(self, seconds: float, velocity: WalkVelocity, now: Odometry) -> None:
+        """End a motion at a velocity that does not get on; `now` is the place at the end of some seconds."""
+        if velocity == STILL:
+            self._headway.begin()
+        elif not self._headway.tick(seconds, velocity, now):
+            self._end(STUCK)
 
     def _end(self, why: str) -> None:
         """Follow no command any more."""

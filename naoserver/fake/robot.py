@@ -156,6 +156,7 @@ class FakeWalker:
 
     ended = ""
     lag = 0.0
+    balances = False
 
     def __init__(self, clock: Clock, joints: tuple[str, ...], limits: WalkVelocity = LIMITS) -> None:
         self.joints: Final = joints

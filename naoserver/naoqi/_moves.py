@@ -56,6 +56,7 @@ class NaoqiWalker:
         self.limits = gait_limits(_USUAL)
         self._commanded = STILL
         self.walking = False  # according to NAOqi
+        self.balances: Final = False
         self._sent = 0.0  # when the newest command was given
         self._still_since: float | None = None
         self._stopping = False  # the walk was stopped, and the robot has not come to a stand since

@@ -52,6 +52,10 @@ _LATER: Final = 0.01
 """Seconds by which a step becomes longer at a tick."""
 _LONGEST_STEP: Final = 1.25
 """Longest step as a multiple of the usual one."""
+_BLOCKED: Final = 0.045
+"""Distance in m before its target at which a foot lands that has met something."""
+_THROWN: Final = 0.13
+"""Distance in m before its usual place at which a foot catches a body that is held back."""
 _CALM: Final = 0.05
 """Distance in m from its usual place at which a step counts as calm."""
 _CALM_STEPS: Final = 3
@@ -98,6 +102,8 @@ class _Step:
     begin: Foot
     """The swinging foot at the beginning."""
     time: float = 0.0
+    usual: complex = 0j
+    """Where the foot would end in an undisturbed walk."""
     target: complex | None = None
     deviation: float = 0.0
     """Distance in m of the target from its usual place."""
@@ -120,6 +126,8 @@ class Steps:
         """Where the zero moment point has to be."""
         self.count = 0
         """Number of steps that have ended."""
+        self.held_back = False
+        """Whether something kept the last one from its way."""
         self.feet = [Foot(0.5j * footsteps.width, 0.0), Foot(-0.5j * footsteps.width, 0.0)]
         """Left and right foot."""
         self._step: _Step | None = None
@@ -261,9 +269,14 @@ class Steps:
         """Let the swinging foot bear the robot, and begin the next step or end the walk."""
         landed = 1 - self.support
         place, heading = self._locate(landed)
-        before = self.feet[landed].heading
+        before, planned = self.feet[landed].heading, self.feet[landed].place
         self.feet[landed] = Foot(place, before + math.remainder(heading - before, math.tau))
         self.count += 1
+        way = step.stride * cmath.rect(1.0, self.feet[self.support].heading)
+        short, missed = (_along(way, wanted - place) for wanted in (step.usual, planned))
+        self.held_back = short > _THROWN or missed > _BLOCKED
+        if self.held_back:
+            self._path = Foot(self.middle, self.heading)  # it makes up for nothing
         self._stopping = self._stopping + 1 if velocity == STILL else 0
         calm = self._velocity == velocity == STILL and step.deviation < _CALM
         self._calm = self._calm + 1 if calm else 0
@@ -281,7 +294,7 @@ class Steps:
         swing = 1 - self.support
         ahead, then = cmath.rect(1.0, support.heading), cmath.rect(1.0, step.heading)
         half_width = 0.5j * self._outwards(swing) * self._footsteps.width
-        usual = support.place + (half_width + step.stride) * ahead + half_width * then
+        usual = step.usual = support.place + (half_width + step.stride) * ahead + half_width * then
         offset = self._offset(swing, step.stride) * then
         old = step.begin.place
         planned = step.pendulum.start(usual + offset, step.time, old, support.place)
@@ -334,6 +347,11 @@ class Steps:
         foot.place = begin.place + eased * (step.target - begin.place)
         foot.heading = begin.heading + eased * (step.heading - begin.heading)
         foot.height = self._footsteps.lift * 16.0 * passed**2 * (1.0 - passed) ** 2
+
+
+def _along(way: complex, distance: complex) -> float:
+    """Return the part of a distance that leads along a way."""
+    return (distance * way.conjugate()).real / max(abs(way), 1e-9)
 
 
 def _limited(value: float, most: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from naoserver.capabilities import STILL, Odometry
 from naoserver.footsteps import Footsteps
-from naoserver_sim._commands import CommandedWay
+from naoserver_sim._commands import STUCK, CommandedWay
 from naoserver_sim._footsteps.arms import ArmSwing
 from naoserver_sim._footsteps.estimator import Estimator
 from naoserver_sim._footsteps.forces import SupportTorques
@@ -135,8 +135,12 @@ class FootstepWalker(CommandedWay):
         if hindrance:
             self._lose(hindrance)
             return
+        stepping = self._steps.phase is Phase.STEPPING
+        velocity = self._footsteps.possible(self._commanded) if stepping else STILL
+        self._look(seconds, velocity, self.odometry())
         if self._stage is _Stage.LOST:
             self._stage = _Stage.HELD
+            self.balances = True
             self._zmp = self._estimator.capture_point
         legs = self._setpoints.setpoints[self._limbs.leg_motors]
         moved = bool((legs != self._legs).any())
@@ -200,6 +204,7 @@ class FootstepWalker(CommandedWay):
         if self._commanded != STILL or self._velocity != STILL:
             self._end(why)
         self._stage = _Stage.LOST
+        self.balances = False
         self._rested = 0.0
         self._steps.stand()
         motors = self._limbs.leg_motors
@@ -243,6 +248,8 @@ class FootstepWalker(CommandedWay):
         if landed:
             foot = steps.support if steps.phase is Phase.STEPPING else 1 - steps.support
             self._estimator.plant(foot, steps.feet[foot].place)
+            if self._velocity != STILL and steps.held_back:
+                self._end(STUCK)
         if resting and steps.phase is not Phase.STANDING:
             self._arms.begin(self._estimator)
         commands = self._simulator.commands

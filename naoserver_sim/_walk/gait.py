@@ -105,6 +105,12 @@ class Gait:
         self._step = AT_REST
         self.feet = [FootOffset(lift=left_lift), FootOffset(lift=right_lift)]
 
+    def come_down(self) -> None:
+        """End at once: both feet come down where they are, but none ahead of a body that falls back."""
+        feet = [replace(foot, x=min(foot.x, 0.0)) for foot in self.feet]
+        self.stop()
+        self.feet = feet
+
     def _wanted(self, velocity: WalkVelocity) -> FootOffset:
         # Sideways and when turning, every other step only brings the feet together again.
         return FootOffset(velocity.forward * PERIOD, 2 * velocity.left * PERIOD, 2 * velocity.turn * PERIOD)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from naoserver.body import Body
 from naoserver.capabilities import STILL, Odometry, WalkVelocity
-from naoserver_sim._commands import CommandedWay
+from naoserver_sim._commands import STUCK, CommandedWay
+from naoserver_sim._headway import Headway
 from naoserver_sim._senses.record import SensorRecord, encoded
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
@@ -121,6 +122,14 @@ _WEIGHT: Final = 25.0
 """Least load on the soles in N with which it stands on its feet: half its weight."""
 _FIRM: Final = 0.5
 """Least stiffness of the legs with which it walks."""
+_BRIEF: Final = 0.2
+"""Time constant in s of the way that it has just made."""
+_LEANT: Final = 0.05
+"""Angle in rad back from its lean at which a torso that walks forwards is held back if it makes no way."""
+_TURNED: Final = 0.12
+"""The same angle in any case: pushes of 1 N s that it stands turn it back by 0.1."""
+_STRAIGHT: Final = 0.2
+"""Largest part of the way forwards that goes sideways: steps in both directions lean more."""
 
 
 class _Stage(Enum):
@@ -162,6 +171,7 @@ class SimulatedWalker(CommandedWay):
         self._rising = 0.0
         self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
+        self._briefly = Headway(_BRIEF, slack=0.003)
 
     @property
     def walking(self) -> bool:
@@ -185,6 +195,11 @@ class SimulatedWalker(CommandedWay):
         if hindrance := self._hindrance(self._simulator.motors.stiffnesses):
             self.abandon(hindrance)
             return
+        stepping = self._stage is _Stage.STEPPING
+        self._look(seconds, self._commanded if stepping else STILL, self.odometry())
+        if self._is_turned_back(seconds):
+            self._end(STUCK)
+            self._controller.gait.come_down()
         self._trim.tick(seconds)
         if resting:
             self._rise()
@@ -215,6 +230,16 @@ class SimulatedWalker(CommandedWay):
         if min(stiffnesses[self._motors].tolist()) < _FIRM:
             return f"its legs are limp; make them stiff, {_FIRM:g} at least"
         return ""
+
+    def _is_turned_back(self, seconds: float) -> bool:
+        """Return whether something before it is about to make it fall on its back."""
+        velocity = self._commanded
+        if self._stage is not _Stage.STEPPING or not abs(velocity.left) < _STRAIGHT * velocity.forward:
+            self._briefly.begin()
+            return False
+        gets_on = self._briefly.tick(seconds, velocity, self.odometry())
+        back = _LEAN - self._inertial.pitch
+        return back > _TURNED or (back > _LEANT and not gets_on)
 
     def _enter(self, stage: _Stage) -> None:
         self._stage = stage

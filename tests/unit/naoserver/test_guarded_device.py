@@ -339,3 +339,17 @@ def test_a_joint_whose_servo_is_lost_is_refused_by_name_and_a_hold_is_not(clock)
         assert refused.value.field == "HeadYaw"
         command("HeadPitch")
     rig.guarded.hold(["HeadYaw"])
+
+
+def test_joints_by_which_the_robot_balances_obey_only_what_has_claimed_them(rig):
+    rig.guarded.balancing = lambda: ("LKneePitch",)
+    for command in (
+        lambda: rig.guarded.move({"HeadYaw": 0.1, "LKneePitch": 0.4}, {}),
+        lambda: rig.guarded.drive({"LKneePitch": 0.1}, "anna"),
+    ):
+        with pytest.raises(InvalidCommand, match="LKneePitch keeps the robot upright"):
+            command()
+    rig.guarded.move({"HeadYaw": 0.1}, {})
+    rig.guarded.claims.claim("the kick", ("LKneePitch",), lambda: None)
+    rig.guarded.move({"LKneePitch": 0.4}, {}, owner="the kick")
+    rig.guarded.hold()

@@ -45,6 +45,11 @@ class SlowWalker(FakeWalker):
         super().command(STILL)
         self.ending, self.hindrance = False, "it lies"
 
+    def give_up(self):
+        """End the walk on the feet."""
+        super().command(STILL)
+        self.ending, self.ended = True, "it does not get on"
+
 
 class Rig:
     def __init__(self, body=H25, make_robot=FakeRobot):
@@ -279,6 +284,33 @@ def test_a_fall_is_reported_also_when_a_velocity_was_not_renewed_or_its_client_i
     assert [message for message in rig.reported() if "walk" in message][-1].startswith(
         "the robot ended the walk"
     )
+
+
+def test_a_walk_that_the_robot_ends_on_its_feet_is_not_begun_again_by_its_next_velocities(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walker.give_up()
+    for wall in (0.1, 0.4, 0.8):
+        rig.wall = wall
+        assert rig.walk.drive({"forward": 0.1}, "anna"), "limited"
+        rig.walk.drive({"turn": 0.0}, "anna")
+        assert rig.walk.commanded() == STILL
+    assert rig.reported() == [
+        "the robot ended the walk: it does not get on",
+        "limited to 0 until it is stopped: it does not get on",
+    ]
+    rig.walk.drive({"turn": 0.1}, "ben")
+    rig.wall = 1.4
+    rig.walk.drive({"forward": 0.1}, "anna")
+    assert rig.walk.commanded() == WalkVelocity(forward=0.1, turn=0.1)
+
+
+def test_after_a_stop_it_walks_on_at_once(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walker.give_up()
+    rig.walk.watch()
+    rig.walk.stop()
+    rig.walk.drive({"forward": -0.1}, "anna")
+    assert rig.walk.commanded() == WalkVelocity(forward=-0.1)
 
 
 def test_the_end_of_a_walk_is_reported_with_the_reason_that_the_robot_gives(rig):

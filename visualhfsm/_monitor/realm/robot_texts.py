@@ -37,6 +37,7 @@ _REFUSED: Final = (
     template("{joint} is not reached: {reason}; command other joints"),
     Message("the robot is not connected: it says nothing"),
     Message("the robot is not connected: it plays nothing"),
+    template("{joint} keeps the robot upright: use postures or motions, or make its legs limp"),
     template("{joint} is moved by the walk now: stop it first"),
     template("{joint} is moved by the way into a posture now: stop it first"),
     template("{joint} is moved by the motion {name} now: stop it first"),
@@ -91,6 +92,7 @@ _VALUES: Final = (
 _UNABLE: Final = (
     template("the robot cannot walk: {reason}"),
     template("the robot cannot drive: {reason}"),
+    Message("it does not get on: a wall, an edge, a slope or a push holds it back"),
     Message("it lies, or it falls; make it stand up first"),
     Message("it does not stand on its feet"),
     template("its legs are limp; make them stiff, {value} at least"),
@@ -190,6 +192,7 @@ _EVENTS: Final = (
     ),
     template("the motion {name} ended: {reason}"),
     template("the posture {name} ended: {reason}"),
+    template("limited to 0 until it is stopped: {reason}"),
     template("the robot ended the walk: {reason}"),
     template("lost the robot: {reason}; trying to find it again"),
     template("the robot is still lost: {reason}"),

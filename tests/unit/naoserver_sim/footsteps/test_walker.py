@@ -258,6 +258,16 @@ def stiffen(robot, stiffness):
     )
 
 
+def test_it_balances_unless_its_legs_are_limp(robot):
+    robot.go(0.5)
+    assert robot.walker.balances
+    crouch(robot, 0.4)
+    assert robot.walker.balances
+    stiffen(robot, 0.0)
+    robot.go(0.02)
+    assert not robot.walker.balances
+
+
 def test_it_does_not_walk_with_limp_legs(robot):
     robot.go(0.5)
     stiffen(robot, 0.0)

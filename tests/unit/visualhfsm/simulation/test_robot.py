@@ -8,8 +8,8 @@ import pytest
 
 from hfsm_runtime import Automaton, Component, Proxy, State
 from hfsm_runtime.virtual.errors import UnknownName
-from interfaces.jderobot import CommandRefusedException, EncodersPrx, MotorsPrx
-from interfaces.nao import ActionStatus, HealthPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
+from interfaces.jderobot import CommandRefusedException, EncodersPrx, InvalidValueException, MotorsPrx
+from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
 from naoserver.bodies import BODY_NAMES
 from naoserver.errors import RobotError
 from tests.support.arm import ARM, ARM_TOML
@@ -22,6 +22,14 @@ class Whole(Component):
     Postures = Proxy("Postures", PosturesPrx)
     Safety = Proxy("Safety", SafetyPrx)
     Health = Proxy("Health", HealthPrx)
+
+    def automaton(self) -> Automaton:
+        return Automaton(id=1, name="nothing", states=(State(id=1, name="idle", initial=True),))
+
+
+class Stands(Component):
+    Body = Proxy("Body", JointsPrx)
+    Postures = Proxy("Postures", PosturesPrx)
 
     def automaton(self) -> Automaton:
         return Automaton(id=1, name="nothing", states=(State(id=1, name="idle", initial=True),))
@@ -100,6 +108,26 @@ def test_a_behavior_pauses_at_an_emergency_stop_until_somebody_lets_it_go_on(
         b.resume()
     b.advance(2.0)
     assert b.time > 1.5
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize("name", ["T1", "G1"])
+def test_the_legs_of_a_humanoid_that_stands_obey_postures_but_no_commands(
+    name: str, behavior: MakeBehavior
+) -> None:
+    b = behavior(Stands, robot="sim", body=name, world="empty")
+    body, legs = b.component.Body, b.robot.device.body.groups.legs
+    b.advance(0.5)
+    for joint in legs:
+        with pytest.raises(InvalidValueException, match=f"{joint} keeps the robot upright"):
+            body.setJointPositions({joint: 1.0}, 0.1)
+    b.component.Postures.goToPosture("Crouch", 1.0)
+    b.advance(4.0)
+    assert b.component.Postures.getPostureState().status == ActionStatus.Done
+    assert not b.robot.device.state().fallen
+    body.setStiffnesses(dict.fromkeys(legs, 0.0), 0.0)
+    b.advance(0.1)
+    body.setJointPositions({legs[0]: 0.1}, 0.1)
 
 
 @pytest.mark.parametrize("name", BODY_NAMES)

@@ -159,6 +159,10 @@ def test_every_refusal_of_a_robot_is_known() -> None:
             "1,57 está fuera de su rango; se limita a -0,25 (3 más desde el último aviso)",
         ),
         (
+            "limited to 0 until it is stopped: it has fallen",
+            "se limita a 0 hasta que se pare: se ha caído",
+        ),
+        (
             "the motion Wave ended: LKnee has gone limp",
             "el movimiento Wave ha terminado: LKnee se ha aflojado",
         ),
