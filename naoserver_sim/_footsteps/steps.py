@@ -55,7 +55,9 @@ _LONGEST_STEP: Final = 1.25
 _CALM: Final = 0.05
 """Distance in m from its usual place at which a step counts as calm."""
 _CALM_STEPS: Final = 3
-"""Calm steps on the spot after which the walk ends."""
+"""Calm steps on the spot after which the walk ends, twice as many if the feet are not even by then."""
+_EVEN: Final = 0.015
+"""Distance in m of an even foot from its usual place: a motion that begins with wide feet may fall."""
 _MOST_STEPS: Final = 20
 """Steps since the velocity is 0 after which the walk ends, calm or not."""
 _REST: Final = 0.5
@@ -249,7 +251,7 @@ class Steps:
         turn = path.heading + velocity.turn * footsteps.step_time - foot.heading
         heading = foot.heading + max(-_LARGEST_TURN, min(_LARGEST_TURN, turn))
         missed = (path.place - middle) / ahead
-        missed = _limited_in_both(missed, _LARGEST_ERROR)
+        missed = complex(_limited(missed.real, _LARGEST_ERROR), _limited(missed.imag, _LARGEST_ERROR))
         stride = self._stride(velocity)
         self._path = Foot(middle + missed * ahead + stride * cmath.rect(1.0, heading), heading)
         stride += missed * footsteps.place_gain * footsteps.step_time
@@ -267,7 +269,9 @@ class Steps:
         self._stopping = self._stopping + 1 if velocity == STILL else 0
         calm = self._velocity == velocity == STILL and step.deviation < _CALM
         self._calm = self._calm + 1 if calm else 0
-        if self._calm == _CALM_STEPS or self._stopping == _MOST_STEPS:
+        apart = (self.feet[LEFT].place - self.feet[RIGHT].place) * cmath.rect(1.0, -self.heading)
+        even = abs(apart - 1j * self._footsteps.width) < _EVEN
+        if self._calm >= (_CALM_STEPS if even else 2 * _CALM_STEPS) or self._stopping == _MOST_STEPS:
             self._step = None
             self._velocity = STILL
             self._rest = 0.0 if calm else _REST
@@ -338,10 +342,6 @@ class Steps:
 
 def _limited(value: float, most: float) -> float:
     return max(-most, min(most, value))
-
-
-def _limited_in_both(value: complex, most: float) -> complex:
-    return complex(_limited(value.real, most), _limited(value.imag, most))
 
 
 def _nearer(value: float, wanted: float, most: float) -> float:
