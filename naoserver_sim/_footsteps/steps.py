@@ -55,9 +55,7 @@ _LONGEST_STEP: Final = 1.25
 _CALM: Final = 0.05
 """Distance in m from its usual place at which a step counts as calm."""
 _CALM_STEPS: Final = 3
-"""Calm steps on the spot after which the walk ends, twice as many if the feet are not even by then."""
-_EVEN: Final = 0.015
-"""Distance in m of an even foot from its usual place: a motion that begins with wide feet may fall."""
+"""Calm steps on the spot after which the walk ends, the last one beside the other foot."""
 _MOST_STEPS: Final = 20
 """Steps since the velocity is 0 after which the walk ends, calm or not."""
 _REST: Final = 0.5
@@ -269,9 +267,7 @@ class Steps:
         self._stopping = self._stopping + 1 if velocity == STILL else 0
         calm = self._velocity == velocity == STILL and step.deviation < _CALM
         self._calm = self._calm + 1 if calm else 0
-        apart = (self.feet[LEFT].place - self.feet[RIGHT].place) * cmath.rect(1.0, -self.heading)
-        even = abs(apart - 1j * self._footsteps.width) < _EVEN
-        if self._calm >= (_CALM_STEPS if even else 2 * _CALM_STEPS) or self._stopping == _MOST_STEPS:
+        if self._calm == _CALM_STEPS or self._stopping == _MOST_STEPS:
             self._step = None
             self._velocity = STILL
             self._rest = 0.0 if calm else _REST
@@ -290,10 +286,8 @@ class Steps:
         old = step.begin.place
         planned = step.pendulum.start(usual + offset, step.time, old, support.place)
         error = self._footsteps.walking_gain * (point - planned) / ahead
-        half = self._footsteps.sole_half
-        moved = complex(
-            _limited(error.real, _WITHIN_SOLE * half[0]), _limited(error.imag, _WITHIN_SOLE * half[1])
-        )
+        length, width = (_WITHIN_SOLE * half for half in self._footsteps.sole_half)
+        moved = complex(_limited(error.real, length), _limited(error.imag, width))
         loaded = min(step.time / self._footsteps.double_support, 1.0)
         self.zmp = old + loaded * (support.place - old) + moved * ahead
         if step.time < step.pendulum.step_time - _DECIDED:
@@ -313,6 +307,9 @@ class Steps:
         aside = min(max(aside, footsteps.narrowest), footsteps.widest)
         target = complex(_limited(wanted.real, footsteps.reach), outwards * aside)
         step.deviation = abs(target - usual)
+        if self._calm == _CALM_STEPS - 1 and step.deviation < _CALM:
+            # Both feet will bear it. A motion draws them together by the joints, and from wide feet it falls.
+            target = 1j * outwards * footsteps.width
         place = self.feet[self.support].place + target * ahead
         step.target = place if step.target is None else step.target + _SWIFTNESS * (place - step.target)
 

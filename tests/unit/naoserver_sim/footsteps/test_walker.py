@@ -101,7 +101,7 @@ def test_the_walk_ends_also_while_the_robot_is_pushed_again_and_again(robot):
     robot.walk(WalkVelocity(forward=0.2), 2.0)
     robot.walker.command(STILL)
     for push in range(60):
-        robot.push(0.0, 30.0 if push % 2 else -30.0, 0.2)  # by 50 N a T1 falls in most phases of the walk
+        robot.push(0.0, 50.0 if push % 2 else -50.0, 0.2)
         robot.go(0.2)
         if not robot.walker.walking:
             break
