@@ -210,6 +210,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         return 2.5 * self.gaze.height
 
     @cached_property
+    def close(self):
+        """A distance in m at which one camera, turned to it, sees the floor from before the feet on."""
+        return 0.7 * self.gaze.height
+
+    @cached_property
     def sides(self):
         """The pans of the neck in rad that show all sides but the back, as far as it turns."""
         return [pan for pan in (0.0, 0.9, 1.8, -0.9, -1.8) if abs(pan) < self.Head.getLimits().maxPan]
@@ -223,7 +228,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         if not self.is_blind_before_its_feet():
             return [*far[ahead:], *far[:ahead][::-1], 0.3, self.far]
         # A picture of the far floor does not show the near one: on the way from left to right it looks at that.
-        near = [cmath.rect(0.7 * self.gaze.height, pan) for pan in pans]
+        near = [cmath.rect(self.close, pan) for pan in pans]
         return [*far[ahead:], *near[::-1], *far[:ahead]]
 
     def in_sight(self, ball):
@@ -240,6 +245,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         there = self.look_at(cmath.rect(self.far, self.sides[side]))
         return side + 1 if there and self.is_still() else side
 
+    def first_corner(self, ball):
+        """Return where a search begins, by where the ball was: perhaps before its feet, where it does not see it."""
+        near = ball is not None and abs(self.beside(ball)) < self.close
+        return -3 if near and self.is_blind_before_its_feet() else 0
+
     def sweep(self, corner):
         """Look around, then turn; return which corner is next."""
         if not self.is_standing():
@@ -247,9 +257,13 @@ class Score(Component, document="score.xml", on_error="stop"):
                 self.Walk.stop()  # it marches on the spot, for a place that need not be that good
             return corner
         corners = self.corners
-        if not self.look_at(corners[corner % len(corners)]) or not self.is_still():
+        place = (self.far, self.close, self.close)[corner] if corner < 0 else corners[corner % len(corners)]
+        if not self.look_at(place) or not self.is_still():
             return corner
-        if (corner + 1) % len(corners) == 0:
+        if corner == -2:
+            self.left = self.clock.now()
+            self.Walk.walkTo(-0.4, 0.0, 0.0)
+        elif corner >= 0 and (corner + 1) % len(corners) == 0:
             back = 0.4 if corner + 1 == len(corners) and self.is_blind_before_its_feet() else 0.0
             self.left = self.clock.now()
             self.Walk.walkTo(-back, 0.0, 2.0)  # no more: it sees what lay before its feet at its side then
@@ -329,7 +343,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         def entry_search():
             nonlocal ball, corner, miss
             # <entry 1.1>
-            corner = 0
+            corner = self.first_corner(ball)
             miss = 0.0
             ball = None
             # </entry 1.1>
@@ -409,7 +423,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             nonlocal miss, tries
             # <exit 1.4>
             aside = (self.beside(ball) - foot).imag
-            miss = max(-0.06, min(0.06, miss + aside)) if abs(aside) < 0.1 else 0.0  # a walk ends where it sways to
+            miss = max(-0.06, min(0.06, miss + 0.5 * aside)) if abs(aside) < 0.1 else 0.0  # a walk ends where it sways to
             tries += 1 if seen is not None or not self.in_sight(ball) else 2  # it may lie nearer than it can see
             # </exit 1.4>
 

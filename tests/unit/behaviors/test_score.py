@@ -184,6 +184,14 @@ def test_one_camera_finds_a_ball_beside_the_robot_without_a_step(
     assert b.calls("Walk.walkTo")[0].time == b.time, "before, it walked"
 
 
+def test_one_camera_looks_before_its_feet_first_for_a_ball_that_lay_there(behavior: MakeBehavior) -> None:
+    b = play(behavior, -0.4, 0.0, body="G1")
+    b.advance(0.1)
+    here, facing = b.component.place()
+    assert b.component.first_corner(here + 0.3 * facing) < 0
+    assert b.component.first_corner(here + 2.0 * facing) == b.component.first_corner(None) == 0
+
+
 @pytest.mark.parametrize("ball", [4.4 + 0.0j, 4.75 + 0.3j, 4.85 - 0.65j, 4.95 + 0.7j])
 def test_a_ball_at_the_goal_or_deep_in_it_is_kicked_on_not_back(
     behavior: MakeBehavior, ball: complex
