@@ -68,7 +68,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     FIELD = Field()  # that of the Standard Platform League
     oriented = -SURE
     faced = 0j  # where the robot faced when it looked for the ball before
-    turned = looked = -SURE  # when it turned, and when its head did
+    turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
 
     @cached_property
     def localizer(self):
@@ -175,15 +175,27 @@ class Score(Component, document="score.xml", on_error="stop"):
             self.looked = self.clock.now()
         return self.clock.now() - self.looked > self.LATE
 
-    def to_goal(self, ball):
+    def aim(self, ball):
         """Return where to kick the ball: to the middle of the goal, straight on where that is near enough, or before it."""
         line = self.FIELD.length / 2
-        end = line + 0.3
+        end = max(line, ball.real) + 0.3  # a ball that lies deep in the goal is pushed on, not back
         free = max(0.0, 0.4 - 0.15 * abs(end - ball))  # m beside the middle
         aim = complex(end, max(self.goal_y - free, min(self.goal_y + free, ball.imag)))
         if abs(aim.imag - ball.imag) > max(0.45, 1.5 * (line - ball.real)):
             aim = complex(line - self.FIELD.penalty_mark, 0.0)  # from here the goal is too narrow
-        return (aim - ball) / abs(aim - ball)
+        return aim
+
+    def to_goal(self, ball):
+        """Return the direction in which to kick the ball."""
+        way = self.aim(ball) - ball
+        return way / abs(way)
+
+    def pace_for(self, ball):
+        """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
+        rolls, aim = self.body.kicks[self.kick_for(ball)].rolls, self.aim(ball)
+        if rolls is None or aim.real > self.FIELD.length / 2:
+            return 1.0
+        return max(0.5, min(1.0, math.sqrt(abs(aim - ball) / rolls)))
 
     def look_at(self, place):
         """Turn the head to a place in the robot's frame, as far as it turns; return whether it is there."""
@@ -198,9 +210,26 @@ class Score(Component, document="score.xml", on_error="stop"):
         return 2.5 * self.gaze.height
 
     @cached_property
+    def close(self):
+        """A distance in m at which one camera, turned to it, sees the floor from before the feet on."""
+        return 0.7 * self.gaze.height
+
+    @cached_property
     def sides(self):
         """The pans of the neck in rad that show all sides but the back, as far as it turns."""
         return [pan for pan in (0.0, 0.9, 1.8, -0.9, -1.8) if abs(pan) < self.Head.getLimits().maxPan]
+
+    @cached_property
+    def corners(self):
+        """Where to look for the ball, in the robot's frame."""
+        pans = sorted(self.sides)
+        far = [cmath.rect(self.far, pan) for pan in pans]
+        ahead = pans.index(0.0)
+        if not self.is_blind_before_its_feet():
+            return [*far[ahead:], *far[:ahead][::-1], 0.3, self.far]
+        # A picture of the far floor does not show the near one: on the way from left to right it looks at that.
+        near = [cmath.rect(self.close, pan) for pan in pans]
+        return [*far[ahead:], *near[::-1], *far[:ahead]]
 
     def in_sight(self, ball):
         """Return whether the robot sees a ball that lies there when it looks at it: before its feet perhaps not."""
@@ -216,17 +245,28 @@ class Score(Component, document="score.xml", on_error="stop"):
         there = self.look_at(cmath.rect(self.far, self.sides[side]))
         return side + 1 if there and self.is_still() else side
 
+    def first_corner(self, ball):
+        """Return where a search begins, by where the ball was: perhaps before its feet, where it does not see it."""
+        near = ball is not None and abs(self.beside(ball)) < self.close
+        return -3 if near and self.is_blind_before_its_feet() else 0
+
     def sweep(self, corner):
         """Look around, then turn; return which corner is next."""
         if not self.is_standing():
+            if self.clock.now() - self.left > 8.0:
+                self.Walk.stop()  # it marches on the spot, for a place that need not be that good
             return corner
-        corners = [cmath.rect(self.far, pan) for pan in self.sides] + [0.3, self.far]
-        if not self.look_at(corners[corner % len(corners)]) or not self.is_still():
+        corners = self.corners
+        place = (self.far, self.close, self.close)[corner] if corner < 0 else corners[corner % len(corners)]
+        if not self.look_at(place) or not self.is_still():
             return corner
-        if corner + 1 == len(corners) and self.is_blind_before_its_feet():
+        if corner == -2:
+            self.left = self.clock.now()
             self.Walk.walkTo(-0.4, 0.0, 0.0)
-        elif (corner + 1) % len(corners) == 0:
-            self.Walk.walkTo(0.0, 0.0, 2.4)
+        elif corner >= 0 and (corner + 1) % len(corners) == 0:
+            back = 0.4 if corner + 1 == len(corners) and self.is_blind_before_its_feet() else 0.0
+            self.left = self.clock.now()
+            self.Walk.walkTo(-back, 0.0, 2.0)  # no more: it sees what lay before its feet at its side then
         return corner + 1
 
     def choose_foot(self, ball):
@@ -255,6 +295,9 @@ class Score(Component, document="score.xml", on_error="stop"):
         else:
             wanted = complex(-2.0 * near, math.copysign(2.4 * near, behind.imag))
         wanted = ball + goal * wanted
+        line = self.FIELD.length / 2
+        if ball.real > line + 4.0 * self.RADIUS and abs(ball.imag) < self.FIELD.goal_width / 2:
+            wanted = complex(line - 0.5, 0.0)  # it seems to be in the goal: from here that is sure
         if spot is not None and abs(wanted - spot) < 0.18 * near:
             return spot
         first = self.round_posts(here, wanted, near)
@@ -293,13 +336,15 @@ class Score(Component, document="score.xml", on_error="stop"):
         known = None  # where the ball was when the robot knew its own place
         foot = spot = before = None  # where the ball is to be beside the robot, and where it walks to, both x + iy
         spot_at = 0.0
+        miss = 0.0  # m by which the ball lay too far left before the foot when it looked
         posture = motion = None
         # </variables 1>
 
         def entry_search():
-            nonlocal ball, corner
+            nonlocal ball, corner, miss
             # <entry 1.1>
-            corner = 0
+            corner = self.first_corner(ball)
+            miss = 0.0
             ball = None
             # </entry 1.1>
 
@@ -336,7 +381,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             sights = sights + 1 if seen is not None and self.in_goal(seen) else 0
             self.look_at(self.beside(ball))
             foot = foot or self.choose_foot(ball)
-            before, spot = spot, self.walk_behind(ball, foot, spot)
+            before, spot = spot, self.walk_behind(ball, foot - 1j * miss, spot)
             spot_at = spot_at if spot == before else self.clock.now()
             # </code 1.2>
 
@@ -375,19 +420,22 @@ class Score(Component, document="score.xml", on_error="stop"):
             # </code 1.4>
 
         def exit_look():
-            nonlocal tries
+            nonlocal miss, tries
             # <exit 1.4>
+            aside = (self.beside(ball) - foot).imag
+            miss = max(-0.06, min(0.06, miss + 0.5 * aside)) if abs(aside) < 0.1 else 0.0  # a walk ends where it sways to
             tries += 1 if seen is not None or not self.in_sight(ball) else 2  # it may lie nearer than it can see
             # </exit 1.4>
 
         state_4 = State("look", id=4, code=state_look, exit=exit_look)
 
         def entry_kick():
-            nonlocal doubts, known, tries
+            nonlocal doubts, known, miss, tries
             # <entry 1.5>
             tries = doubts = 0
+            miss = 0.0
             known = ball + self.to_goal(ball)
-            self.Motions.play(self.kick_for(ball), 1.0)
+            self.Motions.play(self.kick_for(ball), self.pace_for(ball))
             # </entry 1.5>
 
         def state_kick():

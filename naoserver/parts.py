@@ -516,6 +516,8 @@ class Kick(_Part, frozen=True):
     """The nearest and the farthest place in m."""
     y: Range
     """From the right to the left in m."""
+    rolls: _Positive | None = None
+    """How far it rolls then in m, if that is known."""
 
     @property
     def place(self) -> tuple[float, float]:

@@ -59,7 +59,7 @@ _THROWN: Final = 0.13
 _CALM: Final = 0.05
 """Distance in m from its usual place at which a step counts as calm."""
 _CALM_STEPS: Final = 3
-"""Calm steps on the spot after which the walk ends."""
+"""Calm steps on the spot after which the walk ends, the last one beside the other foot."""
 _MOST_STEPS: Final = 20
 """Steps since the velocity is 0 after which the walk ends, calm or not."""
 _REST: Final = 0.5
@@ -257,7 +257,7 @@ class Steps:
         turn = path.heading + velocity.turn * footsteps.step_time - foot.heading
         heading = foot.heading + max(-_LARGEST_TURN, min(_LARGEST_TURN, turn))
         missed = (path.place - middle) / ahead
-        missed = _limited_in_both(missed, _LARGEST_ERROR)
+        missed = complex(_limited(missed.real, _LARGEST_ERROR), _limited(missed.imag, _LARGEST_ERROR))
         stride = self._stride(velocity)
         self._path = Foot(middle + missed * ahead + stride * cmath.rect(1.0, heading), heading)
         stride += missed * footsteps.place_gain * footsteps.step_time
@@ -299,10 +299,8 @@ class Steps:
         old = step.begin.place
         planned = step.pendulum.start(usual + offset, step.time, old, support.place)
         error = self._footsteps.walking_gain * (point - planned) / ahead
-        half = self._footsteps.sole_half
-        moved = complex(
-            _limited(error.real, _WITHIN_SOLE * half[0]), _limited(error.imag, _WITHIN_SOLE * half[1])
-        )
+        length, width = (_WITHIN_SOLE * half for half in self._footsteps.sole_half)
+        moved = complex(_limited(error.real, length), _limited(error.imag, width))
         loaded = min(step.time / self._footsteps.double_support, 1.0)
         self.zmp = old + loaded * (support.place - old) + moved * ahead
         if step.time < step.pendulum.step_time - _DECIDED:
@@ -322,6 +320,9 @@ class Steps:
         aside = min(max(aside, footsteps.narrowest), footsteps.widest)
         target = complex(_limited(wanted.real, footsteps.reach), outwards * aside)
         step.deviation = abs(target - usual)
+        if self._calm == _CALM_STEPS - 1 and step.deviation < _CALM:
+            # Both feet will bear it. A motion draws them together by the joints, and from wide feet it falls.
+            target = 1j * outwards * footsteps.width
         place = self.feet[self.support].place + target * ahead
         step.target = place if step.target is None else step.target + _SWIFTNESS * (place - step.target)
 
@@ -356,10 +357,6 @@ def _along(way: complex, distance: complex) -> float:
 
 def _limited(value: float, most: float) -> float:
     return max(-most, min(most, value))
-
-
-def _limited_in_both(value: complex, most: float) -> complex:
-    return complex(_limited(value.real, most), _limited(value.imag, most))
 
 
 def _nearer(value: float, wanted: float, most: float) -> float:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import cmath
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
 from msgspec.structs import replace
 
+from hfsm_runtime.loading import load_module
 from naoserver.capabilities import Truth
 from naoserver_sim.world import Start, load_world
 from tests.support.soak import cases
@@ -165,6 +167,63 @@ def test_the_ball_distinguishes_the_halves(
     ball = b.component.settle_half(complex(x, 0.0), None if before is None else complex(*before))
     assert ball == pytest.approx(half * x)
     assert b.component.place()[0] == pytest.approx(half * place)
+
+
+@pytest.mark.parametrize(
+    ("distance", "bearing"),
+    cases([(0.7, 70)], [pytest.param(*each) for each in ((0.7, -80), (1.2, 50), (1.2, -100))]),
+)
+def test_one_camera_finds_a_ball_beside_the_robot_without_a_step(
+    behavior: MakeBehavior, distance: float, bearing: float
+) -> None:
+    ball = complex(1.0, 0.5) + cmath.rect(distance, math.radians(bearing))
+    start, place = Start(position=(1.0, 0.5)), {"start_x": 1.0, "start_y": 0.5}
+    b = play(behavior, ball.real, ball.imag, start, body="G1", parameters=place)
+    b.run_until("approach", limit=15.0)
+    assert abs(b.variables("score")["ball"] - ball) < 0.1
+    assert b.calls("Walk.walkTo")[0].time == b.time, "before, it walked"
+
+
+def test_one_camera_looks_before_its_feet_first_for_a_ball_that_lay_there(behavior: MakeBehavior) -> None:
+    b = play(behavior, -0.4, 0.0, body="G1")
+    b.advance(0.1)
+    here, facing = b.component.place()
+    assert b.component.first_corner(here + 0.3 * facing) < 0
+    assert b.component.first_corner(here + 2.0 * facing) == b.component.first_corner(None) == 0
+
+
+@pytest.mark.parametrize("ball", [4.4 + 0.0j, 4.75 + 0.3j, 4.85 - 0.65j, 4.95 + 0.7j])
+def test_a_ball_at_the_goal_or_deep_in_it_is_kicked_on_not_back(
+    behavior: MakeBehavior, ball: complex
+) -> None:
+    b = play(behavior, 0.0, 0.0)
+    b.advance(0.1)
+    assert b.component.to_goal(ball).real > 0.1
+
+
+def test_a_body_that_kicks_far_kicks_softly_where_the_ball_is_to_stop_before_the_goal(
+    behavior: MakeBehavior,
+) -> None:
+    b = play(behavior, 0.0, 0.0, body="G1")
+    b.advance(0.1)
+    before_the_goal, beside_it = 3.0 + 0.2j, 4.2 + 1.4j
+    assert b.component.pace_for(before_the_goal) == 1.0
+    assert b.component.pace_for(beside_it) == pytest.approx(0.7, abs=0.05)  # for 1.7 m of 3.5
+    assert b.component.aim(beside_it) == pytest.approx(3.2)
+
+
+@pytest.mark.parametrize("body", ["H25", "T1", "G1"])
+def test_no_start_of_its_trials_touches_a_post(behavior: MakeBehavior, body: str) -> None:
+    trials = load_module("score_trials", Path("behaviors/score_trials.py"))
+    b = play(behavior, 0.0, 0.0, body=body)
+    stage, apart = b.robot.device.stage, trials.room(body) + 0.001
+    light = {"light.brightness": 0.7, "light.ambient": 0.4}
+    for bearing in (-45, 0, 45):  # the plan draws none behind the goal line
+        at = complex(trials.LINE, trials.POST) - cmath.rect(apart, math.radians(bearing))
+        start = {"robot.x": at.real, "robot.y": at.imag, "Ball.x": 0.0, "Ball.y": 0.0, **light, "body": body}
+        assert trials.is_legal(start)
+        for heading in range(-180, 180, 20):
+            stage.place_robot(at.real, at.imag, math.radians(heading))  # type: ignore[union-attr]
 
 
 def test_its_gaze_asks_nothing_of_the_neck_that_it_cannot_do(behavior: MakeBehavior) -> None:

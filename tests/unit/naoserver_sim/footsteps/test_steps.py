@@ -74,13 +74,16 @@ def test_it_turns_beyond_half_a_turn(rig):
     assert rig.steps.heading == pytest.approx(0.5 * 12.0, rel=0.15)
 
 
-def test_it_ends_with_both_feet_side_by_side(rig):
+@pytest.mark.parametrize("aside", [0.0, 0.01, -0.01])
+def test_it_ends_with_both_feet_side_by_side_also_when_it_sways(rig, aside):
     rig.go(3.0, WalkVelocity(0.3, 0.02, 0.1))
-    rig.go(4.0)
+    rig.go(1.2)
+    rig.point += aside * cmath.rect(1.0, rig.steps.heading + 1.57)
+    rig.go(2.8)
     left, right = rig.steps.feet
     assert rig.steps.phase is Phase.STANDING
     between = (left.place - right.place) * cmath.rect(1.0, -rig.steps.heading)
-    assert between == pytest.approx(1j * FOOTSTEPS.width, abs=0.03)
+    assert between == pytest.approx(1j * FOOTSTEPS.width, abs=0.002)
     assert left.height == right.height == 0.0
 
 
