@@ -284,9 +284,13 @@ class WalkTo:
                 self._commanded = STILL
                 self._state = replace(self._state, message=str(late))
             except RobotError as error:
-                self._finish(ActionStatus.Stopped, str(error))
                 with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
                     self._guard.drive(asdict(STILL), self._client, after=self._commanded)
+                if self._guard.commanded() == STILL:  # it is on its way until it stands
+                    self._commanded = STILL
+                    self._state = replace(self._state, message=str(error))
+                else:
+                    self._finish(ActionStatus.Stopped, str(error))
             # The joints are free when the guard has nothing more to watch.
             if self._commanded == STILL and self._guard.watch() is None:
                 self._finish(ActionStatus.Stopped if self._state.message else ActionStatus.Done)

@@ -12,6 +12,8 @@ _LAG: Final = 0.8
 """Time constant in s with which a robot follows a higher velocity."""
 _SURE: Final = 0.7
 """Part of the way of steady motion from which there is a verdict: not while it starts or turns round."""
+_SLOW: Final = 0.05
+"""Mean commanded velocity in m/s below which there is no verdict: who turns does not stay on the spot."""
 _LEAST: Final = 0.5
 """Least part of the commanded way that a robot goes which gets on."""
 
@@ -44,6 +46,6 @@ class Headway:
         self._done = kept * self._done + (0j if self._place is None else place - self._place)
         self._place = place
         told = abs(self._told)
-        if not told or told < _SURE * self._memory * abs(wanted):
+        if told < self._memory * max(_SLOW, _SURE * abs(wanted)):
             return True
         return (self._done / self._told).real * told >= _LEAST * told - self._slack

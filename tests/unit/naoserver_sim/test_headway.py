@@ -6,7 +6,7 @@ import pytest
 
 from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import MotorsPrx
-from interfaces.nao import ActionStatus, HealthPrx, WalkPrx
+from interfaces.nao import ActionStatus, HealthPrx, PosturesPrx, WalkPrx
 from naoserver.bodies import find_body
 from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver_sim._headway import Headway
@@ -41,6 +41,11 @@ def test_a_turn_on_the_spot_gets_on():
     assert all(verdicts(Headway(), WalkVelocity(turn=0.5), 0.0, 6.0))
 
 
+def test_a_turn_that_drifts_gets_on_at_a_crawl():
+    """The feet step around a point that is none of the body's, and so it goes back by more than it is to go."""
+    assert all(verdicts(Headway(), WalkVelocity(forward=0.011, turn=0.5), -3.0, 6.0))
+
+
 def test_a_robot_that_turns_round_gets_on():
     headway = Headway()
     verdicts(headway, WalkVelocity(forward=0.3), 1.0, 6.0)
@@ -51,6 +56,7 @@ class Walking(Component):
     Motors = Proxy("Motors", MotorsPrx)
     Walk = Proxy("Walk", WalkPrx)
     Health = Proxy("Health", HealthPrx)
+    Postures = Proxy("Postures", PosturesPrx)
 
     def automaton(self) -> Automaton:
         return Automaton(id=1, name="nothing", states=(State(id=1, name="idle", initial=True),))
@@ -106,6 +112,8 @@ def test_a_walk_to_a_place_behind_a_wall_says_that_it_does_not_get_there(before_
     state = walk.getWalkState()
     assert state.status is ActionStatus.Stopped
     assert "it does not get on" in state.message
+    b.component.Postures.goToPosture("StandInit", 1.0)  # it stands: nothing else moves its legs
+    b.component.Postures.stop()
     walk.walkTo(-0.2, 0.0, 0.0)
 
 
