@@ -253,7 +253,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     def sweep(self, corner):
         """Look around, then turn; return which corner is next."""
         if not self.is_standing():
-            if self.clock.now() - self.left > 8.0:
+            if self.clock.now() - self.left > 6.0:
                 self.Walk.stop()  # it marches on the spot, for a place that need not be that good
             return corner
         corners = self.corners

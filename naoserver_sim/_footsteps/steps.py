@@ -56,10 +56,12 @@ _BLOCKED: Final = 0.045
 """Distance in m before its target at which a foot lands that has met something."""
 _THROWN: Final = 0.13
 """Distance in m before its usual place at which a foot catches a body that is held back."""
-_CALM: Final = 0.05
+_CALM: Final = 0.06
 """Distance in m from its usual place at which a step counts as calm."""
 _CALM_STEPS: Final = 3
-"""Calm steps on the spot after which the walk ends, the last one beside the other foot."""
+"""Calm steps on the spot after which the walk ends, once the feet are side by side."""
+_BESIDE: Final = 0.03
+"""Distance in m from beside the other foot at which a last step ends there: motions from wide feet fall."""
 _MOST_STEPS: Final = 20
 """Steps since the velocity is 0 after which the walk ends, calm or not."""
 _REST: Final = 0.5
@@ -228,9 +230,6 @@ class Steps:
 
     # -- stepping ----------------------------------------------------------------------------------------
 
-    def _stride(self, velocity: WalkVelocity) -> complex:
-        return complex(velocity.forward, velocity.left) * self._footsteps.step_time
-
     def _approach(self, wanted: WalkVelocity) -> WalkVelocity:
         """Return the velocity of the next step, a bit nearer to the wanted one."""
         most, wanted = self._footsteps.changes, self._footsteps.possible(wanted)
@@ -258,7 +257,7 @@ class Steps:
         heading = foot.heading + max(-_LARGEST_TURN, min(_LARGEST_TURN, turn))
         missed = (path.place - middle) / ahead
         missed = complex(_limited(missed.real, _LARGEST_ERROR), _limited(missed.imag, _LARGEST_ERROR))
-        stride = self._stride(velocity)
+        stride = complex(velocity.forward, velocity.left) * footsteps.step_time
         self._path = Foot(middle + missed * ahead + stride * cmath.rect(1.0, heading), heading)
         stride += missed * footsteps.place_gain * footsteps.step_time
         self._step = _Step(self._usual, stride, heading, replace(self.feet[1 - support]))
@@ -280,7 +279,9 @@ class Steps:
         self._stopping = self._stopping + 1 if velocity == STILL else 0
         calm = self._velocity == velocity == STILL and step.deviation < _CALM
         self._calm = self._calm + 1 if calm else 0
-        if self._calm == _CALM_STEPS or self._stopping == _MOST_STEPS:
+        apart = (self.feet[LEFT].place - self.feet[RIGHT].place) * cmath.rect(1.0, -self.heading)
+        even = abs(apart - 1j * self._footsteps.width) < 0.5 * _BESIDE
+        if (even and self._calm >= _CALM_STEPS) or self._stopping == _MOST_STEPS:
             self._step = None
             self._velocity = STILL
             self._rest = 0.0 if calm else _REST
@@ -320,9 +321,9 @@ class Steps:
         aside = min(max(aside, footsteps.narrowest), footsteps.widest)
         target = complex(_limited(wanted.real, footsteps.reach), outwards * aside)
         step.deviation = abs(target - usual)
-        if self._calm == _CALM_STEPS - 1 and step.deviation < _CALM:
-            # Both feet will bear it. A motion draws them together by the joints, and from wide feet it falls.
-            target = 1j * outwards * footsteps.width
+        beside = 1j * outwards * footsteps.width
+        if self._calm >= _CALM_STEPS - 1 and abs(target - beside) < _BESIDE:
+            target = beside
         place = self.feet[self.support].place + target * ahead
         step.target = place if step.target is None else step.target + _SWIFTNESS * (place - step.target)
 
