@@ -75,7 +75,7 @@ class Lifecycle(Generic[L]):
             self._reporter.report(Severity.Warning, f"{message}; it is started again once it is found")
             left = deadline - time.monotonic()
             if left <= 0.0 or not found.wait(left):
-                raise LinkLost(f"{message}, and not found within {self._connection.limits.start:g} s")
+                raise HardwareFailure(f"{message}, and not found within {self._connection.limits.start:g} s")
             found.clear()
 
     def _lost_at_start(self, start: Callable[[L], object]) -> str:

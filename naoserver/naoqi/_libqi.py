@@ -123,7 +123,6 @@ class _Login:
 
 def _failure(operation: str, message: str) -> CallFailed | LinkLost:
     message = message.strip().partition("\n")[0] or "it failed without a message"
-    if any(part in message.lower() for part in _GONE):
-        return LinkLost(f"{operation}: {message}")
     named = message.startswith(operation.replace(".", "::"))
-    return CallFailed(message if named else f"{operation}: {message}")
+    text = message if named else f"{operation}: {message}"
+    return LinkLost(text) if any(part in message.lower() for part in _GONE) else CallFailed(text)
