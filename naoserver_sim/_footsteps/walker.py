@@ -201,7 +201,8 @@ class FootstepWalker(CommandedWay):
 
     def _lose(self, why: str) -> None:
         """Leave the legs alone."""
-        if self._commanded != STILL or self._velocity != STILL:
+        walks = self._commanded != STILL or self._velocity != STILL
+        if walks or (self._stage is not _Stage.LOST and self.ended == STUCK):
             self._end(why)
         self._stage = _Stage.LOST
         self.balances = False

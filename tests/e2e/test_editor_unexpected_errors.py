@@ -34,7 +34,7 @@ def test_an_unexpected_error_is_shown_once_and_the_page_can_be_loaded_again(show
 
     for handler in ("() => missing()", "async () => missing()"):
         plant(shown, handler)
-        expect(alert(shown)).to_contain_text("ReferenceError: missing is not defined (actions.js:")
+        expect(alert(shown)).to_contain_text("ReferenceError: missing is not defined (shell/actions.js:")
         expect(alert(shown)).to_contain_text("Your changes are kept by the server. Reload the page")
         expect(alert(shown)).to_have_count(1)
         alert(shown).evaluate("alert => alert.dataset.first = ''")

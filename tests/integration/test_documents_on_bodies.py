@@ -45,8 +45,8 @@ THERE_IS_NO = re.compile(
 )
 LIES = re.compile(
     r"the robot cannot walk: it lies, or it falls; .*"
-    r"|\w+ begins standing, in \w+, but the robot is lying on its \w+ now"
-    r"|it is lying on its \w+, and no motions lead from there to \w+"
+    r"|\w+ begins standing, in \w+, but the robot is lying on its [\w ]+ now"
+    r"|it is lying on its [\w ]+, and no motions lead from there to \w+"
 )
 THREE = ["H25", "T1", "G1"]
 PUSH = {"H25": 60.0, "T1": 600.0, "G1": 600.0}

@@ -95,7 +95,7 @@ def test_messages_of_both_are_heard(met: Met) -> None:
     for number in range(10):
         for publish in publishers:
             publish(range=float(number), variance=0.5)
-    assert sorted((each.range, each.variance) for each in inbox.wait(20)) == [
+    assert sorted((each.range, each.variance) for each in inbox.wait(count=20)) == [
         (float(number), variance) for number in range(10) for variance in (0.0, 0.5)
     ]
 
@@ -114,7 +114,7 @@ def test_nothing_is_sent_twice_while_nobody_of_humble_listens(met: Met) -> None:
     for number in range(10):
         publisher.publish(data=str(number))
     until(lambda: len(jazzy()) == 10)
-    assert [each.data for each in inbox.wait(10)] == [str(number) for number in range(10)]
+    assert [each.data for each in inbox.wait(count=10)] == [str(number) for number in range(10)]
     assert not heard
     unannounced.undeclare()
 
@@ -128,7 +128,7 @@ def test_late_subscriptions_of_both_get_what_is_latched(met: Met) -> None:
     inbox = Inbox()
     other.create_subscription(TEXT, "/map", inbox, QoS(durability="transient_local", depth=3))
     until(lambda: all([each.data for each in heard()] == ["2", "3", "4"] for heard in late))
-    inbox.wait(3)
+    inbox.wait(count=3)
     publisher.publish(data="end")
     until(lambda: inbox.messages[-1].data == "end")
     assert [each.data for each in inbox.messages] == ["2", "3", "4", "end"]

@@ -53,7 +53,7 @@ def test_no_clock_jumps_back(robots: Robots) -> None:
     for topic, begin in (("/clock", 0.0), ("/bob/clock", FAR_APART)):
         inbox = Inbox()
         subscription = robots[0].ros.create_subscription(CLOCK, topic, inbox, QoS(depth=1000))
-        times = [each.clock.sec + each.clock.nanosec / 1e9 for each in inbox.wait(20)]
+        times = [each.clock.sec + each.clock.nanosec / 1e9 for each in inbox.wait(count=20)]
         assert times == sorted(times)
         assert begin <= times[0] < begin + FAR_APART
         subscription.close()
