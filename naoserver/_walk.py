@@ -67,7 +67,6 @@ class WalkGuard:
         self._lock = threading.Lock()
         self._drives: dict[str, _Drive] = {}
         self._ended: dict[str, float] = {}  # clients that have not let go, and when they last tried
-        self._why = ""  # the robot ended their walk
         self._closed = False
 
     def drive(
@@ -167,7 +166,6 @@ class WalkGuard:
                 if self._walker.walking:  # it is still on its feet
                     now = self._events.wall_time()
                     self._ended = {drive.client: now for drive in self._drives.values() if drive.renewed}
-                    self._why = self._walker.ended
                 # One that the robot has not taken yet would begin a walk that nobody watches.
                 self._command({})
         if ended:
@@ -179,10 +177,9 @@ class WalkGuard:
         self._ended.pop(client, None)
 
     def _clings(self, client: str) -> bool:
-        """Return whether a client goes on with a walk that a robot has ended on its feet."""
+        """Return whether a client goes on with a walk that the robot has ended."""
         now = self._events.wall_time()
         clings = now - self._ended.pop(client, -math.inf) < self._options.velocity_timeout
-        clings = clings and self._walker.ended == self._why
         if clings:
             self._ended[client] = now
         return clings

@@ -304,16 +304,6 @@ def test_a_walk_that_the_robot_ends_on_its_feet_is_not_begun_again_by_its_next_v
     assert rig.walk.commanded() == WalkVelocity(forward=0.1, turn=0.1)
 
 
-def test_velocities_are_refused_once_a_robot_falls_that_ended_its_walk_on_its_feet(rig):
-    rig.walk.drive({"forward": 0.1}, "anna")
-    rig.walker.give_up()
-    assert rig.walk.drive({"forward": 0.1}, "anna"), "limited"
-    rig.walker.fall()
-    rig.walker.ended = "it lies"
-    with pytest.raises(InvalidCommand, match="it lies"):
-        rig.walk.drive({"forward": 0.1}, "anna")
-
-
 def test_after_a_stop_it_walks_on_at_once(rig):
     rig.walk.drive({"forward": 0.1}, "anna")
     rig.walker.give_up()
