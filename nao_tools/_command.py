@@ -16,8 +16,6 @@ from nao_tools._security.command import app as security
 from zenoh_ice.application.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import ROUTER_DEFAULTS, Settings
 
-__all__ = ["app"]
-
 app = typer.Typer(
     name="nao",
     no_args_is_help=True,

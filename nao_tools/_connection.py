@@ -21,21 +21,6 @@ from zenoh_ice.status import ProcessStatus
 from zenoh_ice.text import few, printable
 from zenoh_ice.transport import Target
 
-__all__ = [
-    "ask_processes",
-    "by_kind",
-    "find_operation",
-    "find_servant",
-    "listens",
-    "loss",
-    "nobody",
-    "operation_of",
-    "process_name",
-    "servants",
-    "split",
-    "wait_for_servant",
-]
-
 _NEWS_LIMIT: Final = 0.1  # s without news after which all servants of a link are known; it arrives within ms
 _FIRST_NEWS_LIMIT: Final = 0.5  # s after which a link without any news has no servants
 _CONNECTION_LIMIT: Final = 1.0  # s to wait for a connection

@@ -24,8 +24,6 @@ from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.application.logs import rotating
 from zenoh_ice.text import signal_name
 
-__all__ = ["Launcher", "free_endpoint", "start"]
-
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _STDIN = 0
 _ENDPOINT = re.compile(r"tcp/(?P<host>[\w.-]+):(?P<port>\d+)")

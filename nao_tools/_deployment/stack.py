@@ -50,17 +50,6 @@ from zenoh_ice.application.tether import CANNOT_RUN
 from zenoh_ice.toml_file import parse_toml, read_text
 from zenoh_ice.transport import check_name
 
-__all__ = [
-    "ProcessSpec",
-    "Restarts",
-    "Stack",
-    "StackError",
-    "load_stack",
-    "program_path",
-    "shipped",
-    "stack_path",
-]
-
 _VARIABLE: Final = re.compile(r"\{(\w+)\}")
 _BEHAVIORS: Final = "behaviors"
 _PACKAGE: Final = Path(__file__).parents[1]

@@ -19,8 +19,6 @@ from zenoh_ice.exceptions import ZenohIceError
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
 
-__all__ = ["examine"]
-
 _COLORS: Final = {Level.OK: "green", Level.NOTE: "cyan", Level.WARNING: "yellow", Level.FAILURE: "bold red"}
 _MARGIN: Final = 7
 

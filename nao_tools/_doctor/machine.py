@@ -18,8 +18,6 @@ from zenoh_ice.application.processor import lacks_of_mujoco
 from zenoh_ice.settings import LOOPBACK_6, has_address, has_only_ipv6
 from zenoh_ice.text import signal_name
 
-__all__ = ["check_machine"]
-
 _LIMIT: Final = 30.0  # s for another process; software rendering takes some to start
 _LONGEST: Final = 500  # characters of its last line
 _MISSING: Final = "missing "

@@ -32,8 +32,6 @@ from zenoh_ice.settings import DEFAULT_ENDPOINT, LOOPBACK_6, Settings, has_only_
 from zenoh_ice.status import ProcessStatus
 from zenoh_ice.text import few, printable
 
-__all__ = ["check_network", "holder_of"]
-
 _PINGS: Final = 20
 _SLOW: Final = 0.01  # s; on one machine a ping takes a quarter of a millisecond
 _SAMPLE_LIMIT: Final = 2.0  # s

@@ -15,8 +15,6 @@ from nao_tools._doctor.findings import Finding, fail, note, ok
 from zenoh_ice.application.kept_stop import UNREADABLE, Kept, kept_directory, read_kept
 from zenoh_ice.text import printable
 
-__all__ = ["check_robots"]
-
 _MOST_KEPT: Final = 20  # whose kept stops are listed
 _RECORD: Final = bytes(4096)  # larger than any that a server keeps, and a block of a disk
 _FULL: Final = (errno.ENOSPC, errno.EDQUOT)

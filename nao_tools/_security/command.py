@@ -18,8 +18,6 @@ from zenoh_ice.settings import ROUTER_DEFAULTS, Role, load_settings
 if TYPE_CHECKING:
     from nao_tools._security.folder import SecurityFolder
 
-__all__ = ["app"]
-
 app = typer.Typer(
     help="Make certificates and settings for robots and people on a network, and show who may do what.",
     no_args_is_help=True,
