@@ -61,20 +61,17 @@ MOTION: Final = frozenset((Activity.JOINTS, Activity.WALK, Activity.POSTURE, Act
 _Operation = TypeVar("_Operation", bound=Callable[..., Any])
 
 
-def begins(*activities: Activity) -> Callable[[_Operation], _Operation]:
-    """Mark an operation by what its calls begin; a call without marks ends only with its client."""
+def begins(*activities: Activity, urgent: bool = False) -> Callable[[_Operation], _Operation]:
+    """Mark an operation by what its calls begin; a call without marks ends only with its client.
+
+    A long operation that is `urgent` stops something: it waits for no other call of any client.
+    """
 
     def mark(operation: _Operation) -> _Operation:
-        operation.begins = frozenset(activities)  # type: ignore[attr-defined]
+        operation.begins, operation.urgent = frozenset(activities), urgent  # type: ignore[attr-defined]
         return operation
 
     return mark
-
-
-def urgent(operation: _Operation) -> _Operation:
-    """Mark a long operation that stops something: it waits for no other call of any client."""
-    operation.urgent = True  # type: ignore[attr-defined]
-    return operation
 
 
 class Client:
