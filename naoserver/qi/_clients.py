@@ -157,6 +157,7 @@ class CallTable:
     """The calls that have arrived and not ended, and the lock of everything that they begin."""
 
     def __init__(self, clock: Clock) -> None:
+        self.clock: Final = clock
         self._lock = threading.RLock()
         self._fewer = threading.Condition(self._lock)
         self._calls: dict[Client, set[Call]] = {}

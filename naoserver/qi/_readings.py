@@ -11,7 +11,7 @@ from naoserver.body import Body
 from naoserver.capabilities import FootReading, SenseReading
 from naoserver.parts import MotorHeat
 from naoserver.qi._access import Access
-from naoserver.qi._lamps import LAMPS, brightness
+from naoserver.qi._leds import LAMPS, brightness
 from naoserver.qi._postures import ALRobotPosture
 from naoserver.qi._sensors import ALSonar, touch_part
 from naoserver.robot import JointReading
