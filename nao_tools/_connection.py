@@ -55,12 +55,16 @@ def by_kind(found: Iterable[ServantInfo]) -> list[list[ServantInfo]]:
     return list(kinds.values())
 
 
+class OtherVersionError(NaoError):
+    """The servants of the realm are of another version."""
+
+
 def nobody(communicator: Communicator) -> ZenohIceError:
     """Return the error for a realm without servants; it names the realms that have some."""
     if not communicator.presence.linked():
         return communicator.presence.explain_absence(Target(communicator.realm, "Nobody"))
     if other := communicator.presence.other_version_in(communicator.realm):
-        return NaoError(f"realm {communicator.realm!r} has {other}")
+        return OtherVersionError(f"realm {communicator.realm!r} has {other}")
     tokens: list[str] = []
     watch = communicator.transport.watch("@servant/**", lambda token, _: tokens.append(token))
     time.sleep(_FIRST_NEWS_LIMIT)

@@ -329,10 +329,8 @@ def free_endpoint(endpoint: str) -> str:
     match = _ENDPOINT.fullmatch(endpoint)
     if match is None:
         raise StackError(f"endpoint {endpoint!r} is not of the form tcp/HOST:PORT")
-    try:
+    with contextlib.suppress(OSError, OverflowError):
         return _listen(match["host"], int(match["port"]))
-    except (OSError, OverflowError):
-        pass
     try:
         return _listen(match["host"], 0)
     except OSError as error:

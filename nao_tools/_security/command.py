@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenoh_ice import ConfigurationException
+from zenoh_ice.application import missing_package
 from zenoh_ice.settings import ROUTER_DEFAULTS, Role, load_settings
 
 if TYPE_CHECKING:
@@ -170,6 +171,4 @@ def _needs_cryptography() -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        raise ConfigurationException(
-            f"{error.name} is not installed; type: pip install 'visualhfsm[security]'"
-        ) from error
+        raise ConfigurationException(missing_package(error, "security")) from error
