@@ -248,7 +248,7 @@ def lights_of(name: str) -> tuple[tuple[str, ...], str] | None:
     return tuple(f"{side}{light}" for side in meant or sides), part
 
 
-def brightness(lamp: tuple[str, int | None], shown: Mapping[str, Color]) -> float:
-    """Return how bright a lamp of `LAMPS` is, from 0 to 1, with the lights that are shown."""
-    light, color = lamp
-    return max(shown[light]) if color is None else shown[light][color]
+def brightness_of_lamps(shown: Mapping[str, Color]) -> Iterator[tuple[str, float]]:
+    """Yield the name of each lamp, and how bright it is, from 0 to 1, with the lights that are shown."""
+    for name, (light, color) in LAMPS.items():
+        yield name, max(shown[light]) if color is None else shown[light][color]
