@@ -1,37 +1,7 @@
-"""Read a stack file: which processes make up a stack, and how each is started.
+"""Read a stack file: which processes make up a stack, and how each is started; docs/how-to/nao.md shows one.
 
-    name = "demo"
-    log_dir = "demo/logs"                       # relative to the working directory
-    endpoint = "tcp/127.0.0.1:7447"             # another free port is taken when this one is in use
-
-    [variables]                                 # used as {speed}; changed with --set speed=5
-    speed = "1"
-
-    [[process]]
-    name = "naoserver"
-    command = ["python", "-m", "naoserver_sim", "--listen", "{endpoint}", "--speed", "{speed}"]
-    ready = "serving"                           # a regular expression that a line of its output matches
-    ready_timeout = 20.0                        # seconds
-    stop_timeout = 3.0                          # seconds before a harder signal
-    after = []                                  # processes that must be ready before this one starts
-    environment = { MUJOCO_GL = "egl" }
-
-    [[process]]
-    name = "view"
-    command = ["visualhfsm", "watch"]
-    foreground = true                           # at most one: it owns the terminal; its end ends the stack
-    machines = ["operator"]                     # where it runs, of a stack for several machines
-
-    [[process]]
-    name = "ball"
-    command = ["ballmover", "red"]              # {behaviors} is the folder of ours
-    restart = "on-failure"                      # or "never": then its end ends the stack
-    restart_limit = 5                           # failures in a row, none a minute after its start
-    restart_pause = 1.0                         # seconds before it is started again
-    notify = true                               # under systemd, ready is when it says so itself, by READY=1
-    watchdog = 30.0                             # seconds within which it says again that it works
-
-`python` stands for the interpreter that runs the launcher; other programs are looked up in its folder first.
+`{speed}` in a command stands for a variable. `python` stands for the interpreter that runs the launcher;
+other programs are looked up in its folder first.
 """
 
 from __future__ import annotations
