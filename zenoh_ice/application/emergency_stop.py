@@ -9,6 +9,7 @@ tests/data/emergency_stop has the bytes, with the answers of the releases so far
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable
 from concurrent.futures import Future, InvalidStateError
@@ -167,7 +168,8 @@ class RobotStop:
         last = time.monotonic() - self.confirmed_at >= limit
         if answered or last:
             if velocities is not None:
-                self.speed = max(map(abs, velocities), default=self.speed)
+                known = [abs(velocity) for velocity in velocities if not math.isnan(velocity)]
+                self.speed = max(known, default=self.speed)
             self.lost = self.lost if lost is None else lost
             self.over = last or self.still
 
