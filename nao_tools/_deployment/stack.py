@@ -14,6 +14,7 @@ from typing import Annotated, Final, Literal
 
 import msgspec
 from msgspec import Meta, Struct
+from msgspec.structs import replace
 
 from zenoh_ice import ZenohIceError
 from zenoh_ice.application.tether import CANNOT_RUN
@@ -151,10 +152,10 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
             raise StackError(f"{f'there is no machine {machine}' if machine else self.name}: {known}")
         names = {each.name for each in self._part(machine)}
         part = [
-            msgspec.structs.replace(each, after=tuple(name for name in each.after if name in names))
+            replace(each, after=tuple(name for name in each.after if name in names))
             for each in self._part(machine)
         ]
-        return msgspec.structs.replace(self, processes=tuple(part))
+        return replace(self, processes=tuple(part))
 
     def _part(self, machine: str) -> list[ProcessSpec]:
         return [each for each in self.processes if not machine or machine in (each.machines or [machine])]
@@ -165,10 +166,8 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         Raises ConfigurationException for a text that is no realm.
         """
         settings = {"VISUALHFSM_REALM": check_name(realm, "realm")}
-        processes = tuple(
-            msgspec.structs.replace(each, environment=settings | each.environment) for each in self.processes
-        )
-        return msgspec.structs.replace(self, processes=processes)
+        processes = tuple(replace(each, environment=settings | each.environment) for each in self.processes)
+        return replace(self, processes=processes)
 
     def with_variables(self, changes: dict[str, str]) -> tuple[ProcessSpec, ...]:
         """Return the processes with every `{variable}` filled in.
@@ -186,7 +185,7 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
             return _VARIABLE.sub(lambda match: values[match[1]], text)
 
         return tuple(
-            msgspec.structs.replace(
+            replace(
                 process,
                 command=tuple(fill(word) for word in process.command),
                 environment={key: fill(value) for key, value in process.environment.items()},
@@ -203,7 +202,7 @@ def load_stack(path: Path) -> Stack:
     """
     stack = parse_toml(read_text(path, StackError), Stack, str(path), StackError)
     name = stack.name or re.sub(r"[^A-Za-z0-9_.-]", "-", path.stem)
-    return msgspec.structs.replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")
+    return replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")
 
 
 def shipped(folder: str, package: Path = _PACKAGE) -> Path:
