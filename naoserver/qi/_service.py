@@ -136,7 +136,7 @@ def _refused_service(name: str) -> object:
 class _Libqi:
     """The services in libqi, at a private address on the loopback interface, until it is closed.
 
-    A service of its own, the door, lends each client its own objects; see `naoserver.qi._connections`.
+    Another service, the door, lends each client its own objects; see `naoserver.qi._connections`.
     """
 
     def __init__(self, facades: Mapping[str, Callable[[Client], object]]) -> None:
