@@ -168,8 +168,8 @@ class Launcher:
         One that is not ready in time has exit code 1, and may still run. Raises OSError when it cannot start.
         """
         spec = process.spec
-        await process.start()
-        watch = asyncio.create_task(process.wait())
+        child = await process.start()
+        watch = asyncio.create_task(child.wait())
         ready = asyncio.create_task(process.ready.wait())
         try:
             done, _ = await asyncio.wait(
@@ -243,7 +243,7 @@ class _StackProcess:
         self._rest = b""
         self._child: ChildProcess | None = None
 
-    async def start(self) -> None:
+    async def start(self) -> ChildProcess:
         """Start the process; it is ready at once when the stack file gives no pattern to wait for."""
         self.ready.clear()
         self.tail.clear()
@@ -265,14 +265,7 @@ class _StackProcess:
         self._child = child
         if not self.spec.ready:
             self.ready.set()
-
-    async def wait(self) -> int:
-        """Wait for the end of the process and of its output.
-
-        Returns its exit code, which is minus the number of the signal that ended it, if one did.
-        """
-        assert self._child is not None
-        return await self._child.wait()
+        return child
 
     async def stop(self, force: asyncio.Event | None = None) -> None:
         """End the process and its whole group: SIGINT, SIGTERM after `stop_timeout`, then SIGKILL.

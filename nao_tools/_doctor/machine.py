@@ -1,4 +1,4 @@
-"""Check the machine: what renders and grades, its limits, addresses and clock, and the robots served on it."""
+"""Check the machine: what renders and grades, its limits, addresses, clock, and the robots served on it."""
 
 from __future__ import annotations
 
