@@ -14,7 +14,7 @@ from naoserver._motions.keyframes import Motion
 from naoserver._motions.routes import MotionRoute, Route
 from naoserver._servants.motions import MOTION
 from naoserver.errors import InvalidCommand
-from naoserver.qi._access import Access, Service
+from naoserver.qi._access import Access, Service, delegated
 from naoserver.qi._animations import TAGS, AnimationRoute, find_animation, load_animations
 from naoserver.qi._arguments import chosen, constant, keepable, kept, refused, text, texts
 from naoserver.qi._clients import Activity, Call, Client, begins, begins_any
@@ -132,10 +132,7 @@ class ALBehaviorManager(Service):
 class ALAnimationPlayer(Service):
     """Run animations: ALBehaviorManager runs them, too."""
 
-    @begins(Activity.BEHAVIOR)
-    def run(self, call: Call, name: object) -> None:
-        """Run an animation; returns at its end. Whatever else moves the body is stopped first."""
-        self._access.service(ALBehaviorManager).runBehavior(call, name)
+    run = delegated(ALBehaviorManager, ALBehaviorManager.runBehavior)
 
     @begins(Activity.BEHAVIOR)
     def runTag(self, call: Call, tag: object) -> None:
@@ -172,34 +169,6 @@ class ALFrameManager(Service):
                 return name
         raise InvalidCommand("file name", f"{str(folder)[-200:]!r} is the folder of no behavior: {_NO_BOXES}")
 
-    @begins(Activity.BEHAVIOR)
-    def playBehavior(self, id_: object) -> None:
-        """Start a behavior; returns at once."""
-        self._manager.startBehavior(id_)
-
-    @begins(Activity.BEHAVIOR)
-    def completeBehavior(self, call: Call, id_: object) -> None:
-        """Run a behavior; returns at its end. Whatever else moves the body is stopped first."""
-        self._manager.runBehavior(call, id_)
-
-    def exitBehavior(self, id_: object) -> None:
-        """Stop a behavior."""
-        self._manager.stopBehavior(id_)
-
-    deleteBehavior = stopBehavior = exitBehavior
-
-    def cleanBehaviors(self) -> None:
-        """Stop every behavior."""
-        self._manager.stopAllBehaviors()
-
-    def isBehaviorRunning(self, id_: object) -> bool:
-        """Return whether a behavior runs."""
-        return self._manager.isBehaviorRunning(id_)
-
-    def behaviors(self) -> list[str]:
-        """Return the names of the behaviors that run."""
-        return self._manager.getRunningBehaviors()
-
     def getBehaviorPath(self, id_: object) -> str:
         """Return the folder of a behavior on the robot's disk, which may be missing there."""
         return f"{_FOLDER / self._manager._motion(id_).name}/"
@@ -208,5 +177,12 @@ class ALFrameManager(Service):
         """Return the duration of a behavior in s, from the posture in which it begins."""
         return self._manager._motion(id_).duration
 
+    playBehavior = delegated(ALBehaviorManager, ALBehaviorManager.startBehavior)
+    completeBehavior = delegated(ALBehaviorManager, ALBehaviorManager.runBehavior)
+    exitBehavior = delegated(ALBehaviorManager, ALBehaviorManager.stopBehavior)
+    deleteBehavior = stopBehavior = exitBehavior
+    cleanBehaviors = delegated(ALBehaviorManager, ALBehaviorManager.stopAllBehaviors)
+    isBehaviorRunning = delegated(ALBehaviorManager, ALBehaviorManager.isBehaviorRunning)
+    behaviors = delegated(ALBehaviorManager, ALBehaviorManager.getRunningBehaviors)
     newBehavior = newBehaviorFromChoregraphe = createTimeline = _no_boxes
     playTimeline = stopTimeline = gotoAndPlay = gotoAndStop = _no_boxes
