@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import astuple
 from operator import attrgetter
 from typing import Any, Final
 
 from naoserver._naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.body import Body
 from naoserver.capabilities import FootReading, SenseReading
-from naoserver.parts import MotorHeat, Sole
+from naoserver.parts import CORNERS, MotorHeat, Sole
 from naoserver.qi._access import Access
 from naoserver.qi._leds import brightness_of_lamps
 from naoserver.qi._postures import ALRobotPosture
@@ -37,14 +38,6 @@ _CONFIG: Final = {
 """Facts of the body. Source: what NAOqi 2.1 logs in its own simulator when it starts."""
 _WARM: Final = 0.3
 """Part of the way from a hot to a too hot motor at which it gives less than 70 % of its torque."""
-_FOOT_KEYS: Final = {
-    "FrontLeft": "front_left",
-    "FrontRight": "front_right",
-    "RearLeft": "rear_left",
-    "RearRight": "rear_right",
-    "TotalWeight": "total",
-}
-"""The part of a FootReading under each key of a foot."""
 
 _SIDES: Final = ("Left", "Right")
 
@@ -103,15 +96,14 @@ def _steps(heat: MotorHeat | None) -> tuple[float, ...]:
 def _of_foot(side: str, foot: FootReading, sole: Sole) -> Iterator[tuple[str, object]]:
     """Yield keys and values of the foot on a side, `Left` or `Right`."""
     prefix = f"{DEVICES}{side[0]}Foot/FSR/"
-    for name, part in _FOOT_KEYS.items():
-        yield f"{prefix}{name}/Sensor/Value", getattr(foot, part) / GRAVITY
-    moments = [(getattr(foot, _FOOT_KEYS[name]), place) for name, place in sole.pressure.items()]
+    corners = dict(zip(CORNERS, astuple(foot), strict=True))
+    for name, force in {**corners, "TotalWeight": foot.total}.items():
+        yield f"{prefix}{name}/Sensor/Value", force / GRAVITY
+    moments = [(corners[name], place) for name, place in sole.pressure.items()]
     for axis, name in enumerate("XY"):  # in m, in the frame of the foot; 0 for a free one
         moment = sum(force * place[axis] for force, place in moments)
-        yield (
-            f"{prefix}CenterOfPressure/{name}/Sensor/Value",
-            moment / foot.total if foot.total > 0.0 else 0.0,
-        )
+        center = moment / foot.total if foot.total > 0.0 else 0.0
+        yield f"{prefix}CenterOfPressure/{name}/Sensor/Value", center
     mass = foot.total / GRAVITY
     yield f"{side.lower()}FootTotalWeight", mass
     yield f"{side.lower()}FootContact", float(mass > _STANDS)
