@@ -25,8 +25,6 @@ from zenoh_ice.reflection import Member
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import cut
 
-__all__ = ["call", "shown_bytes"]
-
 _BY_NAME: Final = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
 _LARGEST_FILE: Final = 32 << 20  # bytes
 _LONGEST_SHOWN: Final = 60  # characters of a wrong word in an error

@@ -16,8 +16,6 @@ from nao_tools._security.command import app as security
 from zenoh_ice.application.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import ROUTER_DEFAULTS, Settings
 
-__all__ = ["app"]
-
 app = typer.Typer(
     name="nao",
     no_args_is_help=True,
@@ -28,6 +26,7 @@ app = typer.Typer(
 
 _DEFAULTS = {"clock": "wall"}
 
+_SECONDS: Any = typer.Option(min=0.0, callback=finite, help="Stop after this many seconds; 0 means never.")
 _Json = Annotated[bool, typer.Option("--json", help="Print JSON on one line, for programs.")]
 
 
@@ -127,9 +126,7 @@ def watch(
     settings: Settings,
     stream: Annotated[str, _argument("SERVANT[.OPERATION]", _STREAM, complete_stream)],
     count: Annotated[int, typer.Option(min=0, help="Stop after this many samples; 0 means never.")] = 0,
-    seconds: Annotated[
-        float, typer.Option(min=0.0, callback=finite, help="Stop after this many seconds; 0 means never.")
-    ] = 0.0,
+    seconds: Annotated[float, _SECONDS] = 0.0,
     rate: Annotated[
         float | None,
         typer.Option(min=0.001, callback=finite, help="Receive at most this many samples per second."),
@@ -283,10 +280,7 @@ def stack(
     machine: Annotated[
         str, typer.Option(metavar="NAME", help="Which part to start, of a stack for several machines.")
     ] = "",
-    seconds: Annotated[
-        float | None,
-        typer.Option(min=0.0, callback=finite, help="Stop after this many seconds; 0 means never."),
-    ] = None,
+    seconds: Annotated[float | None, _SECONDS] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a variable of the stack; repeatable."),

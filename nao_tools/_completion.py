@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from nao_tools._dynamic import DynamicProxy
     from zenoh_ice import Communicator
 
-__all__ = ["complete_call", "complete_camera", "complete_servant", "complete_stream", "join_words"]
-
 _CALL_LIMIT: Final = 0.5  # s that one servant may delay a completion
 _BREAK: Final = re.compile("[:=]+")
 

@@ -21,21 +21,6 @@ from zenoh_ice.status import ProcessStatus
 from zenoh_ice.text import few, printable
 from zenoh_ice.transport import Target
 
-__all__ = [
-    "ask_processes",
-    "by_kind",
-    "find_operation",
-    "find_servant",
-    "listens",
-    "loss",
-    "nobody",
-    "operation_of",
-    "process_name",
-    "servants",
-    "split",
-    "wait_for_servant",
-]
-
 _NEWS_LIMIT: Final = 0.1  # s without news after which all servants of a link are known; it arrives within ms
 _FIRST_NEWS_LIMIT: Final = 0.5  # s after which a link without any news has no servants
 _CONNECTION_LIMIT: Final = 1.0  # s to wait for a connection
@@ -70,12 +55,16 @@ def by_kind(found: Iterable[ServantInfo]) -> list[list[ServantInfo]]:
     return list(kinds.values())
 
 
+class OtherVersionError(NaoError):
+    """The servants of the realm are of another version."""
+
+
 def nobody(communicator: Communicator) -> ZenohIceError:
     """Return the error for a realm without servants; it names the realms that have some."""
     if not communicator.presence.linked():
         return communicator.presence.explain_absence(Target(communicator.realm, "Nobody"))
     if other := communicator.presence.other_version_in(communicator.realm):
-        return NaoError(f"realm {communicator.realm!r} has {other}")
+        return OtherVersionError(f"realm {communicator.realm!r} has {other}")
     tokens: list[str] = []
     watch = communicator.transport.watch("@servant/**", lambda token, _: tokens.append(token))
     time.sleep(_FIRST_NEWS_LIMIT)

@@ -35,8 +35,6 @@ from zenoh_ice.servant import OBJECT_INTERFACE
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
-__all__ = ["DynamicProxy", "Types", "target_of"]
-
 _BUILTIN_TYPES: Final[Mapping[str, Any]] = {
     "bool": bool,
     "byte": Byte,

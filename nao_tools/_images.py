@@ -18,8 +18,6 @@ from zenoh_ice import initialize
 from zenoh_ice.interface import RETURN_VALUE
 from zenoh_ice.settings import Settings
 
-__all__ = ["image_operation", "png", "save_image"]
-
 # The pixel format that a camera is asked for, by the ending of the file.
 _FORMATS: Final = {".png": "RGB8", ".ppm": "RGB8", ".jpg": "JPEG", ".jpeg": "JPEG"}
 _MEMBERS: Final = {"description", "pixelData"}

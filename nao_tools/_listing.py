@@ -29,8 +29,6 @@ from zenoh_ice.reflection import OperationDescription, unscoped
 from zenoh_ice.settings import Settings
 from zenoh_ice.status import ProcessStatus
 
-__all__ = ["describe", "list_servants"]
-
 
 def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
     """Print the servants whose name or interface fits a pattern.

@@ -18,20 +18,6 @@ from rich.text import Text
 from nao_tools._values import Json
 from zenoh_ice.text import printable
 
-__all__ = [
-    "console",
-    "count_text",
-    "duration_text",
-    "for_people",
-    "lost_text",
-    "pretty",
-    "print_json",
-    "print_value",
-    "span_text",
-    "width",
-    "wrapped",
-]
-
 _ANY_LENGTH: Final = 1 << 16  # columns
 _INDENT: Final = 2
 _MOST_ITEMS: Final = 32  # of a list that are shown to a person; a few more, if those are all

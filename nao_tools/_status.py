@@ -19,8 +19,6 @@ from zenoh_ice.settings import Settings
 from zenoh_ice.status import ProcessStatus, ServantStatus
 from zenoh_ice.text import few, printable
 
-__all__ = ["status"]
-
 _MOST_EVENTS: Final = 5
 _MOST_SERVANTS: Final = 8  # of a process that are shown, besides those with troubles
 

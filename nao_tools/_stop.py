@@ -28,8 +28,6 @@ from zenoh_ice.application import emergency_stop
 from zenoh_ice.application.emergency_stop import SAFETY, begin_stop
 from zenoh_ice.settings import Settings
 
-__all__ = ["hold", "reset", "stop", "stop_all"]
-
 _STOPPED: Final = "the robot refuses commands until `nao stop --reset`"
 _LATER: Final = "it is stopped once its server finds it"
 _NO_LINK: Final = "no link was made"
@@ -51,13 +49,13 @@ def stop(
     stopping = Stopping(settings, reason, limit=seconds, limits=limits)
     stopping.run(_report)
     realm = stopping.realms[settings.realm]
-    if not realm.stopped:
+    if not realm.confirmed:
         _stop_by_a_call(settings, reason, stopping)
     if as_json:
         print_json(_result(stopping))
     elif stopping.succeeded:
         typer.echo(_outcome(realm))
-    if not realm.stopped:
+    if not realm.confirmed:
         raise NaoError(f"the robot was NOT stopped: {realm.trouble}")
     if not realm.still:
         raise NaoError(_outcome(realm))
@@ -103,12 +101,12 @@ def _result(stopping: Stopping) -> Json:
         "robots": [
             {
                 "realm": realm.name,
-                "stopped": realm.stopped,
+                "stopped": realm.confirmed,
                 "still": realm.still,
                 "fastestJoint": realm.speed,
                 "lost": realm.lost or "",
                 "lostFor": realm.lost_for,
-                "trouble": "" if realm.stopped else realm.trouble,
+                "trouble": "" if realm.confirmed else realm.trouble,
             }
             for realm in stopping.concerned
         ],
@@ -123,7 +121,7 @@ def _report(text: str) -> None:
 
 
 def _outcome(realm: Realm) -> str:
-    if not realm.stopped:
+    if not realm.confirmed:
         return f"NOT stopped: {realm.trouble or 'no answer'}"
     if realm.lost:
         return f"stopped, but the robot is {lost_text(realm.lost, realm.lost_for)}: look at it; {_LATER}"
@@ -149,7 +147,7 @@ def _stop_by_a_call(settings: Settings, reason: str, stopping: Stopping) -> None
     except ZenohIceError as error:
         realm.trouble = str(error)
     else:
-        realm.stopped_at = time.monotonic()
+        realm.confirm()
 
 
 def hold(settings: Settings, reason: str) -> None:

@@ -20,12 +20,17 @@ from typing import Any, Final, TypeVar
 import msgspec
 
 from zenoh_ice import ConnectFailedException, ZenohIceError, typed
-from zenoh_ice.application.emergency_stop import SAFETY, STILL, STILL_LIMIT, refusal, stop_key, stop_payload
+from zenoh_ice.application.emergency_stop import (
+    SAFETY,
+    STILL_LIMIT,
+    RobotStop,
+    refusal,
+    stop_key,
+    stop_payload,
+)
 from zenoh_ice.messenger import Answer, Messenger
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
-
-__all__ = ["STOP_LIMITS", "Realm", "Route", "StopLimits", "Stopping"]
 
 _LINKS: Final = 6  # tried for each endpoint; the firewall of a lab lets an address have sixteen
 _STAGGER: Final = 0.5  # s between their beginnings: on a good network the first has done it by then
@@ -72,62 +77,24 @@ class Route:
 
 
 @dataclass
-class Realm:
-    """What is known about the stop of one robot."""
+class Realm(RobotStop):
+    """What is known about the stop of the robot of a realm."""
 
     name: str
     required: bool = True
     """Whether it is there, as far as we know."""
-    stopped_at: float | None = None
-    """The moment of the monotonic clock when the robot confirmed the stop."""
     trouble: str = ""
-    """Why it did not, last."""
-    speed: float | None = None
-    """The fastest joint in rad/s, last; None while the robot does not say."""
-    lost: str | None = None
-    """Why no command reaches the robot, last; empty while they do, None while it does not say."""
+    """Why it did not stop, last."""
     lost_for: float = 0.0
-    """Seconds for which that is so."""
-    watched: bool = False
-    """Whether nothing more is to be done: its joints are still, or unknown, or do not come to rest."""
-
-    @property
-    def stopped(self) -> bool:
-        """Whether the robot has confirmed the stop."""
-        return self.stopped_at is not None
-
-    @property
-    def stopped_for(self) -> float:
-        """Seconds since it confirmed the stop; 0 before."""
-        return 0.0 if self.stopped_at is None else time.monotonic() - self.stopped_at
-
-    @property
-    def moving(self) -> bool:
-        """Whether its joints still moved when it was last asked."""
-        return self.speed is not None and self.speed >= STILL
+    """Seconds for which no command has reached it."""
 
     def note(self, answers: list[Answer]) -> None:
         """Note the answers to a stop; without any, nothing is known."""
         failures = [failure for answer in answers if (failure := refusal(*answer)) is not None]
         if failures:
             self.trouble = printable(str(failures[0]), _LONGEST_TROUBLE)
-        elif answers and self.stopped_at is None:
-            self.stopped_at = time.monotonic()
-
-    @property
-    def still(self) -> bool:
-        """Whether it has stopped and its joints are still, as far as it says and knows."""
-        return self.stopped and not self.moving and not self.lost
-
-    def watch(self, speed: float | None, safety: _SafetyAnswer | None, *, last: bool) -> None:
-        """Note the speed of its fastest joint after the stop, and its state; None for what it did not say.
-
-        It is watched until its joints are known to be still, or until this is the `last` look.
-        """
-        self.speed = self.speed if speed is None else speed
-        if safety is not None:
-            self.lost, self.lost_for = safety.returnValue.lost, safety.returnValue.lostFor
-        self.watched = last or self.still
+        elif answers:
+            self.confirm()
 
 
 class Stopping:
@@ -157,7 +124,7 @@ class Stopping:
     @property
     def concerned(self) -> list[Realm]:
         """The robots that were to be stopped, by name."""
-        return [realm for _, realm in sorted(self.realms.items()) if realm.required or realm.stopped]
+        return [realm for _, realm in sorted(self.realms.items()) if realm.required or realm.confirmed]
 
     @property
     def unreached(self) -> list[Route]:
@@ -210,12 +177,12 @@ class Stopping:
         """Return whether nothing is left to do."""
         if self._fault is not None:
             return True
-        if not all(realm.watched for realm in self.concerned):
+        if not all(realm.over for realm in self.concerned):
             return False
         return all(route.settled for route in self.routes) if self._every_realm else True
 
     def _missing(self) -> str:
-        waiting = [realm for realm in self.concerned if not realm.stopped]
+        waiting = [realm for realm in self.concerned if not realm.confirmed]
         moving = [f"{realm.name}: its joints move" for realm in self.concerned if realm.moving]
         moving += [f"{realm.name}: no command reaches it" for realm in self.concerned if realm.lost]
         troubles = [f"{realm.name}: {realm.trouble}" for realm in waiting if realm.trouble]
@@ -288,13 +255,13 @@ class Stopping:
     def _stop_over(self, messenger: Messenger) -> None:
         """Stop every robot that is not known to be still, and look whether it is."""
         with self._changed:
-            pending = [realm for realm in self.realms.values() if not realm.watched]
+            pending = [realm for realm in self.realms.values() if not realm.over]
         stops = {stop_key(realm.name): self._payload for realm in pending}
         answers = messenger.ask(stops, self._limits.answer)
         with self._changed:
             for realm in pending:
                 realm.note(answers[stop_key(realm.name)])
-            stopped = [realm for realm in pending if answers[stop_key(realm.name)] and realm.stopped]
+            stopped = [realm for realm in pending if answers[stop_key(realm.name)] and realm.confirmed]
         joints = {realm.name: f"{realm.name}/Body/getJointState" for realm in stopped}
         safeties = {realm.name: f"{realm.name}/{SAFETY}/getSafetyState" for realm in stopped}
         questions = [*joints.values(), *safeties.values()]
@@ -302,9 +269,15 @@ class Stopping:
         with self._changed:
             for realm in stopped:
                 moves, may = states[joints[realm.name]], states[safeties[realm.name]]
-                last = realm.stopped_for >= self._limits.standstill
-                if (moves and may) or last:  # a busy robot may answer late
-                    realm.watch(_fastest(moves), _result(may, _SafetyAnswer), last=last)
+                state, safety = _result(moves, _JointState), _result(may, _SafetyAnswer)
+                if safety is not None:
+                    realm.lost_for = safety.returnValue.lostFor
+                realm.look(
+                    None if state is None else state.returnValue.velocities,
+                    None if safety is None else safety.returnValue.lost,
+                    self._limits.standstill,
+                    answered=bool(moves and may),
+                )
 
 
 def _routes(settings: Settings, limit: float) -> list[Route]:
@@ -324,12 +297,6 @@ def _routes(settings: Settings, limit: float) -> list[Route]:
     if settings.mode == "peer":
         routes.append(Route("peers", settings.override(**limits), required=not routes))
     return routes
-
-
-def _fastest(answers: list[Answer]) -> float | None:
-    """Return the largest speed in a robot's answer; None where it is not as our releases give it."""
-    state = _result(answers, _JointState)
-    return None if state is None else max(map(abs, state.returnValue.velocities), default=None)
 
 
 def _result(answers: list[Answer], kind: type[T]) -> T | None:

@@ -20,8 +20,6 @@ from zenoh_ice.interface import TYPE_FIELD, Value, type_id_of
 from zenoh_ice.reflection import Member, Schema, unscoped
 from zenoh_ice.text import cut
 
-__all__ = ["FromJson", "Json", "is_bytes", "to_json"]
-
 Json: TypeAlias = bool | int | float | str | list["Json"] | dict[str, "Json"] | None
 
 _ZEROS: Final[Mapping[str, object]] = {

@@ -42,8 +42,6 @@ from zenoh_ice import Sample, initialize
 from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.settings import Settings
 
-__all__ = ["StreamStatistics", "watch"]
-
 _REDRAW: Final = 0.1  # s between two pictures of the view
 _LINE: Final = 1.0  # s between two lines, where the output is no terminal
 _MOST_WAITING: Final = 1024  # samples that were received and not yet handled

@@ -28,8 +28,6 @@ from typing import Final, cast
 from zenoh_ice.exceptions import EndpointInUseException
 from zenoh_ice.settings import host_and_port
 
-__all__ = ["LIMITS", "LISTENERS", "Admission", "AdmissionLimits", "raise_file_limit"]
-
 LISTENERS: Final = 32
 """Listeners of Zenoh that share the connections: each gets over ten failed handshakes a second."""
 

@@ -24,8 +24,6 @@ from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.application.logs import rotating
 from zenoh_ice.text import signal_name
 
-__all__ = ["Launcher", "free_endpoint", "start"]
-
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _STDIN = 0
 _ENDPOINT = re.compile(r"tcp/(?P<host>[\w.-]+):(?P<port>\d+)")
@@ -170,8 +168,8 @@ class Launcher:
         One that is not ready in time has exit code 1, and may still run. Raises OSError when it cannot start.
         """
         spec = process.spec
-        await process.start()
-        watch = asyncio.create_task(process.wait())
+        child = await process.start()
+        watch = asyncio.create_task(child.wait())
         ready = asyncio.create_task(process.ready.wait())
         try:
             done, _ = await asyncio.wait(
@@ -245,7 +243,7 @@ class _StackProcess:
         self._rest = b""
         self._child: ChildProcess | None = None
 
-    async def start(self) -> None:
+    async def start(self) -> ChildProcess:
         """Start the process; it is ready at once when the stack file gives no pattern to wait for."""
         self.ready.clear()
         self.tail.clear()
@@ -267,14 +265,7 @@ class _StackProcess:
         self._child = child
         if not self.spec.ready:
             self.ready.set()
-
-    async def wait(self) -> int:
-        """Wait for the end of the process and of its output.
-
-        Returns its exit code, which is minus the number of the signal that ended it, if one did.
-        """
-        assert self._child is not None
-        return await self._child.wait()
+        return child
 
     async def stop(self, force: asyncio.Event | None = None) -> None:
         """End the process and its whole group: SIGINT, SIGTERM after `stop_timeout`, then SIGKILL.
@@ -331,10 +322,8 @@ def free_endpoint(endpoint: str) -> str:
     match = _ENDPOINT.fullmatch(endpoint)
     if match is None:
         raise StackError(f"endpoint {endpoint!r} is not of the form tcp/HOST:PORT")
-    try:
+    with contextlib.suppress(OSError, OverflowError):
         return _listen(match["host"], int(match["port"]))
-    except (OSError, OverflowError):
-        pass
     try:
         return _listen(match["host"], 0)
     except OSError as error:

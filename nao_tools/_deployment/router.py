@@ -26,8 +26,6 @@ from zenoh_ice.session import close_session, open_session, problem_of
 from zenoh_ice.settings import Settings, host_and_port
 from zenoh_ice.text import printable
 
-__all__ = ["check_router", "serve"]
-
 # For endpoints without TLS: a second thread that makes and ends links, so that silent connections shut nobody
 # out (docs/decisions/0007-limits-of-a-lab-network.md).
 _THREADS: Final = "(acc: (worker_threads: 2))"

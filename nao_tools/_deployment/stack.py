@@ -1,37 +1,7 @@
-"""Read a stack file: which processes make up a stack, and how each is started.
+"""Read a stack file: which processes make up a stack, and how each is started; docs/how-to/nao.md shows one.
 
-    name = "demo"
-    log_dir = "demo/logs"                       # relative to the working directory
-    endpoint = "tcp/127.0.0.1:7447"             # another free port is taken when this one is in use
-
-    [variables]                                 # used as {speed}; changed with --set speed=5
-    speed = "1"
-
-    [[process]]
-    name = "naoserver"
-    command = ["python", "-m", "naoserver_sim", "--listen", "{endpoint}", "--speed", "{speed}"]
-    ready = "serving"                           # a regular expression that a line of its output matches
-    ready_timeout = 20.0                        # seconds
-    stop_timeout = 3.0                          # seconds before a harder signal
-    after = []                                  # processes that must be ready before this one starts
-    environment = { MUJOCO_GL = "egl" }
-
-    [[process]]
-    name = "view"
-    command = ["visualhfsm", "watch"]
-    foreground = true                           # at most one: it owns the terminal; its end ends the stack
-    machines = ["operator"]                     # where it runs, of a stack for several machines
-
-    [[process]]
-    name = "ball"
-    command = ["ballmover", "red"]              # {behaviors} is the folder of ours
-    restart = "on-failure"                      # or "never": then its end ends the stack
-    restart_limit = 5                           # failures in a row, none a minute after its start
-    restart_pause = 1.0                         # seconds before it is started again
-    notify = true                               # under systemd, ready is when it says so itself, by READY=1
-    watchdog = 30.0                             # seconds within which it says again that it works
-
-`python` stands for the interpreter that runs the launcher; other programs are looked up in its folder first.
+`{speed}` in a command stands for a variable. `python` stands for the interpreter that runs the launcher;
+other programs are looked up in its folder first.
 """
 
 from __future__ import annotations
@@ -44,22 +14,12 @@ from typing import Annotated, Final, Literal
 
 import msgspec
 from msgspec import Meta, Struct
+from msgspec.structs import replace
 
 from zenoh_ice import ZenohIceError
 from zenoh_ice.application.tether import CANNOT_RUN
 from zenoh_ice.toml_file import parse_toml, read_text
 from zenoh_ice.transport import check_name
-
-__all__ = [
-    "ProcessSpec",
-    "Restarts",
-    "Stack",
-    "StackError",
-    "load_stack",
-    "program_path",
-    "shipped",
-    "stack_path",
-]
 
 _VARIABLE: Final = re.compile(r"\{(\w+)\}")
 _BEHAVIORS: Final = "behaviors"
@@ -192,10 +152,10 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
             raise StackError(f"{f'there is no machine {machine}' if machine else self.name}: {known}")
         names = {each.name for each in self._part(machine)}
         part = [
-            msgspec.structs.replace(each, after=tuple(name for name in each.after if name in names))
+            replace(each, after=tuple(name for name in each.after if name in names))
             for each in self._part(machine)
         ]
-        return msgspec.structs.replace(self, processes=tuple(part))
+        return replace(self, processes=tuple(part))
 
     def _part(self, machine: str) -> list[ProcessSpec]:
         return [each for each in self.processes if not machine or machine in (each.machines or [machine])]
@@ -206,10 +166,8 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         Raises ConfigurationException for a text that is no realm.
         """
         settings = {"VISUALHFSM_REALM": check_name(realm, "realm")}
-        processes = tuple(
-            msgspec.structs.replace(each, environment=settings | each.environment) for each in self.processes
-        )
-        return msgspec.structs.replace(self, processes=processes)
+        processes = tuple(replace(each, environment=settings | each.environment) for each in self.processes)
+        return replace(self, processes=processes)
 
     def with_variables(self, changes: dict[str, str]) -> tuple[ProcessSpec, ...]:
         """Return the processes with every `{variable}` filled in.
@@ -227,7 +185,7 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
             return _VARIABLE.sub(lambda match: values[match[1]], text)
 
         return tuple(
-            msgspec.structs.replace(
+            replace(
                 process,
                 command=tuple(fill(word) for word in process.command),
                 environment={key: fill(value) for key, value in process.environment.items()},
@@ -244,7 +202,7 @@ def load_stack(path: Path) -> Stack:
     """
     stack = parse_toml(read_text(path, StackError), Stack, str(path), StackError)
     name = stack.name or re.sub(r"[^A-Za-z0-9_.-]", "-", path.stem)
-    return msgspec.structs.replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")
+    return replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")
 
 
 def shipped(folder: str, package: Path = _PACKAGE) -> Path:

@@ -20,8 +20,6 @@ import typer
 
 from nao_tools._deployment.stack import HOPELESS, STEADY, ProcessSpec, Stack, StackError, program_path
 
-__all__ = ["write", "write_compose_file", "write_units"]
-
 _HEADER: Final = "# Written by `nao stack`: change the stack and write it again."
 _PLAIN: Final = re.compile(r"[\w@+=:,./-]+", re.ASCII)  # words that systemd takes as they stand
 _IMAGE: Final = "${VISUALHFSM_IMAGE:-visualhfsm}"  # compose fills in the variable

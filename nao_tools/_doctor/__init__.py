@@ -10,16 +10,13 @@ from typing import Final
 
 from nao_tools._doctor.findings import Finding, Level, fail
 from nao_tools._doctor.installation import check_installation
-from nao_tools._doctor.machine import check_machine
+from nao_tools._doctor.machine import check_machine, check_robots
 from nao_tools._doctor.network import check_network
-from nao_tools._doctor.robots import check_robots
 from nao_tools._output import console, print_json, wrapped
 from nao_tools._values import Json
 from zenoh_ice.exceptions import ZenohIceError
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
-
-__all__ = ["examine"]
 
 _COLORS: Final = {Level.OK: "green", Level.NOTE: "cyan", Level.WARNING: "yellow", Level.FAILURE: "bold red"}
 _MARGIN: Final = 7

@@ -6,8 +6,6 @@ from enum import StrEnum
 from functools import partial
 from typing import Final, NamedTuple
 
-__all__ = ["Finding", "Level", "fail", "note", "ok", "warn"]
-
 
 class Level(StrEnum):
     """Severity of a finding."""

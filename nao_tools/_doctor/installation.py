@@ -17,8 +17,6 @@ from typing import Final
 from nao_tools._doctor.findings import Finding, fail, note, ok
 from zenoh_ice.application import hidden_interfaces
 
-__all__ = ["check_installation", "installed_version"]
-
 _DISTRIBUTION: Final = "visualhfsm"
 _EXTRAS: Final[Mapping[str, str]] = {
     "": "needed by every command",

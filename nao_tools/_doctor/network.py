@@ -13,7 +13,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from nao_tools._connection import ask_processes, find_servant, listens, loss, nobody, process_name, servants
+from nao_tools import NaoError
+from nao_tools._connection import (
+    OtherVersionError,
+    ask_processes,
+    find_servant,
+    listens,
+    loss,
+    nobody,
+    process_name,
+    servants,
+)
 from nao_tools._doctor.findings import Finding, fail, note, ok, warn
 from nao_tools._doctor.installation import installed_version
 from nao_tools._dynamic import target_of
@@ -31,8 +41,6 @@ from zenoh_ice.reflection import describe_package
 from zenoh_ice.settings import DEFAULT_ENDPOINT, LOOPBACK_6, Settings, has_only_ipv6, host_and_port
 from zenoh_ice.status import ProcessStatus
 from zenoh_ice.text import few, printable
-
-__all__ = ["check_network", "holder_of"]
 
 _PINGS: Final = 20
 _SLOW: Final = 0.01  # s; on one machine a ping takes a quarter of a millisecond
@@ -114,9 +122,9 @@ def holder_of(endpoint: str) -> str:
 
 def _nobody(communicator: Communicator) -> Finding:
     reason = nobody(communicator)
-    if communicator.presence.linked():
-        if communicator.presence.other_version_in(communicator.realm):
-            return fail(str(reason), "then start both again")
+    if isinstance(reason, OtherVersionError):
+        return fail(str(reason), "then start both again")
+    if isinstance(reason, NaoError):
         return fail(str(reason), "start a server in this realm, or name the realm of one with --realm")
     return _no_link(reason)
 

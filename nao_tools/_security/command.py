@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenoh_ice import ConfigurationException
+from zenoh_ice.application import missing_package
 from zenoh_ice.settings import ROUTER_DEFAULTS, Role, load_settings
 
 if TYPE_CHECKING:
     from nao_tools._security.folder import SecurityFolder
-
-__all__ = ["app"]
 
 app = typer.Typer(
     help="Make certificates and settings for robots and people on a network, and show who may do what.",
@@ -172,6 +171,4 @@ def _needs_cryptography() -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        raise ConfigurationException(
-            f"{error.name} is not installed; type: pip install 'visualhfsm[security]'"
-        ) from error
+        raise ConfigurationException(missing_package(error, "security")) from error

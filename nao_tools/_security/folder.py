@@ -27,8 +27,6 @@ from zenoh_ice import ZenohIceError
 from zenoh_ice.settings import Settings, is_loopback, load_settings
 from zenoh_ice.text import printable
 
-__all__ = ["SecurityFilesError", "SecurityFolder", "common_name", "hosts_of", "load_certificate"]
-
 _LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")  # under which every machine reaches itself
 _NAME: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 _HOST: Final = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9\-]{0,62})(\.[A-Za-z0-9\-]{1,63})*")

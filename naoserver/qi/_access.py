@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import asdict
+from functools import wraps
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -20,7 +21,7 @@ from naoserver.assembly import Assembly
 from naoserver.capabilities import STILL, Odometry, Support, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.kinematics import Matrix, kinematics_of, rotation
-from naoserver.qi._arguments import JointNames, text
+from naoserver.qi._arguments import JointNames, Operation, text
 from naoserver.qi._calls import Faults, failed
 from naoserver.qi._clients import MOTION, SERVER, Belongings, Call, CallTable, Client, begins_any
 from naoserver.robot import Robot
@@ -181,6 +182,16 @@ class Service:
 
 
 S = TypeVar("S", bound=Service)
+
+
+def delegated(kind: type[Service], operation: Operation) -> Operation:
+    """Return the operation by which a service performs that of another one, with the same description."""
+
+    @wraps(operation)
+    def perform(self: Service, *arguments: object) -> object:
+        return operation(self._access.service(kind), *arguments)
+
+    return perform
 
 
 class Walking:

@@ -14,7 +14,7 @@ from naoserver._motions.keyframes import Motion
 from naoserver._motions.routes import MotionRoute, Route
 from naoserver._servants.motions import MOTION
 from naoserver.errors import InvalidCommand
-from naoserver.qi._access import Access, Service
+from naoserver.qi._access import Access, Service, delegated
 from naoserver.qi._animations import TAGS, AnimationRoute, find_animation, load_animations
 from naoserver.qi._arguments import chosen, constant, keepable, kept, refused, text, texts
 from naoserver.qi._clients import Activity, Call, Client, begins, begins_any
@@ -31,10 +31,6 @@ _NO_BOXES: Final = "Choregraphe's boxes and timelines are not played here; ALBeh
 
 class ALBehaviorManager(Service):
     """Run motions such as `wave`, and animations such as `animations/Stand/Gestures/Hey_1`."""
-
-    def __init__(self, access: Access) -> None:
-        super().__init__(access)
-        self._player = access.player
 
     setDefaultBehaviors, getDefaultBehaviors = kept(
         "the behaviors that a robot runs when it starts", [], behaviors=texts
@@ -66,20 +62,20 @@ class ALBehaviorManager(Service):
 
         with self._access.calls.stopping(runs_it):
             if motion.name in self.getRunningBehaviors():
-                self._player.stop(MOTION)
+                self._access.player.stop(MOTION)
 
     def stopAllBehaviors(self) -> None:
         """Stop the running behavior, and those that are about to start."""
         with self._access.calls.stopping(begins_any(Activity.BEHAVIOR)):
-            self._player.stop(MOTION)
+            self._access.player.stop(MOTION)
 
     def getInstalledBehaviors(self) -> list[str]:
         """Return the names of the behaviors."""
-        return [*self._player.motions, *load_animations()]
+        return [*self._access.player.motions, *load_animations()]
 
     def getRunningBehaviors(self) -> list[str]:
         """Return the name of the behavior that runs; one at most does."""
-        progress = self._player.progress(MOTION)
+        progress = self._access.player.progress(MOTION)
         return [progress.name] if progress.status is ActionStatus.Moving else []
 
     def addDefaultBehavior(self, behavior: object) -> None:
@@ -104,51 +100,44 @@ class ALBehaviorManager(Service):
 
     def _start(self, call: Call, motion: Motion) -> int:
         """Start a behavior for a call; return the count of the player, 0 if the call was stopped."""
-        route: Route = MotionRoute(self._player.body, motion, self._player.motions.values())
+        route: Route = MotionRoute(self._access.player.body, motion, self._access.player.motions.values())
         if motion.name in load_animations():
-            route = AnimationRoute(self._player.body, motion)
+            route = AnimationRoute(self._access.player.body, motion)
         with self._access.calls.beginning(call) as may:
             if not may:
                 return 0
-            self._player.begin(MOTION, motion.name, route, client=call.client.name)
-            return self._player.progress(MOTION).count
+            self._access.player.begin(MOTION, motion.name, route, client=call.client.name)
+            return self._access.player.progress(MOTION).count
 
     def _runs(self, count: int) -> bool:
         """Return whether the behavior with a count of the player runs."""
-        progress = self._player.progress(MOTION)
+        progress = self._access.player.progress(MOTION)
         return progress.status is ActionStatus.Moving and progress.count == count
 
     def _halt(self, client: Client, count: int) -> None:
         """Stop the behavior with a count of the player; that of a lost client is stopped with it."""
         if not client.gone and self._runs(count):
-            self._player.stop(MOTION)
+            self._access.player.stop(MOTION)
 
     def _motion(self, name: object) -> Motion:
         """Return a behavior. Raises InvalidCommand, which lists them."""
         if isinstance(name, str) and (motion := self._find(name)) is not None:
             return motion
-        return self._player.motions[chosen(name, "behavior", self.getInstalledBehaviors())]
+        return self._access.player.motions[chosen(name, "behavior", self.getInstalledBehaviors())]
 
     def _find(self, name: str) -> Motion | None:
-        return self._player.motions.get(name) or find_animation(name)
+        return self._access.player.motions.get(name) or find_animation(name)
 
 
 class ALAnimationPlayer(Service):
     """Run animations: ALBehaviorManager runs them, too."""
 
-    def __init__(self, access: Access) -> None:
-        super().__init__(access)
-        self._behaviors = access.service(ALBehaviorManager)
-
-    @begins(Activity.BEHAVIOR)
-    def run(self, call: Call, name: object) -> None:
-        """Run an animation; returns at its end. Whatever else moves the body is stopped first."""
-        self._behaviors.runBehavior(call, name)
+    run = delegated(ALBehaviorManager, ALBehaviorManager.runBehavior)
 
     @begins(Activity.BEHAVIOR)
     def runTag(self, call: Call, tag: object) -> None:
         """Run the animation of a tag such as `hello`; returns at its end."""
-        self._behaviors.runBehavior(call, TAGS[chosen(tag, "tag", TAGS)])
+        self._access.service(ALBehaviorManager).runBehavior(call, TAGS[chosen(tag, "tag", TAGS)])
 
     @begins(Activity.POSTURE)
     def reset(self, call: Call) -> None:
@@ -180,34 +169,6 @@ class ALFrameManager(Service):
                 return name
         raise InvalidCommand("file name", f"{str(folder)[-200:]!r} is the folder of no behavior: {_NO_BOXES}")
 
-    @begins(Activity.BEHAVIOR)
-    def playBehavior(self, id_: object) -> None:
-        """Start a behavior; returns at once."""
-        self._manager.startBehavior(id_)
-
-    @begins(Activity.BEHAVIOR)
-    def completeBehavior(self, call: Call, id_: object) -> None:
-        """Run a behavior; returns at its end. Whatever else moves the body is stopped first."""
-        self._manager.runBehavior(call, id_)
-
-    def exitBehavior(self, id_: object) -> None:
-        """Stop a behavior."""
-        self._manager.stopBehavior(id_)
-
-    deleteBehavior = stopBehavior = exitBehavior
-
-    def cleanBehaviors(self) -> None:
-        """Stop every behavior."""
-        self._manager.stopAllBehaviors()
-
-    def isBehaviorRunning(self, id_: object) -> bool:
-        """Return whether a behavior runs."""
-        return self._manager.isBehaviorRunning(id_)
-
-    def behaviors(self) -> list[str]:
-        """Return the names of the behaviors that run."""
-        return self._manager.getRunningBehaviors()
-
     def getBehaviorPath(self, id_: object) -> str:
         """Return the folder of a behavior on the robot's disk, which may be missing there."""
         return f"{_FOLDER / self._manager._motion(id_).name}/"
@@ -216,5 +177,12 @@ class ALFrameManager(Service):
         """Return the duration of a behavior in s, from the posture in which it begins."""
         return self._manager._motion(id_).duration
 
+    playBehavior = delegated(ALBehaviorManager, ALBehaviorManager.startBehavior)
+    completeBehavior = delegated(ALBehaviorManager, ALBehaviorManager.runBehavior)
+    exitBehavior = delegated(ALBehaviorManager, ALBehaviorManager.stopBehavior)
+    deleteBehavior = stopBehavior = exitBehavior
+    cleanBehaviors = delegated(ALBehaviorManager, ALBehaviorManager.stopAllBehaviors)
+    isBehaviorRunning = delegated(ALBehaviorManager, ALBehaviorManager.isBehaviorRunning)
+    behaviors = delegated(ALBehaviorManager, ALBehaviorManager.getRunningBehaviors)
     newBehavior = newBehaviorFromChoregraphe = createTimeline = _no_boxes
     playTimeline = stopTimeline = gotoAndPlay = gotoAndStop = _no_boxes

@@ -14,10 +14,8 @@ import math
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import cache
-from types import MethodType
 from typing import Any, Final
 from weakref import WeakSet
 
@@ -31,14 +29,13 @@ from naoserver.qi._arguments import number, number_within, text, texts
 from naoserver.qi._clients import (
     MOST_WAITING,
     MOST_WAITING_URGENT,
-    Activity,
     Call,
     CallTable,
     Client,
     QiLimits,
     running,
 )
-from naoserver.qi._modules import Module, Operation
+from naoserver.qi._modules import Module, Operation, operation_of
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
@@ -152,16 +149,13 @@ class Calls:
     def facade(self, name: str, parts: Sequence[object]) -> Callable[[Client], object]:
         """Return the factory of a client's object with only the public methods of some parts, as `name`."""
         operations: dict[str, Operation] = {}
-        methods: dict[str, Callable[..., Any]] = {}
         description = (inspect.getdoc(type(parts[0])) or "").partition("\n\n")[0]
-        module = Module(name, description, operations, self._calls, self._clock)
+        module = Module(name, description, operations, self.invoke, self._calls)
         for each in (module, *parts):  # the service's own win
             for method in dir(type(each)):
                 if not method.startswith("_") and inspect.isfunction(getattr(type(each), method)):
-                    called: MethodType = getattr(each, method)
-                    form, invoke = _form(called.__func__), self._invoke(f"{name}::{method}", called)
-                    operations[method] = Operation(invoke, form.signature, form.description)
-                    methods[method] = self._described(invoke, called)
+                    operations[method] = operation_of(f"{name}::{method}", getattr(each, method))
+        methods = {method: self._described(operation) for method, operation in operations.items()}
         made = qi.multiThreaded()(type(name, (), methods))
 
         def make(client: Client) -> object:
@@ -184,49 +178,47 @@ class Calls:
         if not self._calls.wait_for_end(self._end_limit):
             _logger.error("calls of programs did not end within %g s", self._end_limit)
 
-    def _invoke(self, name: str, operation: MethodType) -> Callable[..., Any]:
-        form = _form(operation.__func__)
+    def invoke(
+        self, operation: Operation, client: Client, *arguments: object, awaited: bool = True
+    ) -> object:
+        """Perform an operation for a client; return its result, or the future of a long or failed one."""
+        name = operation.name
+        try:
+            operation.signature.bind(*arguments)
+        except TypeError as error:
+            return failed(f"{name}: {error}")
+        delay = self._faults._delay(name)
+        long = operation.long or delay > 0.0
+        call = Call(self._clock, client, operation.activities, arguments, awaited=long and awaited)
 
-        def invoke(client: Client, *arguments: object, awaited: bool = True) -> object:
-            try:
-                form.signature.bind(*arguments)
-            except TypeError as error:
-                return failed(f"{name}: {error}")
-            delay = self._faults._delay(name)
-            long = form.long or delay > 0.0
-            call = Call(self._clock, client, form.activities, arguments, awaited=long and awaited)
+        def work() -> object:
+            call.stopped.wait(delay)
+            self._faults._strike(name)
+            with running(call):
+                return operation.method(*([call] if operation.long else []), *arguments)
 
-            def work() -> object:
-                call.stopped.wait(delay)
-                self._faults._strike(name)
-                with running(call):
-                    return operation(call, *arguments) if form.long else operation(*arguments)
+        if long:
+            return self._begin(name, call, work, urgent=operation.urgent)
+        try:
+            return self._do(call, work)
+        except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
+            return failed(_reported(name, error))
 
-            if long:
-                return self._begin(name, call, work, urgent=form.urgent)
-            try:
-                return self._do(call, work)
-            except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
-                return failed(_reported(name, error))
-
-        return invoke
-
-    def _described(self, invoke: Callable[..., Any], operation: MethodType) -> Callable[..., Any]:
+    def _described(self, operation: Operation) -> Callable[..., Any]:
         """Return the method of a facade with what libqi wants to know about it."""
 
         def called(facade: Any, *arguments: object) -> object:  # noqa: ANN401 - its class is made here
-            return invoke(facade._client, *arguments)
+            return self.invoke(operation, facade._client, *arguments)
 
-        form = _form(operation.__func__)
-        parameters = form.signature.parameters.values()
+        parameters = operation.signature.parameters.values()
         plain = all(p.kind is p.POSITIONAL_OR_KEYWORD and p.default is p.empty for p in parameters)
         called.__qi_signature__ = f"({'m' * len(parameters)})" if plain else "m"  # type: ignore[attr-defined]
-        result = getattr(operation, "__qi_return_signature__", None)
+        result = getattr(operation.method, "__qi_return_signature__", None)
         if result is not None and self._faults.enabled:
             result = f"+{result}"  # or no value, which only newer clients understand
         called.__qi_return_signature__ = result  # type: ignore[attr-defined]
         called.__qi_name__ = None  # type: ignore[attr-defined]
-        called.__doc__ = form.description or None
+        called.__doc__ = operation.description or None
         return called
 
     def _do(self, call: Call, work: Callable[[], object]) -> object:
@@ -282,33 +274,6 @@ class Calls:
         if call.stopped.is_set():  # meanwhile
             call.stop()
         return promise.future()
-
-
-@dataclass(frozen=True, slots=True)
-class _Form:
-    """The form of a client's call of an operation."""
-
-    signature: inspect.Signature
-    """The parameters of the client."""
-    long: bool
-    """Whether a `call` precedes them."""
-    urgent: bool
-    activities: frozenset[Activity]
-    description: str
-
-
-@cache
-def _form(method: Callable[..., Any]) -> _Form:
-    signature = inspect.signature(method)
-    parameters = list(signature.parameters.values())[1:]  # without self
-    long = "call" in signature.parameters
-    return _Form(
-        signature.replace(parameters=parameters[long:]),
-        long,
-        getattr(method, "urgent", False),
-        getattr(method, "begins", frozenset()),
-        inspect.getdoc(method) or "",
-    )
 
 
 def _reported(name: str, error: Exception) -> str:

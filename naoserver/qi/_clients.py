@@ -9,8 +9,8 @@ still waits for a thread.
 from __future__ import annotations
 
 import threading
-from collections import Counter
-from collections.abc import Callable, Iterator, MutableMapping
+from collections import Counter, UserDict
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -61,20 +61,17 @@ MOTION: Final = frozenset((Activity.JOINTS, Activity.WALK, Activity.POSTURE, Act
 _Operation = TypeVar("_Operation", bound=Callable[..., Any])
 
 
-def begins(*activities: Activity) -> Callable[[_Operation], _Operation]:
-    """Mark an operation by what its calls begin; a call without marks ends only with its client."""
+def begins(*activities: Activity, urgent: bool = False) -> Callable[[_Operation], _Operation]:
+    """Mark an operation by what its calls begin; a call without marks ends only with its client.
+
+    A long operation that is `urgent` stops something: it waits for no other call of any client.
+    """
 
     def mark(operation: _Operation) -> _Operation:
-        operation.begins = frozenset(activities)  # type: ignore[attr-defined]
+        operation.begins, operation.urgent = frozenset(activities), urgent  # type: ignore[attr-defined]
         return operation
 
     return mark
-
-
-def urgent(operation: _Operation) -> _Operation:
-    """Mark a long operation that stops something: it waits for no other call of any client."""
-    operation.urgent = True  # type: ignore[attr-defined]
-    return operation
 
 
 class Client:
@@ -160,6 +157,7 @@ class CallTable:
     """The calls that have arrived and not ended, and the lock of everything that they begin."""
 
     def __init__(self, clock: Clock) -> None:
+        self.clock: Final = clock
         self._lock = threading.RLock()
         self._fewer = threading.Condition(self._lock)
         self._calls: dict[Client, set[Call]] = {}
@@ -237,7 +235,7 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 
-class Belongings(MutableMapping[K, V]):
+class Belongings(UserDict[K, V]):
     """Values that clients keep in a service, each with its client: few of one, and none of a lost one.
 
     Not thread-safe.
@@ -245,10 +243,11 @@ class Belongings(MutableMapping[K, V]):
 
     def __init__(self, calls: CallTable, what: str, most: int) -> None:
         """Keep at most `most` of each client; the error says `what` they are."""
+        super().__init__()
         self._calls = calls
         self._what = what
         self._most = most
-        self._values: dict[K, tuple[Client, V]] = {}
+        self._owners: dict[K, Client] = {}
         self._counts: Counter[Client] = Counter()
 
     def __setitem__(self, key: K, value: V) -> None:
@@ -259,41 +258,27 @@ class Belongings(MutableMapping[K, V]):
         client = self._calls.current.client
         if client.gone:
             raise InvalidCommand(self._what, "the program is gone")
-        if self.owner(key) is not client:
+        if self._owners.get(key) is not client:
             if self._counts[client] >= self._most:
                 message = f"this program has {self._most} {self._what} already: remove some"
                 raise InvalidCommand(self._what, message)
             self.pop(key, None)
+            self._owners[key] = client
             self._counts[client] += 1
-        self._values[key] = client, value
-
-    def __getitem__(self, key: K) -> V:
-        return self._values[key][1]
+        self.data[key] = value
 
     def __delitem__(self, key: K) -> None:
-        client, _ = self._values.pop(key)
+        del self.data[key]
+        client = self._owners.pop(key)
         self._counts[client] -= 1
         if not self._counts[client]:
             del self._counts[client]
 
-    def __iter__(self) -> Iterator[K]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def owner(self, key: K) -> Client | None:
-        """Return the client of a value; None when there is no such value."""
-        return self._values[key][0] if key in self._values else None
-
     def change(self, key: K, value: V) -> None:
         """Change a value, if it is there; it stays with its client."""
-        if key in self._values:
-            self._values[key] = self._values[key][0], value
+        if key in self.data:
+            self.data[key] = value
 
     def take(self, client: Client) -> dict[K, V]:
         """Remove and return the values of a client."""
-        taken = {key: value for key, (owner, value) in self._values.items() if owner is client}
-        for key in taken:
-            del self[key]
-        return taken
+        return {key: self.pop(key) for key in [key for key, one in self._owners.items() if one is client]}

@@ -32,8 +32,8 @@ from naoserver.qi._motion import ALMotion
 from naoserver.qi._trajectory import Trajectory, check_times, smooth_trajectory
 
 _EFFECTORS: Final = ("Head", "LArm", "RArm", "LLeg", "RLeg", "Torso")
-_LEGS: Final = ("LLeg", "RLeg")
-_ALL_AXES: Final = 63
+LEGS: Final = ("LLeg", "RLeg")
+EVERY_AXIS: Final = 63
 """The mask of all axes: 1, 2 and 4 for x, y and z, 8, 16 and 32 for the rotations about them."""
 _SPACING: Final = 0.1
 """Robot seconds between the places of a path whose angles are computed; more on a path of more places."""
@@ -128,7 +128,7 @@ def _targets(read: _Read, *, absolute: bool) -> Operation:
         frame: object,
         places: object,
         fractionMaxSpeed: object,
-        axisMask: object = _ALL_AXES,
+        axisMask: object = EVERY_AXIS,
     ) -> None:
         """Send effectors to places at a fraction of full speed; returns at once."""
         names = _names(effectorNames)
@@ -164,9 +164,9 @@ def _steps(entries: str, read: Check) -> Operation:
         if clearExisting:
             self._access.walking.stop()
         # In the plane, x + iy, and headings in rad.
-        feet, headings = {"LLeg": 1j * _HALF, "RLeg": -1j * _HALF}, dict.fromkeys(_LEGS, 0.0)
+        feet, headings = {"LLeg": 1j * _HALF, "RLeg": -1j * _HALF}, dict.fromkeys(LEGS, 0.0)
         for leg, (x, y, turn) in zip(legs, steps, strict=True):
-            support = _LEGS[leg == "LLeg"]
+            support = LEGS[leg == "LLeg"]
             feet[leg] = feet[support] + cmath.rect(1.0, headings[support]) * complex(x, y)
             headings[leg] = headings[support] + turn
         middle = sum(feet.values()) / 2
@@ -204,7 +204,7 @@ def _places(path: object) -> list[object]:
 def _mask(value: object) -> int:
     """Return a mask of axes, which NAOqi accepts alone or in a list with one for each place of a path."""
     one = listed(value, "axisMask")[-1] if isinstance(value, (list, tuple)) and value else value
-    return int(number_within(one, "axisMask", 0, _ALL_AXES))
+    return int(number_within(one, "axisMask", 0, EVERY_AXIS))
 
 
 def _moving(effectors: Iterable[str], joints: JointNames) -> list[str]:
@@ -251,7 +251,7 @@ def reach_places(
         for axis in range(3):
             if mask >> axis & 1:
                 torso[axis, 3] = goal[axis, 3]
-        feet = {leg: (base @ kinematics.place_of(leg, start), _ALL_AXES) for leg in _LEGS}
+        feet = {leg: (base @ kinematics.place_of(leg, start), EVERY_AXIS) for leg in LEGS}
         wanted = {**feet, **{name: goal for name, goal in wanted.items() if name != "Torso"}}
     inverse, bits = np.linalg.inv(torso), range(6)
     goals = {
@@ -262,7 +262,7 @@ def reach_places(
 
 def _legs_and_steps(legs: object, steps: object) -> tuple[list[str], list[list[float]]]:
     """Return the leg of each step, and x and y in m and the heading in rad relative to the other foot."""
-    names = [chosen(leg, "leg", _LEGS) for leg in texts(legs, "legs")]
+    names = [chosen(leg, "leg", LEGS) for leg in texts(legs, "legs")]
     found = [vector(step, "a step", 3) for step in listed(steps, "steps")]
     if len(names) != len(found) or not names:
         raise InvalidCommand("steps", f"there are {len(found)} steps for {len(names)} legs")

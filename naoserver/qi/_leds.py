@@ -1,9 +1,14 @@
-"""ALLeds: the lights."""
+"""ALLeds: the lights, and NAOqi's names of single lamps.
+
+A light of ours is a group of such lamps, so that a lamp means its whole group.
+"""
 
 from __future__ import annotations
 
 import itertools
 import random
+import re
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Final
 
@@ -13,8 +18,50 @@ from naoserver.errors import InvalidCommand
 from naoserver.qi._access import Access, Service, needed
 from naoserver.qi._arguments import chosen, listed, number_within, text
 from naoserver.qi._clients import Call
-from naoserver.qi._lamps import COLORS, LAMPS, lights_of
 
+COLORS: Final = ("Red", "Green", "Blue")
+"""The parts of a color, in its order."""
+_SIDES: Final = ("Left", "Right")
+_HEAD: Final = {"Front": 2, "Middle": 1, "Rear": 3}
+"""Lamps of each row on the head, on each side."""
+
+
+def _lamps() -> Iterator[tuple[str, str, int | None]]:
+    """Yield name, light and the number of its only color, None for a lamp that has all that it can show."""
+    for color, part in enumerate(COLORS):
+        yield f"ChestBoard/Led/{part}", "Chest", color
+        for side in _SIDES:
+            yield f"{side[0]}Foot/Led/{part}", f"{side}Foot", color
+            for angle in range(0, 360, 45):
+                yield f"Face/Led/{part}/{side}/{angle}Deg", f"{side}Eye", color
+    for side in _SIDES:
+        for angle in range(0, 360, 36):
+            yield f"Ears/Led/{side}/{angle}Deg", f"{side}Ear", None
+        for row, count in _HEAD.items():
+            for number in range(count):
+                yield f"Head/Led/{row}/{side}/{number}", "Head", None
+
+
+LAMPS: Final[Mapping[str, tuple[str, int | None]]] = {
+    f"{name}/Actuator/Value": (light, color) for name, light, color in _lamps()
+}
+"""Light and color of each lamp, by the name of its device."""
+
+_NAME: Final = re.compile(
+    r"(Left|Right)?(Face|Ear|Brain)Led(Left|Right)?\d{1,2}"
+    r"|(Left|Right)?(Face|Ear|Brain)Leds(Left|Right)?(Top|Bottom|Internal|External|Front|Middle|Back|Even|Odd)"
+    r"|(Face|Ears|Head|ChestBoard|[LR]Foot)/Led/\S{1,60}"
+)
+"""Names of lamps, short ones and those of devices, and of groups of lamps within a light."""
+_LIGHTS: Final = {
+    "Face": "Eye",
+    "Ear": "Ear",
+    "Foot": "Foot",
+    "Brain": "Head",
+    "Head": "Head",
+    "ChestBoard": "Chest",
+}
+"""The light at each place of lamps, without its side."""
 GROUPS: Final = {
     "AllLeds": tuple(LIGHT_GROUPS),
     "FaceLeds": ("LeftEye", "RightEye"),
@@ -188,3 +235,20 @@ def _color(values: tuple[object, ...]) -> Color:
         known = ", ".join(_NAMED)
         raise InvalidCommand("color", f"a colour is 0xRRGGBB or one of {known}, not {str(value)[:60]!r}")
     return (code >> 16) / 255, (code >> 8 & 0xFF) / 255, (code & 0xFF) / 255
+
+
+def lights_of(name: str) -> tuple[tuple[str, ...], str] | None:
+    """Return the lights that a lamp means, and the only part of their color, empty for all; None for none."""
+    if not _NAME.fullmatch(name):
+        return None
+    light = next(light for place, light in _LIGHTS.items() if place in name)
+    sides = _SIDES if f"Left{light}" in LIGHT_GROUPS else ("",)
+    meant = [side for side in sides if side in name or name.startswith(f"{side[:1]}Foot")]
+    part = next((part for part in COLORS if part in name), "")
+    return tuple(f"{side}{light}" for side in meant or sides), part
+
+
+def brightness_of_lamps(shown: Mapping[str, Color]) -> Iterator[tuple[str, float]]:
+    """Yield the name of each lamp, and how bright it is, from 0 to 1, with the lights that are shown."""
+    for name, (light, color) in LAMPS.items():
+        yield name, max(shown[light]) if color is None else shown[light][color]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import operator
+from collections import ChainMap
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache
@@ -85,6 +86,7 @@ class ALMemory(Service):
         self._raised: dict[str, Any] = {}  # values of the services' own events
         self._inserted = self._bounded("keys", MOST_KEYS)
         self._left: dict[str, Any] = {}  # what lost clients had inserted, the oldest first
+        self._written = ChainMap[str, Any](self._raised, self._inserted, self._left)
         self._heard: dict[str, _Heard] = {}
         self._listening = self._bounded("keys to which it listens", MOST_KEYS)  # by client and key
         self._callbacks = self._bounded("callbacks", MOST_CALLBACKS)  # links to signals by event and module
@@ -140,7 +142,7 @@ class ALMemory(Service):
         """Remove what was written under a key."""
         name = text(key, "key")
         with self._lock:
-            for values in (self._raised, self._inserted, self._left):
+            for values in self._written.maps:
                 values.pop(name, None)
 
     removeEvent = removeMicroEvent = removeData
@@ -148,7 +150,7 @@ class ALMemory(Service):
     def getDataListName(self) -> list[str]:
         """Return every key."""
         with self._lock:
-            known = {*self._parts, *self._raised, *self._inserted, *self._left}
+            known = {*self._parts, *self._written}
         return sorted(filter(self._access.faults._knows, known))
 
     def getDataList(self, filter: object) -> list[str]:
@@ -227,7 +229,7 @@ class ALMemory(Service):
             if name not in self._heard:
                 if name in self._parts:
                     self._seen[name] = value
-                elif not any(name in known for known in (_RAISED, self._inserted, self._left)):
+                elif name not in _RAISED and name not in self._written:
                     self._warn(name)
             return self._heard.setdefault(name, heard)
 
@@ -260,10 +262,7 @@ class ALMemory(Service):
         if key in self._parts:
             return True, read(self._parts[key])[key]
         with self._lock:
-            for values in (self._raised, self._inserted, self._left):
-                if key in values:
-                    return True, values[key]
-        return False, None
+            return key in self._written, self._written.get(key)
 
 
 _STATES: Final = ("disabled", "solitary", "interactive", "safeguard")

@@ -11,8 +11,7 @@ from typing import Any, Final, NamedTuple
 import qi
 
 from naoserver.qi._arguments import chosen, constant, listed, number
-from naoserver.qi._clients import Call, CallTable
-from zenoh_ice import Clock
+from naoserver.qi._clients import Activity, Call, CallTable
 
 VERSION: Final = "2.8.6.23"
 """Version of the emulated NAOqi."""
@@ -21,13 +20,34 @@ CHECK_PERIOD: Final = 0.05
 
 
 class Operation(NamedTuple):
-    """An operation of a service."""
+    """An operation of a service, as clients call it."""
 
-    invoke: Callable[..., Any]
-    """Performs it for a client, which precedes the arguments."""
+    name: str
+    """With its service: `ALMotion::setAngles`."""
+    method: Callable[..., Any]
     signature: inspect.Signature
     """The parameters of the client."""
+    long: bool
+    """Whether a `call` precedes them."""
+    urgent: bool
+    activities: frozenset[Activity]
     description: str
+
+
+def operation_of(name: str, method: Callable[..., Any]) -> Operation:
+    """Return the operation that a method of a service performs."""
+    signature = inspect.signature(method)
+    parameters = list(signature.parameters.values())
+    long = "call" in signature.parameters
+    return Operation(
+        name,
+        method,
+        signature.replace(parameters=parameters[long:]),
+        long,
+        getattr(method, "urgent", False),
+        getattr(method, "begins", frozenset()),
+        inspect.getdoc(method) or "",
+    )
 
 
 class Module:
@@ -38,15 +58,15 @@ class Module:
         name: str,
         description: str,
         operations: Mapping[str, Operation],
+        invoke: Callable[..., object],
         calls: CallTable,
-        clock: Clock,
     ) -> None:
         """Describe the service `name`, whose `operations`, these included, may be added later."""
         self._name = name
         self._description = description
         self._operations = operations
+        self._invoke = invoke
         self._calls = calls
-        self._clock = clock
         self._numbers = count(1)
         self._tasks: dict[float, Any] = {}  # futures of those that may be running
 
@@ -58,7 +78,7 @@ class Module:
         operation = self._operation(method)
         for task in [task for task, future in self._tasks.copy().items() if future.isFinished()]:
             self._tasks.pop(task, None)
-        future = operation.invoke(self._calls.current.client, *arguments, awaited=False)
+        future = self._invoke(operation, self._calls.current.client, *arguments, awaited=False)
         task = next(self._numbers)
         if isinstance(future, qi.Future):
             self._tasks[task] = future
@@ -71,8 +91,9 @@ class Module:
 
     def wait(self, call: Call, task: object, timeout: object) -> bool:
         """Wait until a task has ended, or for some ms; 0 for no limit. Return whether it still runs."""
-        end = self._clock.now() + (number(timeout, "timeout") / 1000 or math.inf)
-        while (running := self.isRunning(task)) and self._clock.now() < end and not call.wait(CHECK_PERIOD):
+        clock, limit = self._calls.clock, number(timeout, "timeout") / 1000 or math.inf
+        end = clock.now() + limit
+        while (running := self.isRunning(task)) and clock.now() < end and not call.wait(CHECK_PERIOD):
             pass
         return running
 

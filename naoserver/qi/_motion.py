@@ -30,7 +30,7 @@ from naoserver.qi._arguments import (
     texts,
     vector,
 )
-from naoserver.qi._clients import MOTION, Activity, Call, begins, begins_any, urgent
+from naoserver.qi._clients import MOTION, Activity, Call, begins, begins_any
 from naoserver.qi._modules import CHECK_PERIOD
 from naoserver.qi._postures import ALRobotPosture
 from naoserver.qi._trajectory import JointTasks, Key, Trajectory, check_times, smooth_trajectory
@@ -209,8 +209,7 @@ class ALMotion(Service):
             call.wait(_WAKING)
         self._postures.goToPosture(call, "Stand", _PACE)
 
-    @urgent
-    @begins(Activity.JOINTS, Activity.POSTURE)
+    @begins(Activity.JOINTS, Activity.POSTURE, urgent=True)
     def rest(self, call: Call) -> None:
         """Crouch, and then let every motor go limp; returns when they are."""
         if max(self._body.read().stiffnesses) > 0.0:

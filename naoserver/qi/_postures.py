@@ -13,24 +13,15 @@ from naoserver.qi._arguments import chosen, constant, fraction, number, within
 from naoserver.qi._clients import Activity, Call, begins, begins_any
 from naoserver.qi._modules import CHECK_PERIOD
 
-FAMILIES: Final[Mapping[str, str]] = {
-    "Crouch": "Crouching",
-    "LyingBack": "LyingBack",
-    "LyingBelly": "LyingBelly",
-    "Sit": "Sitting",
-    "SitRelax": "Sitting",
-    **dict.fromkeys(("Stand", "StandInit", "StandZero"), "Standing"),
-}
-"""The family of each posture."""
 UNKNOWN: Final = "Unknown"
-POSES: Final[Mapping[str, str]] = {
-    "Crouch": "Crouch",
-    "LyingBack": "Back",
-    "LyingBelly": "Belly",
-    **dict.fromkeys(("Sit", "SitRelax"), "Sit"),
-    **dict.fromkeys(("Stand", "StandInit", "StandZero"), "Stand"),
+_NAMES: Final[Mapping[str, tuple[str, str]]] = {
+    "Crouch": ("Crouching", "Crouch"),
+    "LyingBack": ("LyingBack", "Back"),
+    "LyingBelly": ("LyingBelly", "Belly"),
+    **dict.fromkeys(("Sit", "SitRelax"), ("Sitting", "Sit")),
+    **dict.fromkeys(("Stand", "StandInit", "StandZero"), ("Standing", "Stand")),
 }
-"""What NAOqi 1 calls each posture."""
+"""The family of each posture, and what NAOqi 1 calls it."""
 
 
 class ALRobotPosture(Service):
@@ -84,11 +75,11 @@ class ALRobotPosture(Service):
 
     def _pose(self) -> str:
         """Return what NAOqi 1 calls the current posture."""
-        return POSES.get(self.getPosture(), UNKNOWN)
+        return _NAMES.get(self.getPosture(), (UNKNOWN, UNKNOWN))[1]
 
     def getPostureFamily(self) -> str:
         """Return the family of the current posture, such as `Standing`."""
-        return FAMILIES.get(self.getPosture(), UNKNOWN)
+        return _NAMES.get(self.getPosture(), (UNKNOWN, UNKNOWN))[0]
 
     def getPostureList(self) -> list[str]:
         """Return the names of the postures."""
@@ -96,7 +87,7 @@ class ALRobotPosture(Service):
 
     def getPostureFamilyList(self) -> list[str]:
         """Return the names of the families."""
-        return sorted({FAMILIES[name] for name in self._access.postures.names})
+        return sorted({_NAMES[name][0] for name in self._access.postures.names})
 
 
 class ALRobotPose(Service):
@@ -116,4 +107,4 @@ class ALRobotPose(Service):
 
     def getPoseNames(self) -> list[str]:
         """Return the names of the postures."""
-        return [*dict.fromkeys(POSES.values()), UNKNOWN]
+        return [*dict.fromkeys(pose for _, pose in _NAMES.values()), UNKNOWN]

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import astuple
+from operator import attrgetter
 from typing import Any, Final
 
 from naoserver._naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.body import Body
 from naoserver.capabilities import FootReading, SenseReading
-from naoserver.parts import MotorHeat
+from naoserver.parts import CORNERS, MotorHeat, Sole
 from naoserver.qi._access import Access
-from naoserver.qi._lamps import LAMPS, brightness
+from naoserver.qi._leds import brightness_of_lamps
 from naoserver.qi._postures import ALRobotPosture
 from naoserver.qi._sensors import ALSonar, touch_part
 from naoserver.robot import JointReading
@@ -36,15 +38,11 @@ _CONFIG: Final = {
 """Facts of the body. Source: what NAOqi 2.1 logs in its own simulator when it starts."""
 _WARM: Final = 0.3
 """Part of the way from a hot to a too hot motor at which it gives less than 70 % of its torque."""
-_FOOT_KEYS: Final = {
-    "FrontLeft": "front_left",
-    "FrontRight": "front_right",
-    "RearLeft": "rear_left",
-    "RearRight": "rear_right",
-    "TotalWeight": "total",
-}
-"""The part of a FootReading under each key of a foot."""
 
+_SIDES: Final = ("Left", "Right")
+
+_Column = tuple[Sequence[str], Callable[[JointReading], Iterable[object]]]
+"""A key of each joint, and what reads their values."""
 Part = Callable[[], Mapping[str, Any]]
 """Reads a part of the keys that the robot itself keeps, always the same ones, with their values."""
 
@@ -56,46 +54,36 @@ def parts_of(access: Access) -> Iterator[Part]:
     yield lambda: {"PostureChanged": postures.getPosture()}
     yield lambda: {"PostureFamilyChanged": postures.getPostureFamily()}
     yield lambda: {"robotPoseChanged": postures._pose()}
-    joints = _JointKeys(robot.body)
-    yield lambda: dict(joints.read(access.body.read()))
+    joints = _columns(robot.body)
+    yield lambda: dict(_of_joints(joints, access.body.read()))
     if (lights := robot.lights) is not None:
-        yield lambda: dict(_of_lights(lights.colors()))
+        yield lambda: {f"{DEVICES}{name}": level for name, level in brightness_of_lamps(lights.colors())}
     if (senses := robot.senses) is not None:
-        sonar, feet = access.service(ALSonar), _FootKeys(robot.body)
-        yield lambda: dict(_of_senses(senses.touch_names, senses.read(), sonar._distances(), feet))
+        sonar, soles = access.service(ALSonar), robot.body.soles
+        yield lambda: dict(_of_senses(senses.touch_names, senses.read(), sonar._distances(), soles))
         if (walk := access.walk) is not None:
             yield lambda: {f"{DEVICES}InertialSensor/AngleZ/Sensor/Value": walk.read().heading}
 
 
-class _JointKeys:
-    """The keys of the joints of a body."""
-
-    def __init__(self, body: Body) -> None:
-        self._body = body
-        self._steps = _steps(body.motor_heat)
-        names = body.joint_names
-        self._keys = {part: [key.format(name) for name in names] for part, key in JOINT_KEYS.items()}
-        sensor = f"{DEVICES}{{}}/{{}}/Sensor/{{}}"
-        self._currents, self._statuses = (
-            [sensor.format(name, *what) for name in names]
-            for what in (("ElectricCurrent", "Value"), ("Temperature", "Status"))
-        )
-
-    def read(self, reading: JointReading) -> Iterator[tuple[str, object]]:
-        """Yield keys and values."""
-        for part, names in self._keys.items():
-            yield from zip(names, getattr(reading, part), strict=True)
-        yield from zip(self._currents, self._body.motor_currents(reading.torques), strict=True)
-        statuses = (bisect_right(self._steps, temperature) for temperature in reading.temperatures)
-        yield from zip(self._statuses, statuses, strict=True)
-        yield "DCM/Time", round(reading.time * 1000)
-        yield "robotIsWakeUp", min(reading.stiffnesses) > 0.0
+def _columns(body: Body) -> list[_Column]:
+    """Return the keys of the joints of a body."""
+    steps = _steps(body.motor_heat)
+    status = f"{DEVICES}{{}}/Temperature/Sensor/Status"
+    current = f"{DEVICES}{{}}/ElectricCurrent/Sensor/Value"
+    values: dict[str, Callable[[JointReading], Iterable[object]]] = {
+        **{key: attrgetter(part) for part, key in JOINT_KEYS.items()},
+        current: lambda reading: body.motor_currents(reading.torques),
+        status: lambda reading: [bisect_right(steps, each) for each in reading.temperatures],
+    }
+    return [([key.format(name) for name in body.joint_names], read) for key, read in values.items()]
 
 
-def _of_lights(shown: Mapping[str, tuple[float, float, float]]) -> Iterator[tuple[str, object]]:
-    """Yield keys and values of the lamps."""
-    for name, lamp in LAMPS.items():
-        yield f"{DEVICES}{name}", brightness(lamp, shown)
+def _of_joints(columns: Iterable[_Column], reading: JointReading) -> Iterator[tuple[str, object]]:
+    """Yield keys and values of the joints."""
+    for names, read in columns:
+        yield from zip(names, read(reading), strict=True)
+    yield "DCM/Time", round(reading.time * 1000)
+    yield "robotIsWakeUp", min(reading.stiffnesses) > 0.0
 
 
 def _steps(heat: MotorHeat | None) -> tuple[float, ...]:
@@ -105,35 +93,24 @@ def _steps(heat: MotorHeat | None) -> tuple[float, ...]:
     return heat.hot, heat.hot + _WARM * (heat.too_hot - heat.hot), heat.too_hot
 
 
-class _FootKeys:
-    """The keys of the feet of a body."""
-
-    def __init__(self, body: Body) -> None:
-        self._soles = dict(zip(("Left", "Right"), body.soles, strict=True))
-
-    def read(self, side: str, foot: FootReading) -> Iterator[tuple[str, object]]:
-        """Yield keys and values of the foot on a side, `Left` or `Right`."""
-        prefix = f"{DEVICES}{side[0]}Foot/FSR/"
-        for name, part in _FOOT_KEYS.items():
-            yield f"{prefix}{name}/Sensor/Value", getattr(foot, part) / GRAVITY
-        for axis, at in zip("XY", self._center(side, foot), strict=True):
-            yield f"{prefix}CenterOfPressure/{axis}/Sensor/Value", at
-        mass = foot.total / GRAVITY
-        yield f"{side.lower()}FootTotalWeight", mass
-        yield f"{side.lower()}FootContact", float(mass > _STANDS)
-
-    def _center(self, side: str, foot: FootReading) -> tuple[float, float]:
-        """Return x and y in m, in the frame of the foot, of the center of pressure; 0 for a free foot."""
-        if foot.total <= 0.0:
-            return 0.0, 0.0
-        places = self._soles[side].pressure
-        moments = [(getattr(foot, _FOOT_KEYS[name]), place) for name, place in places.items()]
-        x, y = (sum(force * place[axis] for force, place in moments) / foot.total for axis in (0, 1))
-        return x, y
+def _of_foot(side: str, foot: FootReading, sole: Sole) -> Iterator[tuple[str, object]]:
+    """Yield keys and values of the foot on a side, `Left` or `Right`."""
+    prefix = f"{DEVICES}{side[0]}Foot/FSR/"
+    corners = dict(zip(CORNERS, astuple(foot), strict=True))
+    for name, force in {**corners, "TotalWeight": foot.total}.items():
+        yield f"{prefix}{name}/Sensor/Value", force / GRAVITY
+    moments = [(corners[name], place) for name, place in sole.pressure.items()]
+    for axis, name in enumerate("XY"):  # in m, in the frame of the foot; 0 for a free one
+        moment = sum(force * place[axis] for force, place in moments)
+        center = moment / foot.total if foot.total > 0.0 else 0.0
+        yield f"{prefix}CenterOfPressure/{name}/Sensor/Value", center
+    mass = foot.total / GRAVITY
+    yield f"{side.lower()}FootTotalWeight", mass
+    yield f"{side.lower()}FootContact", float(mass > _STANDS)
 
 
 def _of_senses(
-    touch_names: Sequence[str], reading: SenseReading, distances: tuple[float, float], feet: _FootKeys
+    touch_names: Sequence[str], reading: SenseReading, distances: tuple[float, float], soles: Sequence[Sole]
 ) -> Iterator[tuple[str, object]]:
     """Yield keys and values; `distances` are those of the sonar to the left and to the right in m."""
     unit = f"{DEVICES}InertialSensor/"
@@ -148,8 +125,8 @@ def _of_senses(
     yield f"{unit}GyrRef/Sensor/Value", 0.0  # what those of a NAO4 subtract
     yield f"{unit}AngleX/Sensor/Value", inertial.roll
     yield f"{unit}AngleY/Sensor/Value", inertial.pitch
-    yield from feet.read("Left", reading.left_foot)
-    yield from feet.read("Right", reading.right_foot)
+    for side, foot, sole in zip(_SIDES, (reading.left_foot, reading.right_foot), soles, strict=True):
+        yield from _of_foot(side, foot, sole)
     heavier = max(reading.left_foot.total, reading.right_foot.total) / GRAVITY
     for name in ("footContact", "footContactChanged"):
         yield name, float(heavier > _STANDS)
@@ -164,7 +141,7 @@ def _of_senses(
         if event := _touch_event(name):
             yield event, float(name in reading.touched)
     yield TOUCH, [[touch_part(name), name in reading.touched] for name in touch_names]
-    for side in ("Left", "Right"):
+    for side in _SIDES:
         bumpers = [name for name in touch_names if name.startswith(f"{side[0]}FootBumper")]
         yield f"{side}BumperPressed", float(not reading.touched.isdisjoint(bumpers))
 
@@ -174,7 +151,7 @@ def _of_sonar(distances: tuple[float, float]) -> Iterator[tuple[str, object]]:
     prefix = f"{DEVICES}US/"
     yield f"{prefix}Actuator/Value", 0.0
     yield f"{prefix}Sensor/Value", min(*distances, NOTHING_NEAR)
-    for side, distance in zip(("Left", "Right"), distances, strict=True):
+    for side, distance in zip(_SIDES, distances, strict=True):
         yield f"{prefix}{side}/Sensor/Value", min(distance, NOTHING_NEAR)
         for echo in range(1, _ECHOES + 1):
             yield f"{prefix}{side}/Sensor/Value{echo}", NOTHING_NEAR

@@ -11,60 +11,41 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cache, partial
-from importlib import resources
+from importlib import import_module, resources
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Final
 from weakref import WeakSet
 
 import msgspec
 import qi
 
+import naoserver.qi
 from naoserver._libqi import start_libqi
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.jobs import JobThreads, Periodic
-from naoserver.qi import (
-    _behaviors,
-    _leds,
-    _memory,
-    _motion,
-    _photos,
-    _postures,
-    _recognition,
-    _sensors,
-    _sound,
-    _speech,
-    _tracker,
-    _video,
-    _vision,
-)
 from naoserver.qi._access import RENEWAL, Access, Service
 from naoserver.qi._calls import Calls
 from naoserver.qi._clients import Client
 from naoserver.qi._connections import Connections, Offer
 from naoserver.qi._effectors import EffectorMotion
+from naoserver.qi._memory import NOTIFYING, ALMemory
+from naoserver.qi._motion import ALMotion
+from naoserver.qi._tracker import ALTracker
+from naoserver.qi._vision import LOOKING, Detector
 from naoserver.qi._whole_body import WholeBody
 from naoserver.robot import Robot
 from zenoh_ice import WallClock, typed
 
-_MODULES: Final = (
-    _behaviors,
-    _leds,
-    _memory,
-    _motion,
-    _photos,
-    _postures,
-    _recognition,
-    _sensors,
-    _sound,
-    _speech,
-    _tracker,
-    _video,
-    _vision,
-)
+_MODULES: Final = [
+    import_module(f"naoserver.qi.{module.name}")
+    for module in iter_modules(naoserver.qi.__path__)
+    if module.name != "__main__"
+]
 SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
     **{name: (kind,) for module in _MODULES for name, kind in vars(module).items() if name.startswith("AL")},
-    "ALMotion": (_motion.ALMotion, EffectorMotion, WholeBody),
+    "ALMotion": (ALMotion, EffectorMotion, WholeBody),
 }
 """The classes with the operations of each service; a class with a name such as ALLeds is a service."""
 
@@ -109,19 +90,19 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
         access.find, access.lend = libqi.find, libqi.lend
 
         def lose(client: Client) -> None:
-            libqi.door.close(client)
+            libqi.shut_out(client)
             access.lose(client)
 
         connections = Connections(url, libqi.offer, lose)
         access.faults.interrupt = connections.interrupt
         wall = WallClock()
         walking = access.walking
-        follower = access.service(_tracker.ALTracker)
-        detectors = [each for own in parts.values() for each in own if isinstance(each, _vision.Detector)]
-        sight = partial(Periodic, clock=robot.clock, period=lambda: _vision.LOOKING, thread="NAOqi sight")
-        notify = access.service(_memory.ALMemory)._notify
+        follower = access.service(ALTracker)
+        detectors = [each for own in parts.values() for each in own if isinstance(each, Detector)]
+        sight = partial(Periodic, clock=robot.clock, period=lambda: LOOKING, thread="NAOqi sight")
+        notify = access.service(ALMemory)._notify
         jobs = [
-            Periodic("ALMemory", wall, lambda: _memory.NOTIFYING, notify, thread="NAOqi"),
+            Periodic("ALMemory", wall, lambda: NOTIFYING, notify, thread="NAOqi"),
             Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
             *(sight(each.KEY, work=each._look, wanted=each._wanted) for each in detectors),
             sight("ALTracker", work=follower._follow, wanted=follower.isActive),
@@ -152,53 +133,29 @@ def _refused_service(name: str) -> object:
     return service
 
 
-class _Door:
-    """Lends each client its own objects of the services; see `naoserver.qi._connections`."""
-
-    def __init__(
-        self, facades: Mapping[str, Callable[[Client], object]], lend: Callable[[object], object]
-    ) -> None:
-        self._facades = facades
-        self._lend = lend
-        self._clients: dict[str, Client] = {}  # by their secrets
-
-    def admit(self, client: Client) -> str:
-        """Admit a client; return its secret."""
-        key = secrets.token_hex(16)
-        self._clients[key] = client
-        return key
-
-    def close(self, client: Client) -> None:
-        """Lend a client nothing more."""
-        for key in [key for key, known in self._clients.items() if known is client]:
-            del self._clients[key]
-
-    def object(self) -> object:
-        """Return the object for libqi, whose only method lends objects."""
-
-        def borrow(_self: object, key_and_name: str) -> object:
-            key, _, name = key_and_name.partition(" ")
-            return self._lend(self._facades[name](self._clients[key]))
-
-        borrow.__qi_signature__, borrow.__qi_return_signature__ = "(s)", "o"  # type: ignore[attr-defined]
-        made: object = qi.multiThreaded()(type("_Door", (), {"borrow": borrow}))()
-        return made
-
-
 class _Libqi:
-    """The services in libqi, at a private address on the loopback interface, until it is closed."""
+    """The services in libqi, at a private address on the loopback interface, until it is closed.
+
+    Another service, the door, lends each client its own objects; see `naoserver.qi._connections`.
+    """
 
     def __init__(self, facades: Mapping[str, Callable[[Client], object]]) -> None:
         start_libqi()
+        self._facades = facades
+        self._clients: dict[str, Client] = {}  # those to whom the door lends objects, by their secrets
         self._given: WeakSet[object] = WeakSet()  # to libqi
         self._numbers = itertools.count(1)
         self._session, self._workshop = self._opened(), self._opened()
-        self.door: Final = _Door(facades, self.lend)
         # What is called here is the door alone: a program's calls of a service reach an object that it lent.
         services = {self._register(name, type(name, (), {})()): name for name in facades}
-        door = self._register("_Door", self.door.object())
+        door = self._register("_Door", self._door())
         url = str(self._session.endpoints()[0])
-        self.offer: Final = Offer(url, services, door, self.door.admit)
+        self.offer: Final = Offer(url, services, door, self._admit)
+
+    def shut_out(self, client: Client) -> None:
+        """Lend a client nothing more."""
+        for key in [key for key, known in self._clients.items() if known is client]:
+            del self._clients[key]
 
     def lend(self, lent: object) -> object:
         """Return an object as one that libqi lends to clients, and releases when they are gone.
@@ -231,6 +188,23 @@ class _Libqi:
                 break
             time.sleep(_CHECK_PERIOD)
         time.sleep(_GRACE)
+
+    def _admit(self, client: Client) -> str:
+        """Admit a client; return its secret."""
+        key = secrets.token_hex(16)
+        self._clients[key] = client
+        return key
+
+    def _door(self) -> object:
+        """Return the object for libqi whose only method lends objects."""
+
+        def borrow(_self: object, key_and_name: str) -> object:
+            key, _, name = key_and_name.partition(" ")
+            return self.lend(self._facades[name](self._clients[key]))
+
+        borrow.__qi_signature__, borrow.__qi_return_signature__ = "(s)", "o"  # type: ignore[attr-defined]
+        made: object = qi.multiThreaded()(type("_Door", (), {"borrow": borrow}))()
+        return made
 
     def _register(self, name: str, service: object) -> int:
         self._given.add(service)

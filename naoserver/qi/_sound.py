@@ -19,7 +19,7 @@ from tinytag import TinyTag, TinyTagException
 
 from naoserver._sounds import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, single_tone
 from naoserver.errors import InvalidCommand
-from naoserver.qi._access import Access, Service, needed
+from naoserver.qi._access import Access, Service, delegated, needed
 from naoserver.qi._arguments import (
     chosen,
     constant,
@@ -339,20 +339,13 @@ class ALAudioDevice(Service):
     disableEnergyComputation = enableEnergyComputation
     getFrontMicEnergy = constant("Return how loud it is at this microphone: it is silent.", 0.0)
     getLeftMicEnergy = getRightMicEnergy = getRearMicEnergy = getFrontMicEnergy
-
-    @begins(Activity.SOUND)
-    def playSine(self, call: Call, frequence: object, gain: object, pan: object, duration: object) -> None:
-        """Play a tone as ALAudioPlayer does."""
-        self._access.service(ALAudioPlayer).playSine(call, frequence, gain, pan, duration)
+    playSine = delegated(ALAudioPlayer, ALAudioPlayer.playSine)
+    stopMicrophonesRecording = delegated(ALAudioRecorder, ALAudioRecorder.stopMicrophonesRecording)
 
     def startMicrophonesRecording(self, fileName: object) -> None:
         """Start recording all four microphones into a file."""
         recorder = self._access.service(ALAudioRecorder)
         recorder.startMicrophonesRecording(fileName, "wav", 48000, [1, 1, 1, 1])
-
-    def stopMicrophonesRecording(self) -> None:
-        """Stop the recording."""
-        self._access.service(ALAudioRecorder).stopMicrophonesRecording()
 
     def subscribe(self, module: object) -> None:
         """Do nothing but log it: the microphones hear nothing, so no sound comes."""

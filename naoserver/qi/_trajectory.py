@@ -5,7 +5,6 @@ A robot with a control loop is moved by it; any other one by the thread of the c
 
 from __future__ import annotations
 
-import math
 import threading
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -15,10 +14,9 @@ from itertools import count, pairwise
 from typing import Final
 
 from naoserver.errors import InvalidCommand
-from naoserver.jobs import ControlLoop
+from naoserver.jobs import ControlLoop, Periodic
 from naoserver.qi._access import PERIOD, Access
 from naoserver.qi._clients import Call
-from zenoh_ice import Clock
 
 _BISECTIONS: Final = 30
 _EXACT: Final = 1e-12  # s
@@ -128,47 +126,6 @@ class Task:
     call: Call
 
 
-class _Steps:
-    """The steps of a task, one every PERIOD from now on, until `step` returns False. Implements Job."""
-
-    def __init__(self, name: str, clock: Clock, step: Callable[[], bool]) -> None:
-        self.name: Final = name
-        self.thread: Final = name
-        self.clock: Final = clock
-        self._step = step
-        self._next = clock.now()
-        self._ended = threading.Event()
-        self._error: Exception | None = None
-
-    def due(self, now: float) -> float:  # noqa: ARG002 - it does not depend on the time
-        """Return when the next step is due; infinity after the last."""
-        return math.inf if self._ended.is_set() else self._next
-
-    def run(self) -> None:
-        """Take a step."""
-        self._next = self.clock.now() + PERIOD
-        try:
-            continues = self._step()
-        except Exception as error:  # noqa: BLE001 - the call raises it
-            self._error, continues = error, False
-        if not continues:
-            self._ended.set()
-
-    def take_in(self, loop: ControlLoop, call: Call) -> None:
-        """Take the steps in a control loop; return after the last, or when the call is cancelled.
-
-        Raises what a step raises.
-        """
-        loop.add(self)
-        try:
-            while not self.clock.wait(self._ended, PERIOD) and not call.stopped.is_set():
-                pass
-        finally:
-            loop.remove(self)
-        if self._error is not None:
-            raise self._error
-
-
 class JointTasks:
     """Move the joints of a body. If two tasks need the same joint, the later one waits for the earlier."""
 
@@ -241,9 +198,32 @@ class JointTasks:
             while step() and not task.call.wait(PERIOD):
                 pass
         else:
-            _Steps(task.name, self._clock, step).take_in(self._loop, task.call)
+            self._take_steps(self._loop, task, step)
         if task.call.stopped.is_set():
             self._body.gate.require("")  # an emergency stop is reported
+
+    def _take_steps(self, loop: ControlLoop, task: Task, step: Callable[[], bool]) -> None:
+        """Take a step every PERIOD in a control loop, until one returns False, or the call is cancelled."""
+        ended, errors = threading.Event(), list[Exception]()
+
+        def work() -> None:
+            try:
+                continues = step()
+            except Exception as error:  # noqa: BLE001 - the call raises it
+                errors.append(error)
+                continues = False
+            if not continues:
+                ended.set()
+
+        job = Periodic(task.name, self._clock, lambda: PERIOD, work, wanted=lambda: not ended.is_set())
+        loop.add(job)
+        try:
+            while not self._clock.wait(ended, PERIOD) and not task.call.stopped.is_set():
+                pass
+        finally:
+            loop.remove(job)
+        for error in errors:
+            raise error
 
     def _own(self, task: Task, joints: Iterable[str]) -> list[str]:
         """Return the joints that no other command has taken from a task."""

@@ -11,18 +11,16 @@ from naoserver.kinematics import Matrix
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import chosen, constant, number, one_of, switch, vector
 from naoserver.qi._clients import SERVER, Activity, Call, Client, begins
-from naoserver.qi._effectors import EffectorMotion, reach_places
+from naoserver.qi._effectors import EVERY_AXIS, LEGS, EffectorMotion, reach_places
 from naoserver.qi._motion import ALMotion
 
-_LEGS: Final = ("LLeg", "RLeg")
-_SUPPORTS: Final = ("Legs", *_LEGS)
+_SUPPORTS: Final = ("Legs", *LEGS)
 _STATES: Final = ("Fixed", "Plane", "Free")
 _EFFECTORS: Final = ("Head", "LArm", "RArm")
 _ROBOT: Final = 2
 """NAOqi's number of the robot's frame."""
 _POSITION: Final = 7
 """The mask of the axes x, y and z."""
-_ALL_AXES: Final = 63
 _PACE: Final = 0.3
 """Fraction of full speed at which an effector follows its target."""
 _AHEAD: Final = 0.02
@@ -61,7 +59,7 @@ class WholeBody(Service):
         """Say whether a foot stays on the floor: `Fixed`, `Plane`, or `Free`, when the other one carries."""
         free = chosen(stateName, "state of a foot", _STATES) == "Free"
         leg = chosen(supportLeg, "leg", _SUPPORTS)
-        feet = _LEGS if leg == "Legs" else (leg,)
+        feet = LEGS if leg == "Legs" else (leg,)
         with self._lock:
             (self._free.update if free else self._free.difference_update)(feet)
             self._choose()
@@ -90,7 +88,7 @@ class WholeBody(Service):
             self._choose()
         place = self._torso_over(support)
         self._effectors.positionInterpolation(
-            call, "Torso", _ROBOT, [*place, 0.0, 0.0, 0.0], _ALL_AXES, seconds, True
+            call, "Torso", _ROBOT, [*place, 0.0, 0.0, 0.0], EVERY_AXIS, seconds, True
         )
         with self._lock:
             arrived = self._enabled and not call.stopped.is_set()
@@ -124,7 +122,7 @@ class WholeBody(Service):
 
     wbEnableEffectorOptimization = constant(
         "Do nothing but check the values: effectors are never given up for balance.",
-        effectorName=one_of("effector", (*_EFFECTORS, *_LEGS)),
+        effectorName=one_of("effector", (*_EFFECTORS, *LEGS)),
         isActive=switch,
     )
 
@@ -153,13 +151,13 @@ class WholeBody(Service):
         """
         kinematics, start = self._access.kinematics, self._access.angles(measured=False)
         base = self._access.place("Torso", _ROBOT, measured=False)
-        feet = _LEGS if support is Support.LEGS else (support.value,)
+        feet = LEGS if support is Support.LEGS else (support.value,)
         ahead = np.array([_AHEAD, 0.0, 0.0, 1.0])
         goal = sum((base @ kinematics.place_of(foot, start) @ ahead)[:2] for foot in feet) / len(feet)
         torso: Matrix = np.eye(4)
         torso[:3, 3] = base[:3, 3]
         for _ in range(_ROUNDS):
-            found = reach_places(kinematics, {"Torso": (torso, _ALL_AXES)}, base, start, near=start)
+            found = reach_places(kinematics, {"Torso": (torso, EVERY_AXIS)}, base, start, near=start)
             _, center = kinematics.center_of_mass("Body", found)
             torso[:2, 3] += goal - (torso @ [*center, 1.0])[:2]
         return [float(part) for part in torso[:3, 3]]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from typing import Any, Final
@@ -16,7 +15,7 @@ from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
 from visualhfsm._monitor.messages import USUAL_LIMITS, ServiceLimits
 from zenoh_ice import Communicator, ObjectPrx, TimeoutException, ZenohIceError
-from zenoh_ice.application.emergency_stop import SAFETY, STILL, begin_stop
+from zenoh_ice.application.emergency_stop import SAFETY, RobotStop, begin_stop
 
 __all__ = ["StopReport", "stop_once", "stop_robot"]
 
@@ -53,20 +52,19 @@ async def stop_robot(
     `reset_robot` the robot refuses commands.
     """
     loop = asyncio.get_running_loop()
-    confirmed_at = math.inf
+    robot = RobotStop()
     outcomes: Outcomes = {}
     while outcomes := await stop_once(communicator, limits, outcomes):
         if not (outcomes[SAFETY] if SAFETY in outcomes else any(outcomes.values())):
-            confirmed_at = min(confirmed_at, loop.time())
-        if confirmed_at < math.inf:
-            speed = await _fastest(communicator, limits) if _BODY in outcomes else 0.0
-            if speed is not None and speed < STILL:
-                break
-            if loop.time() - confirmed_at >= limits.standstill:
-                if speed is not None:
+            robot.confirm()
+        if robot.confirmed:
+            velocities = await _velocities(communicator, limits) if _BODY in outcomes else []
+            robot.look(velocities, None, limits.standstill, answered=velocities is not None)
+            if robot.over:
+                if robot.moving and robot.speed is not None:
                     outcomes[_BODY] = Message(
                         "its joints still move, the fastest at {speed:.1f} rad/s: look at the robot",
-                        speed=speed,
+                        speed=robot.speed,
                     )
                 break
         elif loop.time() - begun >= limits.stop_repetition:
@@ -115,14 +113,13 @@ async def stop_once(communicator: Communicator, limits: ServiceLimits, known: It
     return outcomes
 
 
-async def _fastest(communicator: Communicator, limits: ServiceLimits) -> float | None:
-    """Return the speed of the fastest joint in rad/s, 0 if the robot cannot say; None if it is late."""
+async def _velocities(communicator: Communicator, limits: ServiceLimits) -> list[float] | None:
+    """Return the velocities of the joints in rad/s, none if the robot cannot say them; None if it is late."""
     body = JointsPrx.uncheckedCast(communicator.stringToProxy(_BODY))
     try:
         async with asyncio.timeout(limits.stop_answer):
-            state = await asyncio.wrap_future(body.getJointState.begin())
+            return (await asyncio.wrap_future(body.getJointState.begin())).velocities
     except (TimeoutError, TimeoutException):
         return None
     except ZenohIceError:
-        return 0.0
-    return max(map(abs, state.velocities), default=0.0)
+        return []

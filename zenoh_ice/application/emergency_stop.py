@@ -9,9 +9,12 @@ tests/data/emergency_stop has the bytes, with the answers of the releases so far
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Iterable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Final
 
 import msgspec
@@ -26,6 +29,7 @@ __all__ = [
     "SAFETY",
     "STILL",
     "STILL_LIMIT",
+    "RobotStop",
     "begin_stop",
     "refusal",
     "reset",
@@ -113,6 +117,61 @@ def begin_stop(communicator: Communicator, reason: str, timeout: float) -> Futur
     except SystemException as error:
         finish(error)
     return future
+
+
+@dataclass(kw_only=True)
+class RobotStop:
+    """The stop of one robot, which is sent again until it is `over`: confirmed, and the robot is still.
+
+    A robot whose joints do not come to rest, or that says nothing of them, is not waited for forever.
+    """
+
+    confirmed_at: float | None = None
+    """The moment of the monotonic clock when the robot first confirmed the stop."""
+    speed: float | None = None
+    """The fastest joint in rad/s, last; None while the robot does not say."""
+    lost: str | None = None
+    """Why no command reaches the robot, last; empty while they do, None while it does not say."""
+    over: bool = False
+    """Whether nothing more is to be done."""
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the robot has confirmed the stop."""
+        return self.confirmed_at is not None
+
+    @property
+    def moving(self) -> bool:
+        """Whether its joints still moved when it last said how fast."""
+        return self.speed is not None and self.speed >= STILL
+
+    @property
+    def still(self) -> bool:
+        """Whether it has stopped and its joints are still, as far as it says and knows."""
+        return self.confirmed and not self.moving and not self.lost
+
+    def confirm(self) -> None:
+        """Note that the robot confirms the stop."""
+        if self.confirmed_at is None:
+            self.confirmed_at = time.monotonic()
+
+    def look(
+        self, velocities: Iterable[float] | None, lost: str | None, limit: float, *, answered: bool
+    ) -> None:
+        """Note the velocities of its joints in rad/s, and why it is lost; None for what it did not say.
+
+        Unless it has `answered`, nothing is known: a busy robot may answer late. The last look is the one
+        that is made `limit` s after it confirmed the stop.
+        """
+        if self.confirmed_at is None:
+            return
+        last = time.monotonic() - self.confirmed_at >= limit
+        if answered or last:
+            if velocities is not None:
+                known = [abs(velocity) for velocity in velocities if not math.isnan(velocity)]
+                self.speed = max(known, default=self.speed)
+            self.lost = self.lost if lost is None else lost
+            self.over = last or self.still
 
 
 def reset(communicator: Communicator, *, resume: bool = False) -> None:

@@ -16,9 +16,8 @@ from nao_tools._connection import listens
 from nao_tools._doctor import installation
 from nao_tools._doctor.findings import Finding, Level
 from nao_tools._doctor.installation import check_installation
-from nao_tools._doctor.machine import check_machine
+from nao_tools._doctor.machine import check_machine, check_robots
 from nao_tools._doctor.network import check_network, holder_of
-from nao_tools._doctor.robots import check_robots
 from naoserver.latch import Latch, latch_of
 from tests.support.nao_command import nao
 from zenoh_ice.settings import Settings, load_settings

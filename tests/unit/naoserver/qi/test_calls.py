@@ -17,7 +17,6 @@ from naoserver.qi._clients import (
     Client,
     QiLimits,
     begins,
-    urgent,
 )
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from zenoh_ice import WallClock
@@ -42,7 +41,7 @@ class Service:
         """Wait until the call is stopped."""
         call.stopped.wait(CALL_LIMIT)
 
-    @urgent
+    @begins(urgent=True)
     def stop(self, call: Call) -> None:
         """Wait until the call is stopped."""
         call.stopped.wait(CALL_LIMIT)

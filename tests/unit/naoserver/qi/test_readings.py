@@ -10,8 +10,7 @@ from naoserver.bodies.nao import H25
 from naoserver.capabilities import FootReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeRobot
-from naoserver.qi._lamps import LAMPS
-from naoserver.qi._leds import ALLeds
+from naoserver.qi._leds import LAMPS, ALLeds
 from naoserver.qi._memory import ALMemory
 from naoserver.qi._sensors import ALSonar
 from naoserver.qi._speech import ALTextToSpeech
