@@ -74,12 +74,6 @@ class Source(ABC):
     def take(self) -> Job | None:
         """Return the next job; None if there is none, or no more. It does not wait, and raises nothing."""
 
-    def flush(self) -> None:  # noqa: B027 - few hold anything back
-        """Send what was held back; called when its owner takes no job for now."""
-
-    def look(self, now: float) -> None:  # noqa: B027 - few have anything to do then
-        """Notice what depends on time alone; called at each look of the pool's watch."""
-
 
 class _Queue(Source):
     """The jobs that were put into a pool. Its file is a bell, to be rung when nobody owns it."""
@@ -322,7 +316,6 @@ class Pool:
                         break
                     source.busy_since = math.inf
         finally:
-            source.flush()
             with self._lock:
                 if source.owner == me:
                     self._release(source)
@@ -441,9 +434,7 @@ class Pool:
                 if source.owner and now - source.busy_since > self._limits.look_period:
                     self._give_up(source, source.owner)
             self._arrange()  # also after a thread could not be started, or died
-            shortage, sources = self._shortage, list(self._sources.values())
-        for source in sources:
-            source.look(now)
+            shortage = self._shortage
         for look in self.looks:
             look()
         if shortage is not None and now - self._complained_at >= _COMPLAINT_PERIOD:

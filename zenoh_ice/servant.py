@@ -483,7 +483,7 @@ class ServedObject:
                     known.fingerprint,
                     communicator.client_id,
                     since,
-                    door=communicator.transport.door,
+                    address=communicator.transport.local_address,
                 )
                 self._tokens.append(communicator.transport.announce(token))
 

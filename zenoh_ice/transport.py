@@ -120,27 +120,19 @@ class Receiver(Protocol):
         """
 
 
-def admit(
-    receiver: Receiver | None,
-    prefix: str,
-    name: str,
-    payload: Buffer | None,
-    attachment: Buffer | None,
-    *,
-    reply: Reply,
-    ended: Ended | None = None,
-) -> Job | None:
-    """Let a receiver admit a call, or refuse one for which there is none; raises nothing."""
-    try:
-        if receiver is None:
-            raise ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
-        return receiver.admit(name, payload, attachment, reply, ended)
-    except ObjectNotExistException as error:
-        answer = encode_error(error)
-    except BaseException as failure:
-        _logger.exception("internal error at %s/%s", prefix, name)
-        answer = encode_error(unknown_exception(failure))
-    return _REFUSALS, partial(reply, False, answer)
+class Receivers(dict[str, Receiver]):
+    """Receivers by the prefix of their target; raises ObjectNotExistException for another one."""
+
+    def __missing__(self, prefix: str) -> Receiver:
+        raise ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
+
+
+def refusal(failure: BaseException, key: str, reply: Reply) -> Job:
+    """Return the job that refuses a call whose receiver did not admit it, or is not there."""
+    if not isinstance(failure, ObjectNotExistException):
+        _logger.error("internal error at %s", key, exc_info=failure)
+        failure = unknown_exception(failure)
+    return _REFUSALS, partial(reply, False, encode_error(failure))
 
 
 class NoAnswer(SystemException):
@@ -289,7 +281,7 @@ class Transport(Protocol):
     """What finds servants and waits in place of the communicator; None where tokens show who is there."""
 
     @property
-    def door(self) -> str:
+    def local_address(self) -> str:
         """Where processes of this machine reach its servants without a network; empty if they do not."""
 
     def is_near(self, target: Target) -> bool:

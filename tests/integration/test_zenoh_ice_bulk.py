@@ -27,16 +27,16 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
+from zenoh_ice import _routes as routes
 from zenoh_ice._codec import LARGEST_BULK
-from zenoh_ice._local import routes
-from zenoh_ice._local.door import door_space
+from zenoh_ice._local.server import local_space
 from zenoh_ice._memory import ArenaView, Extent
 from zenoh_ice.limits import Limits
 
 PIXELS = bytes(range(256)) * 400
 MEGABYTE = 1 << 20
 
-pytestmark = pytest.mark.skipif(not door_space(), reason="no memory is shared here")
+pytestmark = pytest.mark.skipif(not local_space(), reason="no memory is shared here")
 
 
 @pytest.fixture
@@ -278,7 +278,7 @@ class TestOverTheNetwork:
         monkeypatch: pytest.MonkeyPatch,
     ) -> None:
         before = shared_maps(), lent_bytes()
-        monkeypatch.setattr(routes, "door_space", lambda: "0123456789abcdef")
+        monkeypatch.setattr(routes, "local_space", lambda: "0123456789abcdef")
         client = make_communicator(connect=[pair.endpoint])
         assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
         assert (shared_maps(), lent_bytes()) == before

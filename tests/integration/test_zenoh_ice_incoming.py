@@ -217,6 +217,7 @@ class TestProcessStatus:
         assert [call.result(CALL_LIMIT) for call in calls[:65]] == [None] * 65
         until(lambda: status(pair).running == 0)
         assert (status(pair).waiting, status(pair).calls) == (0, 65)
+        proxy.who()
         assert is_used(carrier)
 
     def test_process_that_is_not_there_reports_nothing(self, pair: Pair) -> None:

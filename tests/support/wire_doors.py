@@ -34,22 +34,22 @@ from zenoh_ice import (
 )
 from zenoh_ice._codec import DECODE_ERRORS, LARGE, Codec
 from zenoh_ice._local.messages import (
-    ANSWER,
     CANCEL,
     HELLO,
     LARGEST_INLINE,
     PART,
     REQUEST,
+    RESPONSE,
     RETURN,
     SAMPLE,
     SUBSCRIBE,
     SUBSCRIBED,
     VERSION,
-    Answer,
     Cancel,
     Part,
     Parts,
     Request,
+    Response,
     Return,
     Sample,
     Subscribe,
@@ -237,15 +237,15 @@ def _requests() -> Door:
         try:
             message = decode_to_server(data)
             if isinstance(message, Part):
-                parts.add(message.payload)
+                parts.append(message.payload)
         except (*DECODE_ERRORS, MarshalException):  # which end the connection
             return False
         assert isinstance(message, Request | Part | Return | Subscribe | Cancel)
-        assert isinstance(message, Part) or 0 <= message.number < 1 << 62
+        assert isinstance(message, Part | Request) or 0 <= message.number < 1 << 62
         return True
 
     sound = [
-        (REQUEST, 1, "nao/Head", "getPose", b"", b"payload"),
+        (REQUEST, "nao/Head", "getPose", b"", b"payload"),
         (PART, bytes(LARGEST_INLINE)),
         (RETURN, 1, 0),
         (SUBSCRIBE, 1, "nao/Camera", "getImageData"),
@@ -264,8 +264,8 @@ def _answers() -> Door:
             message = decode_to_client(data)
         except DECODE_ERRORS:  # which end the connection
             return False
-        assert isinstance(message, Answer | Part | Subscribed | Sample)
-        if not isinstance(message, Answer | Sample):
+        assert isinstance(message, Response | Part | Subscribed | Sample)
+        if not isinstance(message, Response | Sample):
             return True
         try:
             collected = collect(message, view, 3 * LARGE, "it")
@@ -277,9 +277,9 @@ def _answers() -> Door:
         return True
 
     sound = [
-        (ANSWER, 1, True, b"payload"),
-        (ANSWER, 1, False, b"", (), Extent(0, (LARGE,))),
-        (ANSWER, 1, True, b"rest", (0, 2), Extent(0, (LARGE, LARGE))),
+        (RESPONSE, True, b"payload"),
+        (RESPONSE, False, b"", (), Extent(0, (LARGE,))),
+        (RESPONSE, True, b"rest", (0, 2), Extent(0, (LARGE, LARGE))),
         (PART, bytes(LARGEST_INLINE)),
         (SUBSCRIBED, 1, True),
         (SAMPLE, 1, b"about", b"rest", (1,), Extent(LARGE, (LARGE,))),
@@ -322,7 +322,7 @@ def _tokens() -> Door:
     sound = [
         servant_token(head, "::nao::PoseHead", "c0ffee", "abc", 1.7e9),
         servant_token(ball, "::Ice::Object", "", "abc", 1.7e9),
-        servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, door="0123456789abcdef.1.3"),
+        servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, address="0123456789abcdef.1.3"),
     ]
     return Door([key.encode() for key in sound], take)
 

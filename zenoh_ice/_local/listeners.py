@@ -1,4 +1,4 @@
-"""The neighbors that listen to a stream of large values, at its servant's process."""
+"""Who listens to a stream of large values through channels, at its servant's process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ends of streams: over Zenoh, and those of large values also through the doors of neighbors."""
+"""The ends of streams: over Zenoh, and those of large values also through channels on one machine."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ import zenoh
 from zenoh.handlers import Callback, RingChannel
 
 from .._codec import Pieces, too_large
-from .._local.channel import Channel, NotSent
-from .._local.door import Door
+from .._local.channels import NotSent, SampleChannel
 from .._local.listeners import most_unread
 from .._local.messages import Sample
-from .._local.routes import Route
+from .._local.server import LocalServer
 from .._threads import UserCodeThread, start
 from ..exceptions import ConnectionLostException
 from ..interface import Operation
@@ -34,10 +33,10 @@ _logger = logging.getLogger(__name__)
 class Outlet:
     """The publishing end of a stream."""
 
-    def __init__(self, session: zenoh.Session, key: str, door: Door | None, *, bulk: bool) -> None:
+    def __init__(self, session: zenoh.Session, key: str, server: LocalServer | None, *, bulk: bool) -> None:
         self._key: Final = key
-        self._door: Final = door
-        self._listeners: Final = None if door is None else door.publish(key)
+        self._server: Final = server
+        self._listeners: Final = None if server is None else server.publish(key)
         # A publisher that another thread is using cannot be undeclared: "Already borrowed".
         self._lock: Final = threading.Lock()
         self._closed = False
@@ -72,8 +71,8 @@ class Outlet:
         with self._lock:
             self._closed = True
             self._publisher.undeclare()
-        if self._door is not None:
-            self._door.unpublish(self._key)
+        if self._server is not None:
+            self._server.unpublish(self._key)
 
     @property
     def _is_matched(self) -> bool:
@@ -170,8 +169,8 @@ class SmallInlet(_Inlet):
 class BulkInlet(_Inlet):
     """The listening end of a stream of large values.
 
-    It listens through the door of the servant's only server if that is a neighbor that publishes the stream
-    there, and otherwise over Zenoh. While it changes from one to the other it listens on both, and the reader
+    It listens through a channel to the servant's only server if that is near and publishes the stream there,
+    and otherwise over Zenoh. While it changes from one to the other it listens on both, and the reader
     of the samples drops the second of two.
     """
 
@@ -183,26 +182,25 @@ class BulkInlet(_Inlet):
         self._transport: Final = transport
         self._target: Final = target.prefix
         self._operation: Final = operation.name
-        self._route: Final[Route | None] = transport.route(target)
+        self._route: Final = transport.route(target)
         self._queue: Final = queue
         self._samples: Final[deque[zenoh.Sample | _Lent]] = deque()
         self._arrived: Final = threading.Condition(threading.Lock())
         self._choosing: Final = threading.Lock()
         self._subscriber: zenoh.Subscriber[Any] | None = None
-        self._channel: tuple[Channel, int] | None = None
+        self._channel: tuple[SampleChannel, int] | None = None
         self._confirmed = False  # whether samples come through the channel
-        if self._route is not None:
-            self._route.changed.add(self._choose_later)
+        self._route.changed.add(self._choose_later)
         try:
             self._choose()
         except BaseException:
             self.close()
             raise
 
-    def confirm(self, channel: Channel, number: int, *, ok: bool) -> None:
+    def confirm(self, channel: SampleChannel, number: int, *, ok: bool) -> None:
         self._transport.pool.submit(lambda: self._settle(channel, number, ok=ok))
 
-    def arrive(self, channel: Channel, sample: Sample) -> None:
+    def arrive(self, channel: SampleChannel, sample: Sample) -> None:
         lent = _Lent(channel, sample)
         if sample.extent is not None and self._queue > most_unread(sum(sample.extent.sizes)):
             try:  # its memory is not for so many
@@ -243,8 +241,7 @@ class BulkInlet(_Inlet):
             sample.give_back()
 
     def _stop(self) -> None:
-        if self._route is not None:
-            self._route.changed.discard(self._choose_later)
+        self._route.changed.discard(self._choose_later)
         with self._choosing:
             if self._channel is not None:
                 self._leave_channel(*self._channel)
@@ -267,10 +264,10 @@ class BulkInlet(_Inlet):
             return
         before = self._channel
         self._channel = None
-        neighbor = None if self._route is None else self._route.neighbor
-        if neighbor is not None:
+        channels = self._route.channels
+        if channels is not None:
             with suppress(NotSent):
-                channel = neighbor.channel()
+                channel = channels.samples()
                 self._channel = channel, channel.subscribe(self._target, self._operation, self)
                 self._confirmed = False  # `confirm` says whether samples come
         if self._channel is None:
@@ -278,7 +275,7 @@ class BulkInlet(_Inlet):
         if before is not None:  # also if it is the same channel: its servant may be another one
             self._leave_channel(*before)
 
-    def _settle(self, channel: Channel, number: int, *, ok: bool) -> None:
+    def _settle(self, channel: SampleChannel, number: int, *, ok: bool) -> None:
         with self._choosing:
             if self._closed.is_set() or self._channel != (channel, number):
                 return
@@ -302,7 +299,7 @@ class BulkInlet(_Inlet):
             undeclare(self._subscriber)
             self._subscriber = None
 
-    def _leave_channel(self, channel: Channel, number: int) -> None:
+    def _leave_channel(self, channel: SampleChannel, number: int) -> None:
         """Cancel a subscription, and drop what is unread of it: its memory is written again soon."""
         channel.cancel(number)
         with self._arrived:
@@ -316,7 +313,7 @@ class BulkInlet(_Inlet):
 class _Lent:
     """A sample in memory that its sender lends, until it is read or given back, which happens once."""
 
-    def __init__(self, channel: Channel, sample: Sample) -> None:
+    def __init__(self, channel: SampleChannel, sample: Sample) -> None:
         self._channel: Final = channel
         self._sample: Final = sample
         self._arrived: Arrived | None = None

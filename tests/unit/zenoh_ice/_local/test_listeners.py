@@ -6,9 +6,8 @@ import pytest
 
 from zenoh_ice._local.listeners import Listeners, most_unread
 from zenoh_ice._local.messages import (
-    Answer,
-    Answers,
     Part,
+    Response,
     Sample,
     Subscribed,
     decode_to_client,
@@ -17,7 +16,7 @@ from zenoh_ice._memory import Arena
 from zenoh_ice.limits import Limits
 
 MEGABYTE = 1 << 20
-Message = Answer | Answers | Part | Sample | Subscribed
+Message = Part | Response | Sample | Subscribed
 
 
 class Client:

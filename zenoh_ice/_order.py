@@ -1,8 +1,12 @@
-"""Calls that their callers gave up: servants must not begin them any more.
+"""The one order of a client's calls to a servant, whichever route each of them takes.
 
-A call without an answer may still be on its way: in a process or a router that stood still, or in what a
-broken link left behind. It would be executed after calls that its client made later, such as a stop. So every
-call names those to the same target that its client gave up before, until one that named them was answered.
+A call must not overtake those of its client that were begun and are not answered. These go over the network,
+and so does every other call to their target meanwhile, behind them.
+
+A call that ended without an answer may still be on its way: in a process or a router that stood still, or in
+what a broken link left behind. It would be executed after calls that its client made later, such as a stop.
+So every call names those to the same target that its client gave up before, until one that named them was
+answered; servants do not begin them any more.
 """
 
 from __future__ import annotations
@@ -27,6 +31,8 @@ class OwnCalls:
     def __init__(self, client: str) -> None:
         self.client: Final = client
         self.numbers: Final = itertools.count(1)
+        self.unanswered: Final[dict[Target, set[int]]] = {}
+        """Calls that were begun, by target; none without any."""
         self._lock: Final = threading.Lock()
         self._given_up: Final[dict[Target, tuple[int, ...]]] = {}
 
@@ -35,13 +41,26 @@ class OwnCalls:
     ) -> tuple[bytes, tuple[int, ...]]:
         """Return the attachment of a call, and the numbers of the calls that it names as given up.
 
-        It is made when the way of the call is known: calls that went another way count as given up by then.
+        It is made when the route of the call is known: calls that went another way count as given up by then.
         Without a fingerprint, it names these alone, and is empty where there are none.
         """
         given_up = self._given_up.get(target, ())
         if fingerprint is None and not given_up:
             return b"", ()
         return encode_call_attachment(fingerprint or "", number, self.client, timeout, given_up), given_up
+
+    def begin(self, target: Target, number: int) -> None:
+        """Let no later call overtake one that is begun over the network, until `end`."""
+        with self._lock:
+            self.unanswered.setdefault(target, set()).add(number)
+
+    def end(self, target: Target, number: int) -> None:
+        """Note that a call that was begun was answered, or given up before."""
+        with self._lock:
+            begun = self.unanswered[target]
+            begun.discard(number)
+            if not begun:
+                del self.unanswered[target]
 
     def give_up(self, target: Target, number: int) -> None:
         """Note that a call ended without an answer, or that nobody wants it any more."""
@@ -53,9 +72,11 @@ class OwnCalls:
     def heard(self, target: Target, named: tuple[int, ...]) -> None:
         """Note that a call was answered that named some calls as given up."""
         with self._lock:
-            left = tuple(each for each in self._given_up.pop(target, ()) if each not in named)
+            left = tuple(each for each in self._given_up.get(target, ()) if each not in named)
             if left:
                 self._given_up[target] = left
+            else:
+                self._given_up.pop(target, None)
 
 
 class GivenUpCalls:
