@@ -12,11 +12,13 @@ answered; servants do not begin them any more.
 from __future__ import annotations
 
 import itertools
+import math
 import threading
+import time
 from collections import OrderedDict
 from typing import TYPE_CHECKING, Final
 
-from ._wire import MOST_GIVEN_UP, Attachment, encode_call_attachment
+from ._wire import MOST_GIVEN_UP, Attachment, encode_attachment
 
 if TYPE_CHECKING:
     from .transport import Target
@@ -47,7 +49,9 @@ class OwnCalls:
         given_up = self._given_up.get(target, ())
         if fingerprint is None and not given_up:
             return b"", ()
-        return encode_call_attachment(fingerprint or "", number, self.client, timeout, given_up), given_up
+        # A tuple rather than the struct: it saves a microsecond in every call.
+        members = (fingerprint or "", number, math.nan, time.time(), f"{self.client}/{number}", timeout)
+        return encode_attachment((*members, given_up) if given_up else members), given_up
 
     def begin(self, target: Target, number: int) -> None:
         """Let no later call overtake one that is begun over the network, until `end`."""
@@ -83,20 +87,17 @@ class GivenUpCalls:
     """The calls that clients gave up, as far as a server remembers them; thread-safe."""
 
     def __init__(self) -> None:
+        self.numbers: Final[OrderedDict[str, dict[int, None]]] = OrderedDict()
+        """Their numbers, by client."""
         self._lock: Final = threading.Lock()
-        self._clients: Final[OrderedDict[str, dict[int, None]]] = OrderedDict()
 
     def hear(self, about: Attachment) -> None:
         """Note the calls that the attachment of another one names."""
         with self._lock:
-            numbers = self._clients.setdefault(about.client, {})
-            self._clients.move_to_end(about.client)
+            numbers = self.numbers.setdefault(about.client, {})
+            self.numbers.move_to_end(about.client)
             numbers.update(dict.fromkeys(about.given_up))
             for number in [*itertools.islice(numbers, max(0, len(numbers) - _MOST_NUMBERS))]:
                 del numbers[number]
-            if len(self._clients) > _MOST_CLIENTS:
-                self._clients.popitem(last=False)
-
-    def has(self, about: Attachment) -> bool:
-        """Return whether the call of an attachment was given up."""
-        return bool(self._clients) and about.sequence in self._clients.get(about.client, ())
+            if len(self.numbers) > _MOST_CLIENTS:
+                self.numbers.popitem(last=False)

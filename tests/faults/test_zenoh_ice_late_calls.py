@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from tests.conftest import Pair
+from tests.support.attachments import encode_call_attachment
 from tests.support.carriers import NETWORK, cut_local_connections, over_both
 from tests.support.gripper import GRIPPER as INTERFACE
 from tests.support.gripper import GripperI, GripperPrx
@@ -28,13 +29,7 @@ from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, SystemException, TimeoutException
 from zenoh_ice._pool import Job, Kind
 from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import (
-    ERROR_ENCODING,
-    Attachment,
-    decode_attachment,
-    decode_error,
-    encode_call_attachment,
-)
+from zenoh_ice._wire import ERROR_ENCODING, Attachment, decode_attachment, decode_error
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.transport import Buffer, Ended, Reply, Target
 

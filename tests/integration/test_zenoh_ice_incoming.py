@@ -16,6 +16,7 @@ import pytest
 import zenoh
 
 from tests.conftest import Pair
+from tests.support.attachments import encode_call_attachment
 from tests.support.carriers import is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limited import limited_pair
@@ -31,7 +32,6 @@ from zenoh_ice import (
     UnknownException,
 )
 from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import encode_call_attachment
 from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 

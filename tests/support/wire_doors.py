@@ -68,7 +68,6 @@ from zenoh_ice._wire import (
     Attachment,
     decode_attachment,
     decode_error,
-    encode_call_attachment,
     encode_error,
     encode_sample_attachment,
 )
@@ -83,6 +82,7 @@ from zenoh_ice.status import ProcessStatus, ServantStatus, decode_status
 from zenoh_ice.text import LONGEST_TEXT
 from zenoh_ice.transport import Target
 
+from .attachments import encode_call_attachment
 from .calculator import CALCULATOR, CalculatorError, DivisionByZero
 from .generated_types import structs_of
 from .wire_values import Desk

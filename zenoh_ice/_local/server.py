@@ -180,7 +180,6 @@ class ServerChannel(Source):
     def __init__(self, server: LocalServer, connection: socket.socket) -> None:
         self._server: Final = server
         self._socket: Final = connection
-        self._file: Final = connection.fileno()
         # Both are held while it is closed: nobody uses a file with the same number.
         self._receiving: Final = threading.Lock()
         self._sending: Final = threading.Lock()
@@ -193,7 +192,7 @@ class ServerChannel(Source):
         self._ends.register(connection, select.POLLRDHUP)
 
     def fileno(self) -> int:
-        return self._file
+        return self._socket.fileno()
 
     def abandon(self) -> None:
         """Close its file in a forked child."""
