@@ -49,8 +49,8 @@ SOUND = [
     answer(b"payload"),
     answer(b"rest", (0,), Extent(0, (1,))),
     encode((PART, bytes(LARGEST_INLINE))),
-    encode((SUBSCRIBED, 1, True)),
-    encode((SAMPLE, 1, b"a", b"payload")),
+    encode((SUBSCRIBED,)),
+    encode((SAMPLE, b"a", b"payload")),
 ]
 
 pytestmark = pytest.mark.skipif(not local_space(), reason="no process reaches another one's door here")
@@ -162,9 +162,7 @@ class TestGreetings:
 
     def test_the_memory_of_another_process_is_not_kept(self, pool: Pool) -> None:
         with closing(Arena()) as arena, closing(Arena()) as wrong:
-            extent, other = (
-                each.lend([text], [(pool, 1)]) for each, text in ((arena, b"own"), (wrong, b"bad"))
-            )
+            extent, other = (each.lend([text], [self]) for each, text in ((arena, b"own"), (wrong, b"bad")))
             assert extent == other
             greetings = [("abc", wrong.file), (SERVER, arena.file)]
 

@@ -17,7 +17,7 @@ import pytest
 
 from interfaces.jderobot import ImageData, ImageProviderPrx
 from tests.conftest import Pair
-from tests.support.carriers import local_connections
+from tests.support.carriers import cut_local_connections, local_connections
 from tests.support.image_servant import ImageI, Network, camera, image
 from tests.support.limited import limited_pair
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
@@ -457,9 +457,7 @@ class TestChanges:
             network.wait_until_unused(servant)
             for _ in range(5):
                 numbers.publish_until(partial(images.has, numbers.last + 1))
-                channels = transport.route(Target("nao", "Camera")).channels
-                assert channels is not None
-                channels.samples().close()
+                cut_local_connections()
                 numbers.publish_until(partial(images.has, numbers.last + 1))
             network.wait_until_unused(servant)
             numbers.publish_until(partial(images.has, numbers.last + 1))

@@ -1,11 +1,11 @@
 """Channels: connections to another process of this machine and user through Unix sockets.
 
-A call has a channel for itself, so that its thread reads the answer; samples of large values share one.
+A call has a channel for itself, so that its thread reads the answer; so has a stream of large values, with a
+thread that takes its samples.
 """
 
 from __future__ import annotations
 
-import itertools
 import logging
 import math
 import os
@@ -27,8 +27,6 @@ from ..exceptions import BusyException, MarshalException
 from ..limits import LIMITS, Limits
 from ..transport import NoAnswer, Outcome
 from .messages import (
-    ANSWER_NUMBER,
-    CANCEL,
     LARGEST_INLINE,
     LARGEST_MESSAGE,
     REQUEST,
@@ -82,10 +80,8 @@ class Channels:
         self._address: Final = address
         self._server: Final = server
         self._lock: Final = threading.Lock()
-        self._opening: Final = threading.Lock()  # of the one for samples, which may take a while
         self._idle: Final[deque[_Channel]] = deque()
-        self._all: Final[set[_Channel]] = set()  # but for that of the samples
-        self._samples: SampleChannel | None = None
+        self._all: Final[set[_Channel | SampleChannel]] = set()
         self._view: ArenaView | None = None
         self._absent_until = -math.inf
         self._closed = False
@@ -108,38 +104,35 @@ class Channels:
             try:
                 outcome = channel.call(call, payload, attachment, self._view)
             except OSError as error:  # it was not sent
-                self._drop(channel)
+                self.drop(channel)
                 if isinstance(error, BlockingIOError):
                     raise NoAnswer(timed_out=True) from None
                 if fresh:
                     raise NotSent(str(error)) from None
                 # It ended while it was idle.
             except BaseException:
-                self._drop(channel)
+                self.drop(channel)
                 raise
             else:
                 if len(self._idle) < _MOST_IDLE and not self._closed:
                     self._idle.append(channel)
                 else:
-                    self._drop(channel)
+                    self.drop(channel)
                 return outcome
 
-    def samples(self) -> SampleChannel:
-        """Return the channel of samples; raises NotSent."""
-        with self._opening:
-            samples = self._samples
-            if samples is None or samples.ended:
-                connection = self._connect(math.inf)
-                try:
-                    samples = SampleChannel(connection, self._view)
-                except BusyException as error:  # no thread
-                    connection.close()
-                    raise NotSent(str(error)) from None
-                with self._lock:
-                    self._samples, closed = samples, self._closed
-                if closed:
-                    samples.close()
-            return samples
+    def follow(self, target: str, operation: str, subscriber: Subscriber) -> SampleChannel:
+        """Ask for the samples of a stream, until the channel is closed; raises NotSent."""
+        connection = self._connect(math.inf)
+        channel = SampleChannel(self, connection, self._view, subscriber)
+        self._add(channel)
+        try:
+            limit_sending(connection, _SENDING_LIMIT)
+            connection.send(encode((SUBSCRIBE, target, operation)), socket.MSG_NOSIGNAL)
+            channel.start()
+        except (OSError, BusyException) as error:  # without a thread, too
+            self.drop(channel)
+            raise NotSent(str(error)) from None
+        return channel
 
     def close(self) -> None:
         """End all channels for good: calls that wait end without an answer."""
@@ -147,34 +140,33 @@ class Channels:
         with self._lock:
             self._closed = True
             channels = list(self._all)
-            samples, self._samples = self._samples, None
         for channel in channels:
             channel.shut()
-        if samples is not None:
-            samples.close()
         while self._idle:
             with suppress(IndexError):
-                self._drop(self._idle.pop())
+                self.drop(self._idle.pop())
         self._view = None  # it is unmapped once the last sample in it was dropped
 
     def abandon(self) -> None:
         """Close all files in a forked child."""
         for channel in self._all:
             channel.close()
-        if self._samples is not None:
-            self._samples.abandon()
 
-    def _drop(self, channel: _Channel) -> None:
+    def drop(self, channel: _Channel | SampleChannel) -> None:
+        """Close the file of a channel, which nobody uses any more."""
         with self._lock:
             self._all.discard(channel)
         channel.close()
 
-    def _open(self, timeout: float) -> _Channel:
-        channel = _Channel(self._connect(timeout))
+    def _add(self, channel: _Channel | SampleChannel) -> None:
         with self._lock:
             self._all.add(channel)
         if self._closed:
             channel.shut()
+
+    def _open(self, timeout: float) -> _Channel:
+        channel = _Channel(self._connect(timeout))
+        self._add(channel)
         return channel
 
     def _connect(self, timeout: float) -> socket.socket:
@@ -267,7 +259,7 @@ class _Channel:
         result = collect(answer, view, limit, call.what)
         if answer.extent is not None and sum(answer.extent.sizes) > _LARGEST_KEPT:
             with suppress(OSError):  # the next call will notice
-                self._send(encode((RETURN, ANSWER_NUMBER, answer.extent.start)))
+                self._send(encode((RETURN, answer.extent.start)))
         return answer.ok, result
 
     def shut(self) -> None:
@@ -284,108 +276,79 @@ class _Channel:
 
 
 class Subscriber(Protocol):
-    """What a subscription calls, on the thread of its channel, where it must not wait."""
+    """What a channel of samples calls, on its own thread, where it must not wait."""
 
-    def confirm(self, channel: SampleChannel, number: int, *, ok: bool) -> None:
-        """Note whether samples come, at first and whenever that changes."""
+    def confirm(self, channel: SampleChannel) -> None:
+        """Note that samples come, or that the channel has ended."""
 
     def arrive(self, channel: SampleChannel, sample: Sample) -> None:
         """Take a sample; its memory is to be given back."""
 
 
 class SampleChannel:
-    """The channel of the streams of large values, with a thread that takes the samples."""
+    """A channel with the samples of one stream, and the thread that takes them."""
 
-    def __init__(self, connection: socket.socket, view: ArenaView | None) -> None:
-        """Start the thread; raises BusyException where the system gives this process none."""
+    def __init__(
+        self,
+        all_channels: Channels,
+        connection: socket.socket,
+        view: ArenaView | None,
+        subscriber: Subscriber,
+    ) -> None:
         self.ended = False
+        """Whether its samples are no longer lent."""
+        self._all: Final = all_channels
         self._socket: Final = connection
         self._sending: Final = threading.Lock()  # also held while it is closed
         self._view: Final = view
-        self._numbers: Final = itertools.count(ANSWER_NUMBER + 1)
-        self._subscribers: Final[dict[int, Subscriber]] = {}
-        limit_sending(connection, _SENDING_LIMIT)
-        self._thread: Final = threading.Thread(
-            target=self._receive_all, name="zenoh_ice samples", daemon=True
-        )
-        start(self._thread)
+        self._subscriber: Final = subscriber
+
+    def start(self) -> None:
+        """Start the thread; raises BusyException where the system gives this process none."""
+        start(threading.Thread(target=self._receive_all, name="zenoh_ice samples", daemon=True))
 
     def read(self, sample: Sample, limit: int, what: str) -> bytes | Parted:
         """Return the payload of a sample, and give its memory back; raises as `collect`.
 
-        If the subscription has ended by then, the memory may have been written again.
+        If the channel has ended by then, the memory may have been written again.
         """
         try:
             return collect(sample, self._view, limit, what)
         finally:
             self.give_back(sample)
 
-    def subscribe(self, target: str, operation: str, subscriber: Subscriber) -> int:
-        """Ask for the samples of a stream, and return the number of the subscription; raises NotSent."""
-        number = next(self._numbers)
-        self._subscribers[number] = subscriber
-        if not self._send((SUBSCRIBE, number, target, operation)):
-            self._subscribers.pop(number, None)
-            raise NotSent("its connection ended")
-        return number
-
-    def carries(self, number: int) -> bool:
-        """Whether a subscription has not ended: its samples are lent."""
-        return number in self._subscribers and not self.ended
-
-    def cancel(self, number: int) -> None:
-        """End a subscription; what it was lent is written again soon."""
-        if self._subscribers.pop(number, None) is not None:
-            self._send((CANCEL, number))
-
     def give_back(self, sample: Sample) -> None:
         """Let the memory be used again that was lent for a sample."""
         if sample.extent is not None:
-            self._send((RETURN, sample.number, sample.extent.start))
+            with self._sending, suppress(OSError):  # it has ended
+                self._socket.send(encode((RETURN, sample.extent.start)), socket.MSG_NOSIGNAL)
 
-    def close(self) -> None:
-        """End it: the thread notices, and tells the subscribers."""
+    def shut(self) -> None:
+        """Let it end; what it was lent is written again soon."""
         self.ended = True
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)  # ends a wait to send, too
 
-    def abandon(self) -> None:
-        """Close its file in a forked child."""
+    def close(self) -> None:
+        """Close its file."""
         self._socket.close()
 
     def _receive_all(self) -> None:
         try:
             while message := self._socket.recv(LARGEST_MESSAGE):
-                self._take(decode_to_client(message))
+                match decode_to_client(message):
+                    case Sample() as sample:
+                        self._subscriber.arrive(self, sample)
+                    case Subscribed():
+                        self._subscriber.confirm(self)
+                    case _:
+                        raise MarshalException("an answer to no call")
         except OSError as error:
             _logger.debug("samples end: %s", error)
         except (*DECODE_ERRORS, MarshalException) as error:
-            _logger.warning("a malformed message from this machine ends its connection: %s", str(error))
+            _logger.warning("a malformed message from this machine ends its channel: %s", str(error))
         finally:
-            self.close()
+            self.shut()
             with self._sending:
-                self._socket.close()
-            for number, subscriber in self._subscribers.copy().items():
-                subscriber.confirm(self, number, ok=False)
-
-    def _take(self, message: Part | Response | Sample | Subscribed) -> None:
-        if not isinstance(message, Sample | Subscribed):
-            raise MarshalException("an answer to no call")
-        subscriber = self._subscribers.get(message.number)
-        if isinstance(message, Subscribed):
-            if subscriber is not None:
-                subscriber.confirm(self, message.number, ok=message.ok)
-        elif subscriber is None:  # cancelled meanwhile
-            self.give_back(message)
-        else:
-            subscriber.arrive(self, message)
-
-    def _send(self, message: tuple[object, ...]) -> bool:
-        """Send a message; return false when the connection has ended, or ends because there is no room."""
-        try:
-            with self._sending:
-                self._socket.send(encode(message), socket.MSG_NOSIGNAL)
-        except OSError:
-            self.close()
-            return False
-        return True
+                self._all.drop(self)
+            self._subscriber.confirm(self)

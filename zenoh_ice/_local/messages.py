@@ -18,7 +18,7 @@ from msgspec import Meta
 
 from .. import typed
 from .._codec import LARGEST_BULK, Parted, Pieces, too_large
-from .._memory import Arena, ArenaView, Extent, Reader
+from .._memory import Arena, ArenaView, Extent
 from .._wire import ATTACHMENT_LIMIT
 from ..exceptions import MarshalException
 
@@ -29,12 +29,9 @@ LARGEST_MESSAGE: Final = 1 << 16
 LARGEST_INLINE: Final = LARGEST_MESSAGE - (1 << 12)
 """Bytes of a payload within a message: the rest of it has room beside it."""
 
-ANSWER_NUMBER: Final = 0
-"""Of the memory that is lent for answers: that for samples has the number of their subscription."""
-
 _LARGEST_WHOLE: Final = LARGEST_BULK + (1 << 12)  # bytes of all parts of a payload
 
-HELLO, PART, REQUEST, RESPONSE, RETURN, SUBSCRIBE, CANCEL, SUBSCRIBED, SAMPLE = range(9)
+HELLO, PART, REQUEST, RESPONSE, RETURN, SUBSCRIBE, SUBSCRIBED, SAMPLE = range(8)
 """The tags of messages."""
 
 encode: Final = msgspec.msgpack.Encoder().encode
@@ -83,42 +80,30 @@ class Response(msgspec.Struct, array_like=True, tag=RESPONSE):
 class Return(msgspec.Struct, array_like=True, tag=RETURN):
     """The lent memory of an answer or a sample was read."""
 
-    number: _Number
     start: _Number
 
 
 class Subscribe(msgspec.Struct, array_like=True, tag=SUBSCRIBE):
-    """Samples of a stream are wanted, until the number is cancelled."""
+    """Samples of a stream are wanted, as long as the channel lasts."""
 
-    number: _Number
     target: _Name
     operation: _Name
 
 
-class Cancel(msgspec.Struct, array_like=True, tag=CANCEL):
-    """No further sample is wanted."""
-
-    number: _Number
-
-
 class Subscribed(msgspec.Struct, array_like=True, tag=SUBSCRIBED):
-    """Whether samples will come; otherwise the stream is not published here."""
-
-    number: _Number
-    ok: bool
+    """Samples will come; a channel that ends without this has none."""
 
 
 class Sample(msgspec.Struct, array_like=True, tag=SAMPLE):
     """A sample of a stream."""
 
-    number: _Number
     attachment: _Attachment
     payload: bytes
     places: _Places = ()
     extent: Extent | None = None
 
 
-ToServer = Part | Request | Return | Subscribe | Cancel
+ToServer = Part | Request | Return | Subscribe
 ToClient = Part | Response | Subscribed | Sample
 
 decode_hello: Final = typed.msgpack_decoder(Hello)
@@ -155,7 +140,7 @@ def send_parts(send: Callable[[bytes], object], payload: bytes) -> bytes:
 
 
 def lend(
-    payload: bytes | Pieces, arena: Arena | None, *readers: Reader
+    payload: bytes | Pieces, arena: Arena | None, *readers: object
 ) -> tuple[bytes, tuple[int, ...], Extent | None]:
     """Write a payload that is too large for a message into memory, for some readers.
 

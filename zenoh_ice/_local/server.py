@@ -27,14 +27,12 @@ from ..limits import LIMITS, Limits
 from ..transport import Receiver, refusal
 from .listeners import Listeners
 from .messages import (
-    ANSWER_NUMBER,
     HELLO,
     LARGEST_INLINE,
     LARGEST_MESSAGE,
     RESPONSE,
     SUBSCRIBED,
     VERSION,
-    Cancel,
     Part,
     Parts,
     Request,
@@ -224,7 +222,7 @@ class ServerChannel(Source):
                 return None
             payload = self._parts.complete(message.payload) if self._parts else message.payload
             if self._lent >= 0:  # the answer before was read
-                self._give_back(ANSWER_NUMBER, self._lent)
+                self._give_back(self._lent)
             try:
                 receiver = self._server.receivers[message.target]
                 job = receiver.admit(
@@ -235,19 +233,15 @@ class ServerChannel(Source):
             if job is not None:
                 return job
 
-    def _note(self, message: Part | Return | Subscribe | Cancel) -> None:
+    def _note(self, message: Part | Return | Subscribe) -> None:
         """Take a message that is no call; raises MarshalException for parts that are too large."""
         match message:
             case Part():
                 self._parts.append(message.payload)
             case Return():
-                self._give_back(message.number, message.start)
+                self._give_back(message.start)
             case Subscribe():
                 self._subscribe(message)
-            case Cancel():
-                self._remove_from_streams(message.number)
-                if self._server.arena is not None:
-                    self._server.arena.forget(self, message.number)
 
     def _has_ended(self) -> bool:
         """Return whether its client has ended it, even if messages that it sent before wait to be read."""
@@ -256,15 +250,13 @@ class ServerChannel(Source):
 
     def _subscribe(self, message: Subscribe) -> None:
         listeners = self._server.streams.get(f"{message.target}/{message.operation}")
-        published = listeners is not None and listeners.add(self, message.number)
-        if listeners is not None and self._closed:  # meanwhile, by another thread
-            listeners.remove(self)
-        self.notify(encode((SUBSCRIBED, message.number, published)))
-
-    def notify(self, message: bytes) -> None:
-        """Send a message that its client waits for, without waiting."""
+        if listeners is None or not listeners.add(self):
+            self.close()
+            return
         with self._sending:
-            self._send(message)
+            self._send(encode((SUBSCRIBED,)))
+        if self._closed:  # meanwhile, by another thread
+            listeners.remove(self)
 
     def send_sample(self, message: bytes) -> bool:
         """Send a message without waiting; return whether there was room for it."""
@@ -280,11 +272,10 @@ class ServerChannel(Source):
             self._sending.release()
         return False
 
-    def _give_back(self, number: int, start: int) -> None:
-        if number == ANSWER_NUMBER:
-            self._lent = -1
+    def _give_back(self, start: int) -> None:
+        self._lent = -1
         if self._server.arena is not None:
-            self._server.arena.give_back(start, (self, number))
+            self._server.arena.give_back(start, self)
 
     def _answer(self, ok: bool, answer: bytes | Pieces) -> None:
         with self._sending:
@@ -293,7 +284,7 @@ class ServerChannel(Source):
             if isinstance(answer, bytes) and len(answer) <= LARGEST_INLINE:
                 self._send(encode((RESPONSE, ok, answer)))
                 return
-            payload, places, extent = lend(answer, self._server.arena, (self, ANSWER_NUMBER))
+            payload, places, extent = lend(answer, self._server.arena, self)
             if extent is not None:
                 self._lent = extent.start
             lent = () if extent is None else (places, extent)
@@ -344,9 +335,9 @@ class ServerChannel(Source):
             self._socket.shutdown(socket.SHUT_WR)
         self._remove_from_streams()
 
-    def _remove_from_streams(self, number: int | None = None) -> None:
+    def _remove_from_streams(self) -> None:
         for listeners in list(self._server.streams.values()):
-            listeners.remove(self, number)
+            listeners.remove(self)
 
     def close(self) -> None:
         """End the channel; answers to its calls are dropped from now on."""

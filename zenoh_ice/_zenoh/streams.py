@@ -188,7 +188,7 @@ class BulkInlet(_Inlet):
         self._arrived: Final = threading.Condition(threading.Lock())
         self._choosing: Final = threading.Lock()
         self._subscriber: zenoh.Subscriber[Any] | None = None
-        self._channel: tuple[SampleChannel, int] | None = None
+        self._channel: SampleChannel | None = None
         self._confirmed = False  # whether samples come through the channel
         self._route.changed.add(self._choose_later)
         try:
@@ -197,8 +197,8 @@ class BulkInlet(_Inlet):
             self.close()
             raise
 
-    def confirm(self, channel: SampleChannel, number: int, *, ok: bool) -> None:
-        self._transport.pool.submit(lambda: self._settle(channel, number, ok=ok))
+    def confirm(self, channel: SampleChannel) -> None:
+        self._transport.pool.submit(lambda: self._settle(channel))
 
     def arrive(self, channel: SampleChannel, sample: Sample) -> None:
         lent = _Lent(channel, sample)
@@ -244,7 +244,7 @@ class BulkInlet(_Inlet):
         self._route.changed.discard(self._choose_later)
         with self._choosing:
             if self._channel is not None:
-                self._leave_channel(*self._channel)
+                self._leave(self._channel)
                 self._channel = None
             self._leave_network()
         with self._arrived:
@@ -262,32 +262,28 @@ class BulkInlet(_Inlet):
         """Listen where the samples are."""
         if self._closed.is_set():
             return
-        before = self._channel
-        self._channel = None
+        before, self._channel, self._confirmed = self._channel, None, False
         channels = self._route.channels
         if channels is not None:
             with suppress(NotSent):
-                channel = channels.samples()
-                self._channel = channel, channel.subscribe(self._target, self._operation, self)
-                self._confirmed = False  # `confirm` says whether samples come
+                self._channel = channels.follow(self._target, self._operation, self)
         if self._channel is None:
             self._enter_network()
-        if before is not None:  # also if it is the same channel: its servant may be another one
-            self._leave_channel(*before)
+        if before is not None:
+            self._leave(before)
 
-    def _settle(self, channel: SampleChannel, number: int, *, ok: bool) -> None:
+    def _settle(self, channel: SampleChannel) -> None:
         with self._choosing:
-            if self._closed.is_set() or self._channel != (channel, number):
+            if self._closed.is_set() or self._channel is not channel:
                 return
-            if ok:
+            if not channel.ended:
                 self._confirmed = True
                 self._leave_network()
-            elif channel.ended and self._confirmed:  # its server may still be there
+            elif self._confirmed:  # its server may still be there
                 self._enter()
             else:
                 self._channel = None
                 self._enter_network()
-                self._leave_channel(channel, number)
 
     def _enter_network(self) -> None:
         if self._subscriber is None:
@@ -299,9 +295,9 @@ class BulkInlet(_Inlet):
             undeclare(self._subscriber)
             self._subscriber = None
 
-    def _leave_channel(self, channel: SampleChannel, number: int) -> None:
-        """Cancel a subscription, and drop what is unread of it: its memory is written again soon."""
-        channel.cancel(number)
+    def _leave(self, channel: SampleChannel) -> None:
+        """End a channel, and drop what is unread of it: its memory is written again soon."""
+        channel.shut()
         with self._arrived:
             lost = [sample for sample in self._samples if isinstance(sample, _Lent) and sample.is_lost]
             for sample in lost:
@@ -321,8 +317,7 @@ class _Lent:
     @property
     def is_lost(self) -> bool:
         """Whether its memory may have been written again before it was read."""
-        is_lent = self._sample.extent is not None and self._arrived is None
-        return is_lent and not self._channel.carries(self._sample.number)
+        return self._sample.extent is not None and self._arrived is None and self._channel.ended
 
     def read(self, limit: int, what: str) -> Arrived:
         """Return its contents; raises MarshalException, or ConnectionLostException when they are gone."""
