@@ -9,6 +9,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from queue import SimpleQueue
 
 import msgpack
 import pytest
@@ -17,7 +18,7 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
-from tests.support.limits import EVENT_LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.local_doors import SERVER, answer, fake_server, greet, next_request
 from tests.support.open_files import open_files
 from tests.support.soak import repeated
@@ -40,6 +41,7 @@ from zenoh_ice._local.messages import (
 from zenoh_ice._local.server import local_space
 from zenoh_ice._memory import Arena, Extent
 from zenoh_ice._pool import Pool
+from zenoh_ice._routes import Routes
 from zenoh_ice.limits import Limits
 from zenoh_ice.transport import NoAnswer, Outcome, Target
 
@@ -289,6 +291,35 @@ class TestAnswers:
                 except SystemException:
                     refused += 1
         assert refused > calls / 2
+
+
+def test_a_call_that_waits_ends_when_its_server_is_lost() -> None:
+    outcomes: SimpleQueue[object] = SimpleQueue()
+    called = threading.Event()
+
+    def behave(connection: socket.socket) -> None:
+        greet(connection)
+        next_request(connection)
+        called.set()
+        connection.recv(1)  # nothing more: it is frozen
+
+    def call() -> None:
+        with pytest.raises(NoAnswer) as raised:
+            known.call(Outgoing("t", "o", FOREVER, LIMIT, "it"), b"", b"")
+        outcomes.put(raised.value.broken)
+
+    with fake_server(behave) as address:
+        routes = Routes(lambda pattern, changed: None)
+        found = routes.channels(SERVER, address)
+        assert found is not None
+        known = found
+        caller = threading.Thread(target=call)
+        caller.start()
+        assert called.wait(EVENT_LIMIT)
+        routes.lost(SERVER)
+        assert outcomes.get(timeout=EVENT_LIMIT) is True
+        caller.join(EVENT_LIMIT)
+        routes.close()
 
 
 def test_a_server_that_lies_is_passed_by(pair: Pair) -> None:
