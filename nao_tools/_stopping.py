@@ -21,7 +21,7 @@ import msgspec
 
 from zenoh_ice import ConnectFailedException, ZenohIceError, typed
 from zenoh_ice.application.emergency_stop import SAFETY, STILL, STILL_LIMIT, refusal, stop_key, stop_payload
-from zenoh_ice.messenger import Answer, Messenger
+from zenoh_ice.messenger import Messenger
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
 
@@ -106,7 +106,7 @@ class Realm:
         """Whether its joints still moved when it was last asked."""
         return self.speed is not None and self.speed >= STILL
 
-    def note(self, answers: list[Answer]) -> None:
+    def note(self, answers: list[tuple[bool, bytes]]) -> None:
         """Note the answers to a stop; without any, nothing is known."""
         failures = [failure for answer in answers if (failure := refusal(*answer)) is not None]
         if failures:
@@ -326,13 +326,13 @@ def _routes(settings: Settings, limit: float) -> list[Route]:
     return routes
 
 
-def _fastest(answers: list[Answer]) -> float | None:
+def _fastest(answers: list[tuple[bool, bytes]]) -> float | None:
     """Return the largest speed in a robot's answer; None where it is not as our releases give it."""
     state = _result(answers, _JointState)
     return None if state is None else max(map(abs, state.returnValue.velocities), default=None)
 
 
-def _result(answers: list[Answer], kind: type[T]) -> T | None:
+def _result(answers: list[tuple[bool, bytes]], kind: type[T]) -> T | None:
     """Return a robot's only answer; None where it is not as our releases give it."""
     if len(answers) != 1 or not answers[0][0]:
         return None

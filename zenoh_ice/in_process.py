@@ -29,8 +29,8 @@ from .transport import (
     Outlet,
     Receiver,
     Receivers,
+    Registration,
     Relay,
-    Served,
     Target,
     outcome_of,
     refusal,
@@ -95,7 +95,7 @@ class InProcessTransport:
             network=carrier,
         )
 
-    def serve(self, target: Target, receiver: Receiver) -> Served:
+    def serve(self, target: Target, receiver: Receiver) -> Registration:
         prefix = target.prefix
         self.receivers[prefix] = receiver
 
@@ -103,7 +103,7 @@ class InProcessTransport:
             if self.receivers.get(prefix) is receiver:
                 del self.receivers[prefix]
 
-        return Served(close)
+        return Registration(close)
 
     def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
         return _Outlet(self._streams[target.key(operation.name)])
@@ -111,18 +111,18 @@ class InProcessTransport:
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         return _Inlet(self._streams[target.key(operation.name)], queue)
 
-    def announce(self, token: str) -> Served:
+    def announce(self, token: str) -> Registration:
         self.notify(token, True)
-        return Served(partial(self.notify, token, False))
+        return Registration(partial(self.notify, token, False))
 
-    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Registration:
         # Patterns are distinguished by the text before their first asterisk.
         watcher = prefix, _ = pattern.partition("*")[0], changed
         with self._lock:
             self._watchers.append(watcher)
             for token in [token for token in self._tokens if token.startswith(prefix)]:
                 changed(token, True)
-        return Served(partial(self._watchers.remove, watcher))
+        return Registration(partial(self._watchers.remove, watcher))
 
     def notify(self, token: str, came: bool) -> None:
         """Report a token that appeared or disappeared to the watchers."""
@@ -134,12 +134,12 @@ class InProcessTransport:
             for changed in [changed for prefix, changed in self._watchers if token.startswith(prefix)]:
                 changed(token, came)
 
-    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:  # noqa: ARG002
-        return Served(lambda: None)  # there are no links
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Registration:  # noqa: ARG002
+        return Registration(lambda: None)  # there are no links
 
-    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Registration:
         self._status[realm, self.id] = status
-        return Served(partial(self._status.pop, (realm, self.id), None))
+        return Registration(partial(self._status.pop, (realm, self.id), None))
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:  # noqa: ARG002
         if (status := self._status.get((realm, process))) is None:
@@ -227,11 +227,11 @@ class _Inlet:
         self._samples: Final[deque[Arrived]] = deque(maxlen=queue)
         self._callback: Callable[[Any], object] | None = None
         self._waiting: threading.Condition | None = None
-        self._turn: Final = threading.RLock()  # whose callback may publish in turn
+        self._delivering: Final = threading.RLock()  # a callback may publish, too
         inlets.append(self)
 
     def poll(self) -> Arrived | None:
-        with self._turn:
+        with self._delivering:
             return self._samples.popleft() if self._samples else None
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
@@ -239,13 +239,13 @@ class _Inlet:
         return changed.wait_for(holds, timeout)
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:  # noqa: ARG002
-        with self._turn:
+        with self._delivering:
             self._callback = callback
             while (sample := self.poll()) is not None:
                 callback(sample)
 
     def put(self, sample: Arrived) -> None:
-        with self._turn:
+        with self._delivering:
             (self._callback or self._samples.append)(sample)
         if (changed := self._waiting) is not None:  # without our lock, which a poll takes
             with changed:
@@ -257,9 +257,9 @@ class _Inlet:
     def close(self, timeout: float = 0.0) -> bool:
         if self in self._inlets:
             self._inlets.remove(self)
-        ended = self._turn.acquire(timeout=timeout)
+        ended = self._delivering.acquire(timeout=timeout)
         if ended:
-            self._turn.release()
+            self._delivering.release()
         return ended
 
 

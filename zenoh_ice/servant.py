@@ -42,7 +42,7 @@ from .interface import OBJECT_TYPE_ID, Interface, Operation
 from .reflection import schema_of
 from .status import ServantStatus
 from .streams import Publisher
-from .transport import Answer, Buffer, Ended, Outlet, Reply, Served, Target, check_name
+from .transport import Answer, Buffer, Ended, Outlet, Registration, Reply, Target, check_name
 
 if TYPE_CHECKING:
     from ._communicator import Communicator
@@ -249,7 +249,7 @@ class ServedObject:
         self._withdrawn = False
         self._closed = False
         self._outlets: Final[dict[str, Outlet]] = {}  # of its streams
-        self._tokens: Final[list[Served]] = []
+        self._tokens: Final[list[Registration]] = []
         self._tokens_lock: Final = threading.Lock()
         self._undo: Final = ExitStack()
 

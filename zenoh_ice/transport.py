@@ -195,8 +195,8 @@ class Pacer:
         self._due = (self._due if now - self._due < self._period else now) + self._period
 
 
-class Served:
-    """A registration until it is closed: calls or samples are received, or a token is shown."""
+class Registration:
+    """What lasts until it is closed: calls or tokens are received, or a token is shown."""
 
     def __init__(self, close: Callable[[], object]) -> None:
         self._close: Callable[[], object] | None = close
@@ -306,7 +306,7 @@ class Transport(Protocol):
         the servant does not learn who calls.
         """
 
-    def serve(self, target: Target, receiver: Receiver) -> Served:
+    def serve(self, target: Target, receiver: Receiver) -> Registration:
         """Pass the calls of a target to a receiver, on threads that may run user code."""
 
     # Streams.
@@ -319,21 +319,21 @@ class Transport(Protocol):
 
     # Presence.
 
-    def announce(self, token: str) -> Served:
+    def announce(self, token: str) -> Registration:
         """Show a token to everybody until it is closed, or until this process is gone."""
 
-    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Registration:
         """Call a function with each token that appears (True) or disappears (False), the present ones first.
 
         It must not wait: it may run on a thread that receives for all.
         """
 
-    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Registration:
         """Call a function with the id of each process to which a link is made (True) or lost (False)."""
 
     # Status.
 
-    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Registration:
         """Answer requests for the status of this process, also while all servants are busy."""
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:

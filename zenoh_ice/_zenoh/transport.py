@@ -41,8 +41,8 @@ from ..transport import (
     NoAnswer,
     Outcome,
     Receiver,
+    Registration,
     Relay,
-    Served,
     Target,
     outcome_of,
     refusal,
@@ -167,7 +167,7 @@ class ZenohTransport:
             network=_NetworkCarrier(self, target, operation, timeout),
         )
 
-    def serve(self, target: Target, receiver: Receiver) -> Served:
+    def serve(self, target: Target, receiver: Receiver) -> Registration:
         here = self.local.serve(target, receiver)
         self._open_local_server()
         # Complete: if several processes serve the same identity, one of them gets the call, not all.
@@ -179,7 +179,7 @@ class ZenohTransport:
             here.close()
             undeclare(queryable)
 
-        return Served(close)
+        return Registration(close)
 
     def _place(self, query: zenoh.Query) -> Job | None:
         """Give a call its place among those of its servant; return the job that executes or refuses it."""
@@ -239,17 +239,17 @@ class ZenohTransport:
 
     # Presence.
 
-    def announce(self, token: str) -> Served:
-        return Served(partial(undeclare, self.session.liveliness().declare_token(token)))
+    def announce(self, token: str) -> Registration:
+        return Registration(partial(undeclare, self.session.liveliness().declare_token(token)))
 
-    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Registration:
         watch = self.local.watch(pattern, changed)
         with self._lock:
             if pattern not in self._followed:  # one follower for all watchers
                 self._followed[pattern] = Tokens(self.session, pattern, self.local.notify, self.pool.submit)
         return watch
 
-    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Registration:
 
         def on_event(event: zenoh.TransportEvent) -> None:
             up = event.kind == zenoh.SampleKind.PUT
@@ -261,7 +261,7 @@ class ZenohTransport:
         listener = self.session.info.declare_transport_events_listener(
             Callback(on_event, indirect=False), history=True
         )
-        return Served(partial(undeclare, listener))
+        return Registration(partial(undeclare, listener))
 
     def appear(self, realm: str) -> None:
         """Announce this process to the servants of a realm."""
@@ -272,7 +272,7 @@ class ZenohTransport:
 
     # Status.
 
-    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Registration:
         self.pool.reserve(1)  # so that it answers while all servants are busy
 
         def answer(query: zenoh.Query) -> None:  # on Zenoh's thread
@@ -281,7 +281,7 @@ class ZenohTransport:
         queryable = self.session.declare_queryable(
             f"@process/{realm}/{self.id}/status", Callback(answer, indirect=False), complete=True
         )
-        return Served(partial(undeclare, queryable))
+        return Registration(partial(undeclare, queryable))
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
         with suppress(zenoh.ZError):  # no answer
