@@ -20,12 +20,12 @@ from typing import Final, Protocol
 
 import msgspec
 
-from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD, Parted
-from .._memory import ArenaView
+from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD
+from .._memory import ArenaView, Extent
 from .._threads import start
-from ..exceptions import BusyException, MarshalException
+from ..exceptions import BusyException, ConnectionLostException, MarshalException
 from ..limits import LIMITS, Limits
-from ..transport import NoAnswer, Outcome
+from ..transport import Arrived, NoAnswer, Outcome
 from .messages import (
     LARGEST_INLINE,
     LARGEST_MESSAGE,
@@ -281,8 +281,8 @@ class Subscriber(Protocol):
     def confirm(self, channel: SampleChannel) -> None:
         """Note that samples come, or that the channel has ended."""
 
-    def arrive(self, channel: SampleChannel, sample: Sample) -> None:
-        """Take a sample; its memory is to be given back."""
+    def keep(self, sample: LentSample) -> None:
+        """Take a sample, to read it or to give it back."""
 
 
 class SampleChannel:
@@ -295,33 +295,22 @@ class SampleChannel:
         view: ArenaView | None,
         subscriber: Subscriber,
     ) -> None:
+        self.view: Final = view
         self.ended = False
         """Whether its samples are no longer lent."""
         self._all: Final = all_channels
         self._socket: Final = connection
         self._sending: Final = threading.Lock()  # also held while it is closed
-        self._view: Final = view
         self._subscriber: Final = subscriber
 
     def start(self) -> None:
         """Start the thread; raises BusyException where the system gives this process none."""
         start(threading.Thread(target=self._receive_all, name="zenoh_ice samples", daemon=True))
 
-    def read(self, sample: Sample, limit: int, what: str) -> bytes | Parted:
-        """Return the payload of a sample, and give its memory back; raises as `collect`.
-
-        If the channel has ended by then, the memory may have been written again.
-        """
-        try:
-            return collect(sample, self._view, limit, what)
-        finally:
-            self.give_back(sample)
-
-    def give_back(self, sample: Sample) -> None:
-        """Let the memory be used again that was lent for a sample."""
-        if sample.extent is not None:
-            with self._sending, suppress(OSError):  # it has ended
-                self._socket.send(encode((RETURN, sample.extent.start)), socket.MSG_NOSIGNAL)
+    def give_back(self, extent: Extent) -> None:
+        """Let memory be used again that was lent for a sample."""
+        with self._sending, suppress(OSError):  # it has ended
+            self._socket.send(encode((RETURN, extent.start)), socket.MSG_NOSIGNAL)
 
     def shut(self) -> None:
         """Let it end; what it was lent is written again soon."""
@@ -338,7 +327,7 @@ class SampleChannel:
             while message := self._socket.recv(LARGEST_MESSAGE):
                 match decode_to_client(message):
                     case Sample() as sample:
-                        self._subscriber.arrive(self, sample)
+                        self._subscriber.keep(LentSample(self, sample))
                     case Subscribed():
                         self._subscriber.confirm(self)
                     case _:
@@ -352,3 +341,40 @@ class SampleChannel:
             with self._sending:
                 self._all.drop(self)
             self._subscriber.confirm(self)
+
+
+class LentSample:
+    """A sample in memory that its sender lends, until it is read or given back, which happens once."""
+
+    def __init__(self, channel: SampleChannel, sample: Sample) -> None:
+        self._channel: Final = channel
+        self._sample: Final = sample
+        self._arrived: Arrived | None = None
+
+    @property
+    def size(self) -> int:
+        """Bytes in lent memory."""
+        return 0 if self._sample.extent is None else sum(self._sample.extent.sizes)
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether its memory may have been written again before it was read."""
+        return self._sample.extent is not None and self._arrived is None and self._channel.ended
+
+    def read(self, limit: int, what: str) -> Arrived:
+        """Return its contents; raises MarshalException, or ConnectionLostException when they are gone."""
+        if self._arrived is None:
+            what = f"sample of {what}"
+            try:
+                payload = collect(self._sample, self._channel.view, limit, what)
+            finally:
+                self.give_back()
+            if self.is_lost:
+                raise ConnectionLostException(f"{what} was lost with its sender")
+            self._arrived = Arrived(payload, self._sample.attachment)
+        return self._arrived
+
+    def give_back(self) -> None:
+        """Let its memory be used again without reading it."""
+        if self._arrived is None and self._sample.extent is not None:
+            self._channel.give_back(self._sample.extent)

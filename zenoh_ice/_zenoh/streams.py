@@ -14,9 +14,8 @@ import zenoh
 from zenoh.handlers import Callback, RingChannel
 
 from .._codec import Pieces, too_large
-from .._local.channels import NotSent, SampleChannel
+from .._local.channels import LentSample, NotSent, SampleChannel
 from .._local.listeners import most_unread
-from .._local.messages import Sample
 from .._local.server import LocalServer
 from .._threads import UserCodeThread, start
 from ..exceptions import ConnectionLostException
@@ -184,7 +183,7 @@ class BulkInlet(_Inlet):
         self._operation: Final = operation.name
         self._route: Final = transport.route(target)
         self._queue: Final = queue
-        self._samples: Final[deque[zenoh.Sample | _Lent]] = deque()
+        self._samples: Final[deque[zenoh.Sample | LentSample]] = deque()
         self._arrived: Final = threading.Condition(threading.Lock())
         self._choosing: Final = threading.Lock()
         self._subscriber: zenoh.Subscriber[Any] | None = None
@@ -200,22 +199,18 @@ class BulkInlet(_Inlet):
     def confirm(self, channel: SampleChannel) -> None:
         self._transport.pool.submit(lambda: self._settle(channel))
 
-    def arrive(self, channel: SampleChannel, sample: Sample) -> None:
-        lent = _Lent(channel, sample)
-        if sample.extent is not None and self._queue > most_unread(sum(sample.extent.sizes)):
-            try:  # its memory is not for so many
-                lent.read(self._limit, self._what)
-            except ConnectionLostException:
-                return
-        self._keep(lent)
-
-    def open(self, sample: zenoh.Sample | _Lent) -> Arrived:
-        if isinstance(sample, _Lent):
+    def open(self, sample: zenoh.Sample | LentSample) -> Arrived:
+        if isinstance(sample, LentSample):
             return sample.read(self._limit, self._what)
         return _opened(sample, self._limit, self._what)
 
-    def _keep(self, sample: zenoh.Sample | _Lent) -> None:
+    def keep(self, sample: zenoh.Sample | LentSample) -> None:
         dropped = None
+        if isinstance(sample, LentSample) and self._queue > most_unread(sample.size):
+            try:  # its memory is not for so many
+                sample.read(self._limit, self._what)
+            except ConnectionLostException:
+                return
         with self._arrived:
             if self._closed.is_set():
                 dropped = sample
@@ -227,17 +222,17 @@ class BulkInlet(_Inlet):
         if dropped is not None:
             self._discard(dropped)
 
-    def _poll(self) -> zenoh.Sample | _Lent | None:
+    def _poll(self) -> zenoh.Sample | LentSample | None:
         with self._arrived:
             return self._samples.popleft() if self._samples else None
 
-    def _receive(self) -> zenoh.Sample | _Lent | None:
+    def _receive(self) -> zenoh.Sample | LentSample | None:
         with self._arrived:
             self._arrived.wait_for(lambda: self._samples or self._closed.is_set())
             return self._samples.popleft() if self._samples else None
 
-    def _discard(self, sample: zenoh.Sample | _Lent) -> None:
-        if isinstance(sample, _Lent):
+    def _discard(self, sample: zenoh.Sample | LentSample) -> None:
+        if isinstance(sample, LentSample):
             sample.give_back()
 
     def _stop(self) -> None:
@@ -287,7 +282,7 @@ class BulkInlet(_Inlet):
 
     def _enter_network(self) -> None:
         if self._subscriber is None:
-            keep = Callback(self._keep, indirect=False)
+            keep = Callback(self.keep, indirect=False)
             self._subscriber = self._transport.session.declare_subscriber(self._what, keep)
 
     def _leave_network(self) -> None:
@@ -299,40 +294,11 @@ class BulkInlet(_Inlet):
         """End a channel, and drop what is unread of it: its memory is written again soon."""
         channel.shut()
         with self._arrived:
-            lost = [sample for sample in self._samples if isinstance(sample, _Lent) and sample.is_lost]
+            lost = [sample for sample in self._samples if isinstance(sample, LentSample) and sample.is_lost]
             for sample in lost:
                 self._samples.remove(sample)
         for sample in lost:
             sample.give_back()
-
-
-class _Lent:
-    """A sample in memory that its sender lends, until it is read or given back, which happens once."""
-
-    def __init__(self, channel: SampleChannel, sample: Sample) -> None:
-        self._channel: Final = channel
-        self._sample: Final = sample
-        self._arrived: Arrived | None = None
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether its memory may have been written again before it was read."""
-        return self._sample.extent is not None and self._arrived is None and self._channel.ended
-
-    def read(self, limit: int, what: str) -> Arrived:
-        """Return its contents; raises MarshalException, or ConnectionLostException when they are gone."""
-        if self._arrived is None:
-            what = f"sample of {what}"
-            payload = self._channel.read(self._sample, limit, what)
-            if self.is_lost:
-                raise ConnectionLostException(f"{what} was lost with its sender")
-            self._arrived = Arrived(payload, self._sample.attachment)
-        return self._arrived
-
-    def give_back(self) -> None:
-        """Let its memory be used again without reading it."""
-        if self._arrived is None:
-            self._channel.give_back(self._sample)
 
 
 def _opened(sample: zenoh.Sample, limit: int, what: str) -> Arrived:
