@@ -511,7 +511,6 @@ def _abandon_all() -> None:
         communicator.destroyed = True
         communicator._shutdown.set()
         communicator._destroyed.set()
-        communicator.transport.abandon()
     _live.clear()
 
 

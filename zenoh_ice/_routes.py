@@ -123,11 +123,6 @@ class Routes:
         for channels in all_channels:
             channels.close()
 
-    def abandon(self) -> None:
-        """Close all files in a forked child."""
-        for channels in self._channels.values():
-            channels.abandon()
-
 
 class RoutedCaller:
     """Call one operation of one target, each time over the fastest route that keeps their order."""

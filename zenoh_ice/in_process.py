@@ -153,9 +153,6 @@ class InProcessTransport:
         for inlet in [inlet for inlets in list(self._streams.values()) for inlet in inlets]:
             inlet.close()
 
-    def abandon(self) -> None:
-        """Do nothing: there are no files."""
-
 
 class InProcessCarrier(msgspec.Struct, frozen=True, eq=False):
     """Carries the calls of one operation to a receiver of this process."""

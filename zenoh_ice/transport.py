@@ -341,6 +341,3 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """End everything; waiting calls raise NoAnswer."""
-
-    def abandon(self) -> None:
-        """Close, in a forked child, its copies of files whose end shows others the end of this process."""

@@ -42,6 +42,7 @@ from .messages import (
     decode_hello,
     decode_to_client,
     encode,
+    end_in_children,
     limit_sending,
     owner_of,
     receive_with_file,
@@ -147,11 +148,6 @@ class Channels:
                 self.drop(self._idle.pop())
         self._view = None  # it is unmapped once the last sample in it was dropped
 
-    def abandon(self) -> None:
-        """Close all files in a forked child."""
-        for channel in self._all:
-            channel.close()
-
     def drop(self, channel: _Channel | SampleChannel) -> None:
         """Close the file of a channel, which nobody uses any more."""
         with self._lock:
@@ -176,7 +172,7 @@ class Channels:
         match = _ADDRESS.fullmatch(self._address)
         assert match is not None  # parsed before
         try:
-            made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+            made = end_in_children(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
             try:
                 made.settimeout(min(self._limits.hello, self._limits.hello_share * timeout))
                 self._reach(made, f"/proc/{match[2]}/fd/{match[3]}")

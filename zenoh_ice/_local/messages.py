@@ -12,6 +12,7 @@ import struct
 from array import array
 from collections.abc import Callable
 from typing import Annotated, Any, Final
+from weakref import WeakSet
 
 import msgspec
 from msgspec import Meta
@@ -36,6 +37,8 @@ HELLO, PART, REQUEST, RESPONSE, RETURN, SUBSCRIBE, SUBSCRIBED, SAMPLE = range(8)
 
 encode: Final = msgspec.msgpack.Encoder().encode
 """Encodes a message, given as a tuple that begins with its tag: that is faster than the struct."""
+
+_sockets: Final[WeakSet[socket.socket]] = WeakSet()
 
 _Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
 _Name = Annotated[str, Meta(max_length=512)]
@@ -174,6 +177,20 @@ def limit_sending(connection: socket.socket, seconds: float) -> None:
     microseconds = max(1, int(seconds * 1e6))  # 0 would be no limit
     limit = struct.pack("@ll", *divmod(microseconds, 1_000_000))
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
+
+
+def end_in_children(made: socket.socket) -> socket.socket:
+    """Close a socket in forked children: otherwise the other end would not notice this process's end."""
+    _sockets.add(made)
+    return made
+
+
+def _close_all() -> None:
+    for each in tuple(_sockets):
+        each.close()
+
+
+os.register_at_fork(after_in_child=_close_all)
 
 
 def receive_with_file(connection: socket.socket) -> tuple[bytes, int | None]:

@@ -40,6 +40,7 @@ from .messages import (
     Subscribe,
     decode_to_server,
     encode,
+    end_in_children,
     lend,
     limit_sending,
     owner_of,
@@ -79,7 +80,7 @@ class LocalServer(Source):
         if not (space := local_space()):
             raise OSError("the system shows this process to no other one of its user")
         self._most: Final = int(_SHARE_OF_FILES * resource.getrlimit(resource.RLIMIT_NOFILE)[0])
-        self._socket: Final = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._socket: Final = end_in_children(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
         try:
             self._handle: Final = _bind(self._socket)
         except OSError:
@@ -129,13 +130,6 @@ class LocalServer(Source):
         if self.arena is not None:
             self.arena.close()
 
-    def abandon(self) -> None:
-        """Close all files in a forked child: otherwise the others would not notice this process's end."""
-        self._socket.close()
-        os.close(self._handle)
-        for each in self._channels:
-            each.abandon()
-
     def publish(self, key: str) -> Listeners | None:
         """Return who listens to a stream, from now on; None without memory to share."""
         if self.arena is None:
@@ -177,7 +171,7 @@ class ServerChannel(Source):
 
     def __init__(self, server: LocalServer, connection: socket.socket) -> None:
         self._server: Final = server
-        self._socket: Final = connection
+        self._socket: Final = end_in_children(connection)
         # Both are held while it is closed: nobody uses a file with the same number.
         self._receiving: Final = threading.Lock()
         self._sending: Final = threading.Lock()
@@ -191,10 +185,6 @@ class ServerChannel(Source):
 
     def fileno(self) -> int:
         return self._socket.fileno()
-
-    def abandon(self) -> None:
-        """Close its file in a forked child."""
-        self._socket.close()
 
     def take(self) -> Job | None:
         while True:

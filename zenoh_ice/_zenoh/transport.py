@@ -311,12 +311,6 @@ class ZenohTransport:
             self.routes.close()
         close_session(self.session)
 
-    def abandon(self) -> None:
-        if self._local_server is not None:
-            self._local_server.abandon()
-        if self.routes is not None:
-            self.routes.abandon()
-
 
 class _NetworkCarrier:
     """Carries the calls of one operation over Zenoh, by a querier."""
