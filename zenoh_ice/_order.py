@@ -43,7 +43,7 @@ class OwnCalls:
     ) -> tuple[bytes, tuple[int, ...]]:
         """Return the attachment of a call, and the numbers of the calls that it names as given up.
 
-        It is made when the route of the call is known: calls that went another way count as given up by then.
+        It is made when the route of the call is known: calls that took another one count as given up by then.
         Without a fingerprint, it names these alone, and is empty where there are none.
         """
         given_up = self._given_up.get(target, ())

@@ -158,7 +158,7 @@ class RoutedCaller:
         """Call as `Caller.call` says."""
         calls, target = self._calls, self._target
         number = next(calls.numbers)
-        # The route first: calls that went another way were answered by then, or are named as given up.
+        # The route first: calls that took another one were answered by then, or are named as given up.
         here = self._prefix in self._served_here
         channels = None if here or target in calls.unanswered else self._route.channels
         try:
