@@ -23,15 +23,16 @@ import zenoh
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from tests.support.attachments import encode_call_attachment
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
-from tests.support.local_doors import Visitor, door_of
+from tests.support.local_doors import Visitor, address_of
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from tests.support.wire_doors import find_door
 from zenoh_ice import BusyException, Communicator, initialize
 from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import ERROR_ENCODING, decode_error, encode_call_attachment
+from zenoh_ice._wire import ERROR_ENCODING, decode_error
 from zenoh_ice.transport import Target
 
 _ROWS = 12
@@ -130,7 +131,7 @@ def _run(
 ) -> tuple[Counter[str], float]:
     process = psutil.Process(pid)
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-    door = door_of(client)
+    door = address_of(client)
     attack = _Attack(first, options.seed)
     most, count = 0.0, 0
     begin = time.monotonic()

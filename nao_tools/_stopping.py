@@ -28,7 +28,7 @@ from zenoh_ice.application.emergency_stop import (
     stop_key,
     stop_payload,
 )
-from zenoh_ice.messenger import Answer, Messenger
+from zenoh_ice.messenger import Messenger
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
 
@@ -88,7 +88,7 @@ class Realm(RobotStop):
     lost_for: float = 0.0
     """Seconds for which no command has reached it."""
 
-    def note(self, answers: list[Answer]) -> None:
+    def note(self, answers: list[tuple[bool, bytes]]) -> None:
         """Note the answers to a stop; without any, nothing is known."""
         failures = [failure for answer in answers if (failure := refusal(*answer)) is not None]
         if failures:
@@ -299,7 +299,7 @@ def _routes(settings: Settings, limit: float) -> list[Route]:
     return routes
 
 
-def _result(answers: list[Answer], kind: type[T]) -> T | None:
+def _result(answers: list[tuple[bool, bytes]], kind: type[T]) -> T | None:
     """Return a robot's only answer; None where it is not as our releases give it."""
     if len(answers) != 1 or not answers[0][0]:
         return None

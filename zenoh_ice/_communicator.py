@@ -17,7 +17,7 @@ from typing import Any, Final, Self
 import msgspec
 from msgspec.structs import astuple
 
-from ._given_up import GivenUpCalls
+from ._order import GivenUpCalls
 from ._pool import Pool
 from ._presence import ClientWatch, Presence, ServantInfo
 from ._threads import UserCodeThread
@@ -372,7 +372,7 @@ class Communicator:
     def _encode_status(self, since: float) -> bytes:
         return encode_status(
             since,
-            local_sockets=bool(self.transport.door),
+            local_sockets=bool(self.transport.local_address),
             servants={str(target): served.status() for target, served in self.served.copy().items()},
         )
 
@@ -511,7 +511,6 @@ def _abandon_all() -> None:
         communicator.destroyed = True
         communicator._shutdown.set()
         communicator._destroyed.set()
-        communicator.transport.abandon()
     _live.clear()
 
 

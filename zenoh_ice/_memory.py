@@ -36,10 +36,6 @@ _Number = Annotated[int, Meta(ge=0, le=LIMITS.memory)]
 _logger = logging.getLogger(__name__)
 
 
-Reader = tuple[object, int]
-"""A link to another process, and the number of the reader there."""
-
-
 class Extent(msgspec.Struct, array_like=True, frozen=True):
     """Where byte sequences lie in the memory of their sender, one after the other."""
 
@@ -50,7 +46,7 @@ class Extent(msgspec.Struct, array_like=True, frozen=True):
 class _Loan(msgspec.Struct, eq=False):
     start: int
     end: int
-    readers: dict[Reader, float]
+    readers: dict[object, float]
     """Readers that have not given it back, and when their part ends in any case, by the monotonic clock."""
 
 
@@ -75,7 +71,7 @@ class Arena:
             os.close(self.file)
             raise
 
-    def lend(self, parts: Sequence[bytes], readers: Sequence[Reader]) -> Extent | None:
+    def lend(self, parts: Sequence[bytes], readers: Sequence[object]) -> Extent | None:
         """Write byte sequences where nothing is lent, for some readers; None if there is no room."""
         sizes = tuple(map(len, parts))
         with self._lock:
@@ -88,7 +84,7 @@ class Arena:
                 position += size
         return Extent(loan.start, sizes)
 
-    def give_back(self, start: int, reader: Reader) -> None:
+    def give_back(self, start: int, reader: object) -> None:
         """End the loan of a reader that begins somewhere, if there is one."""
         with self._lock:
             for place, loan in enumerate(self._loans):
@@ -98,19 +94,18 @@ class Arena:
                         del self._loans[place]
                     return
 
-    def lent_to(self, reader: Reader) -> int:
+    def lent_to(self, reader: object) -> int:
         """Return the number of loans of a reader."""
         with self._lock:
             return sum(reader in loan.readers for loan in self._loans)
 
-    def forget(self, link: object, number: int | None = None) -> None:
-        """End the loans of a reader that ended, or of all of a link, once they cannot be reading any more."""
+    def forget(self, reader: object) -> None:
+        """End the loans of a reader that ended, once it cannot be reading any more."""
         end = time.monotonic() + self._last_reads
         with self._lock:
             for loan in self._loans:
-                for reader in loan.readers:
-                    if reader[0] is link and number in {None, reader[1]}:
-                        loan.readers[reader] = end
+                if reader in loan.readers:
+                    loan.readers[reader] = end
 
     def close(self) -> None:
         """Release the memory; readers keep what they have mapped."""
@@ -120,7 +115,7 @@ class Arena:
                 self._map.close()
                 os.close(self.file)
 
-    def _find_room(self, size: int, readers: Sequence[Reader]) -> _Loan | None:
+    def _find_room(self, size: int, readers: Sequence[object]) -> _Loan | None:
         now = time.monotonic()
         self._loans = [loan for loan in self._loans if any(end > now for end in loan.readers.values())]
         start = place = 0

@@ -66,6 +66,8 @@ class Source(ABC):
     """When the owner began to run a job; infinite while it takes one."""
     is_awaited = False
     """Whether the owner waits for the next job: other threads are free."""
+    file = -1
+    """Its descriptor, while the pool has it."""
 
     @abstractmethod
     def fileno(self) -> int: ...
@@ -73,12 +75,6 @@ class Source(ABC):
     @abstractmethod
     def take(self) -> Job | None:
         """Return the next job; None if there is none, or no more. It does not wait, and raises nothing."""
-
-    def flush(self) -> None:  # noqa: B027 - few hold anything back
-        """Send what was held back; called when its owner takes no job for now."""
-
-    def look(self, now: float) -> None:  # noqa: B027 - few have anything to do then
-        """Notice what depends on time alone; called at each look of the pool's watch."""
 
 
 class _Queue(Source):
@@ -243,7 +239,8 @@ class Pool:
             self._watch()
             if not self._closed:
                 self._epoll.register(source, _ONCE)
-                self._sources[source.fileno()] = source
+                source.file = source.fileno()
+                self._sources[source.file] = source
 
     def detach(self, source: Source) -> None:
         """Take no more jobs from a source; to be called before its file is closed.
@@ -251,11 +248,12 @@ class Pool:
         Another thread may be in its `take` until that returns.
         """
         with self._lock:
-            if self._sources.get(source.fileno()) is source:
-                del self._sources[source.fileno()]
+            file, source.file = source.file, -1
+            if file >= 0:
+                del self._sources[file]
                 source.owner = 0
                 if not self._closed:
-                    self._epoll.unregister(source)
+                    self._epoll.unregister(file)
 
     def close(self, timeout: float) -> bool:
         """End the threads once their jobs are done; return whether all ended within `timeout` s.
@@ -313,8 +311,21 @@ class Pool:
         began = time.monotonic()
         try:
             while (job := source.take()) is not None:
-                self._run(source, me, *job)
-                del job  # frees what it holds, a query for instance, before the next wait
+                kind, run = job
+                self._taken += 1  # not exact, and need not be
+                refusal: BusyException | None = None
+                source.busy_since = start = time.monotonic()
+                if not kind.quick:
+                    with self._lock:
+                        if not self._give_up(source, me) and kind.refusable and self._shortage is not None:
+                            refusal = BusyException(no_thread(self._shortage))
+                try:
+                    run() if refusal is None else run(refusal)
+                except BaseException:
+                    _logger.exception("internal error in %s", threading.current_thread().name)
+                if refusal is None and kind is not _LONG_JOB:
+                    kind.quick = time.monotonic() - start < self._limits.quick_job
+                del job, run  # frees what they hold, a query for instance, before the next wait
                 with self._lock:
                     if source.owner != me:
                         break
@@ -322,28 +333,12 @@ class Pool:
                         break
                     source.busy_since = math.inf
         finally:
-            source.flush()
             with self._lock:
                 if source.owner == me:
                     self._release(source)
                 self._free.add(me)
                 if not self._queue.owner:
                     self._arrange()
-
-    def _run(self, source: Source, me: int, kind: Kind, run: Callable[..., object]) -> None:
-        self._taken += 1  # not exact, and need not be
-        refusal: BusyException | None = None
-        source.busy_since = began = time.monotonic()
-        if not kind.quick:
-            with self._lock:
-                if not self._give_up(source, me) and kind.refusable and self._shortage is not None:
-                    refusal = BusyException(no_thread(self._shortage))
-        try:
-            run() if refusal is None else run(refusal)
-        except BaseException:
-            _logger.exception("internal error in %s", threading.current_thread().name)
-        if refusal is None and kind is not _LONG_JOB:
-            kind.quick = time.monotonic() - began < self._limits.quick_job
 
     def _run_line(self, line: object) -> None:
         jobs = self.lines[line]
@@ -416,8 +411,8 @@ class Pool:
         source.owner = 0
         source.busy_since = math.inf
         source.is_awaited = False
-        if source is not self._queue and self._sources.get(source.fileno()) is source and not self._closed:
-            self._epoll.modify(source, _ONCE)
+        if source.file >= 0 and not self._closed:
+            self._epoll.modify(source.file, _ONCE)
 
     def _close_files(self) -> None:
         """Close the files after the last thread."""
@@ -441,9 +436,7 @@ class Pool:
                 if source.owner and now - source.busy_since > self._limits.look_period:
                     self._give_up(source, source.owner)
             self._arrange()  # also after a thread could not be started, or died
-            shortage, sources = self._shortage, list(self._sources.values())
-        for source in sources:
-            source.look(now)
+            shortage = self._shortage
         for look in self.looks:
             look()
         if shortage is not None and now - self._complained_at >= _COMPLAINT_PERIOD:

@@ -442,7 +442,8 @@ class ClientWatch:
         self._forget: Final = forget
         self._token_looks: Final = limits.token_looks
         self._lock: Final = threading.Lock()
-        self._first_tokens: Final[dict[str, str]] = {}  # of the present clients
+        self.present: Final[dict[str, str]] = {}
+        """The first token of each present client."""
         self._without_token: Final[dict[str, int]] = {}  # clients that called, and looks since
         self._gone: Final[dict[str, None]] = {}  # the clients lost last, in this order
         self._lost: Final[deque[str]] = deque()  # the first is being reported
@@ -463,7 +464,7 @@ class ClientWatch:
 
     def called(self, client: str) -> None:
         """Note that a call of a client is executed, or was: it should have a token."""
-        if client in self._first_tokens or not client or client == self._own_id:
+        if client in self.present or not client or client == self._own_id:
             return
         with self._lock:
             if not self._closed and len(self._without_token) < _MOST_CLIENTS:
@@ -481,7 +482,7 @@ class ClientWatch:
             for client in late:
                 del self._without_token[client]
         for client in late:
-            if client not in self._first_tokens:
+            if client not in self.present:
                 self._lose(client)
 
     def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
@@ -493,11 +494,11 @@ class ClientWatch:
                 "this is %s: install the same version on both sides",
                 own_version(),
             )
-        if came and client and len(self._first_tokens) < _MOST_CLIENTS:
-            self._first_tokens.setdefault(client, key)
+        if came and client and len(self.present) < _MOST_CLIENTS:
+            self.present.setdefault(client, key)
             self._gone.pop(client, None)
-        elif not came and self._first_tokens.get(client) == key:
-            del self._first_tokens[client]
+        elif not came and self.present.get(client) == key:
+            del self.present[client]
             self._lose(client)
 
     def _lose(self, client: str) -> None:

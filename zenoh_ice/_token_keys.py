@@ -31,18 +31,18 @@ class ServantToken(NamedTuple):
     fingerprint: str  # of the interface; empty for one that has none
     server: str  # id of the session
     since: float  # wall time of the server's machine when it began to, in s since the epoch
-    door: str = ""  # where processes of its machine reach it; empty if they do not
+    address: str = ""  # where processes of its machine reach it; empty if they do not
     format: int = FORMAT  # that its server understands; 0 for one that does not say it: until 0.3.0
 
 
 def servant_token(
-    target: Target, type_id: str, fingerprint: str, server: str, since: float, *, door: str = ""
+    target: Target, type_id: str, fingerprint: str, server: str, since: float, *, address: str = ""
 ) -> str:
     """Return the key of the token that a servant holds for one of its interfaces."""
-    # A dash for an interface without a fingerprint, and for no door: an empty chunk is no key.
+    # A dash for an interface without a fingerprint, and for no address: an empty chunk is no key.
     name = f"{target.realm}/{target.identity}"
     moment = round(since * 1000)
-    return f"@servant/{name}/{type_id}/{fingerprint or '-'}/{server}/{moment}/{door or '-'}/{FORMAT}"
+    return f"@servant/{name}/{type_id}/{fingerprint or '-'}/{server}/{moment}/{address or '-'}/{FORMAT}"
 
 
 def parse_servant_token(key: str) -> ServantToken | None:
@@ -50,10 +50,10 @@ def parse_servant_token(key: str) -> ServantToken | None:
     match = _SERVANT.fullmatch(key)
     if match is None:
         return None
-    realm, identity, type_id, fingerprint, server, since, door, form = match.groups()
-    door, fingerprint = (door or "").strip("-"), fingerprint.strip("-")
+    realm, identity, type_id, fingerprint, server, since, address, form = match.groups()
+    address, fingerprint = (address or "").strip("-"), fingerprint.strip("-")
     target = Target(realm, identity)
-    return ServantToken(target, type_id, fingerprint, server, int(since) / 1000, door, int(form or 0))
+    return ServantToken(target, type_id, fingerprint, server, int(since) / 1000, address, int(form or 0))
 
 
 def server_of_unknown_token(key: str) -> str | None:

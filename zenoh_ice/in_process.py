@@ -8,13 +8,14 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
 from functools import partial
 from queue import Empty, SimpleQueue
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import msgspec
 
 from ._codec import Buffer, Parted, Pieces
-from ._given_up import OwnCalls
+from ._order import OwnCalls
 from ._pool import Pool
+from ._routes import Route, RoutedCaller
 from .clock import WALL, Clock
 from .exceptions import ConnectionLostException, SystemException
 from .interface import Operation
@@ -27,11 +28,12 @@ from .transport import (
     Outcome,
     Outlet,
     Receiver,
+    Receivers,
+    Registration,
     Relay,
-    Served,
     Target,
-    admit,
     outcome_of,
+    refusal,
 )
 
 __all__ = ["InProcessTransport", "Pool"]
@@ -39,8 +41,6 @@ __all__ = ["InProcessTransport", "Pool"]
 _MOST_TOKENS: Final = 1 << 15  # remembered ones; no robot has as many: more means a flood
 
 _numbers: Final = itertools.count(1)
-
-T = TypeVar("T")
 
 
 class InProcessTransport:
@@ -52,16 +52,16 @@ class InProcessTransport:
     endpoints: Sequence[str] = ()
     token_delay = 0.0
     clock: Clock = WALL
-    door = ""
+    local_address = ""
     relay: Relay | None = None
 
     def __init__(self, pool: Pool) -> None:
         self.id = f"{next(_numbers):x}"
         self.calls = OwnCalls(self.id)
         self.pool: Final = pool
-        self.receivers: Final[dict[str, Receiver]] = {}
-        """Receivers by the prefix of their target."""
-        self._awaited: Final[set[SimpleQueue[Any]]] = set()  # where pending calls wait
+        self.receivers: Final = Receivers()
+        self.awaited: Final[set[SimpleQueue[Answer | None]]] = set()
+        """Where calls wait for their answers: None, once the transport is closed."""
         self._lock: Final = threading.RLock()
         self._streams: Final = defaultdict[str, list[_Inlet]](list)  # listeners by key
         self._tokens: Final[dict[str, None]] = {}
@@ -82,28 +82,20 @@ class InProcessTransport:
         timeout: float,
         fingerprint: str | None = None,
     ) -> Caller:
-        return _Caller(self, target, target.prefix, operation.name, timeout, fingerprint)
+        carrier = InProcessCarrier(self, target.key(operation.name), timeout)
+        return RoutedCaller(
+            self.calls,
+            target,
+            operation,
+            timeout=timeout,
+            fingerprint=fingerprint,
+            served_here=self.receivers,
+            here=carrier,
+            route=Route(),
+            network=carrier,
+        )
 
-    def wait_for(self, begin: Callable[[Callable[[T], object]], object], timeout: float) -> T:
-        """Begin a call with a function for its outcome, and wait for that.
-
-        Raises NoAnswer after `timeout` s, and at once when the transport is closed.
-        """
-        outcomes: SimpleQueue[T | None] = SimpleQueue()
-        self._awaited.add(outcomes)
-        try:
-            begin(outcomes.put)
-            with self.pool.blocked():
-                outcome = outcomes.get(timeout=timeout)
-        except Empty:
-            raise NoAnswer(timed_out=True) from None
-        finally:
-            self._awaited.discard(outcomes)
-        if outcome is None:
-            raise NoAnswer(timed_out=False)
-        return outcome
-
-    def serve(self, target: Target, receiver: Receiver) -> Served:
+    def serve(self, target: Target, receiver: Receiver) -> Registration:
         prefix = target.prefix
         self.receivers[prefix] = receiver
 
@@ -111,7 +103,7 @@ class InProcessTransport:
             if self.receivers.get(prefix) is receiver:
                 del self.receivers[prefix]
 
-        return Served(close)
+        return Registration(close)
 
     def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
         return _Outlet(self._streams[target.key(operation.name)])
@@ -119,18 +111,18 @@ class InProcessTransport:
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         return _Inlet(self._streams[target.key(operation.name)], queue)
 
-    def announce(self, token: str) -> Served:
+    def announce(self, token: str) -> Registration:
         self.notify(token, True)
-        return Served(partial(self.notify, token, False))
+        return Registration(partial(self.notify, token, False))
 
-    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Registration:
         # Patterns are distinguished by the text before their first asterisk.
         watcher = prefix, _ = pattern.partition("*")[0], changed
         with self._lock:
             self._watchers.append(watcher)
             for token in [token for token in self._tokens if token.startswith(prefix)]:
                 changed(token, True)
-        return Served(partial(self._watchers.remove, watcher))
+        return Registration(partial(self._watchers.remove, watcher))
 
     def notify(self, token: str, came: bool) -> None:
         """Report a token that appeared or disappeared to the watchers."""
@@ -142,12 +134,12 @@ class InProcessTransport:
             for changed in [changed for prefix, changed in self._watchers if token.startswith(prefix)]:
                 changed(token, came)
 
-    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:  # noqa: ARG002
-        return Served(lambda: None)  # there are no links
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Registration:  # noqa: ARG002
+        return Registration(lambda: None)  # there are no links
 
-    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Registration:
         self._status[realm, self.id] = status
-        return Served(partial(self._status.pop, (realm, self.id), None))
+        return Registration(partial(self._status.pop, (realm, self.id), None))
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:  # noqa: ARG002
         if (status := self._status.get((realm, process))) is None:
@@ -156,48 +148,56 @@ class InProcessTransport:
 
     def close(self) -> None:
         self.receivers.clear()  # first: a call registers its queue, then looks up its receiver
-        for outcomes in tuple(self._awaited):
+        for outcomes in tuple(self.awaited):
             outcomes.put(None)
         for inlet in [inlet for inlets in list(self._streams.values()) for inlet in inlets]:
             inlet.close()
 
-    def abandon(self) -> None:
-        """Do nothing: there are no files."""
 
+class InProcessCarrier(msgspec.Struct, frozen=True, eq=False):
+    """Carries the calls of one operation to a receiver of this process."""
 
-class _Caller(msgspec.Struct, frozen=True, eq=False):
     transport: InProcessTransport
-    target: Target
-    prefix: str
-    operation: str
+    key: str
     timeout: float
-    fingerprint: str | None
 
-    def call(self, payload: bytes) -> Outcome:
-        transport, calls = self.transport, self.transport.calls
-        attachment, _ = calls.attach(self.target, next(calls.numbers), self.fingerprint, self.timeout)
+    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+        transport = self.transport
+        prefix, _, name = self.key.rpartition("/")
+        answers: SimpleQueue[Answer | None] = SimpleQueue()
 
-        def begin(done: Callable[[Answer], object]) -> None:
-            def reply(ok: bool, payload: bytes | Pieces) -> None:
-                done((ok, payload))
+        def reply(ok: bool, answer: bytes | Pieces) -> None:
+            answers.put((ok, answer))
 
-            if (receiver := transport.receivers.get(self.prefix)) is None:
+        transport.awaited.add(answers)
+        try:
+            if (receiver := transport.receivers.get(prefix)) is None:
                 raise NoAnswer(timed_out=False)
-            job = admit(receiver, self.prefix, self.operation, payload, attachment or None, reply=reply)
+            try:
+                job = receiver.admit(name, payload, attachment or None, reply)
+            except BaseException as failure:  # noqa: BLE001 - it is logged, and answered
+                job = refusal(failure, self.key, reply)
             if job is not None:
                 kind, run = job
                 if receiver.runs_here:
                     run()
                 else:
                     transport.pool.submit(run, kind)
-
-        ok, result = transport.wait_for(begin, self.timeout)
+            with transport.pool.blocked():
+                answer = answers.get(timeout=self.timeout)
+        except Empty:
+            raise NoAnswer(timed_out=True) from None
+        finally:
+            transport.awaited.discard(answers)
+        if answer is None:
+            raise NoAnswer(timed_out=False)
+        ok, result = answer
         return ok, _arrived(result)
 
     def begin(
-        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
+        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        self.transport.pool.submit(lambda: done(outcome_of(partial(self.call, payload))))
+        self.transport.pool.submit(lambda: done(outcome_of(partial(self.call, payload, attachment))))
         return lambda: None
 
 
@@ -224,11 +224,11 @@ class _Inlet:
         self._samples: Final[deque[Arrived]] = deque(maxlen=queue)
         self._callback: Callable[[Any], object] | None = None
         self._waiting: threading.Condition | None = None
-        self._turn: Final = threading.RLock()  # whose callback may publish in turn
+        self._delivering: Final = threading.RLock()  # a callback may publish, too
         inlets.append(self)
 
     def poll(self) -> Arrived | None:
-        with self._turn:
+        with self._delivering:
             return self._samples.popleft() if self._samples else None
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
@@ -236,13 +236,13 @@ class _Inlet:
         return changed.wait_for(holds, timeout)
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:  # noqa: ARG002
-        with self._turn:
+        with self._delivering:
             self._callback = callback
             while (sample := self.poll()) is not None:
                 callback(sample)
 
     def put(self, sample: Arrived) -> None:
-        with self._turn:
+        with self._delivering:
             (self._callback or self._samples.append)(sample)
         if (changed := self._waiting) is not None:  # without our lock, which a poll takes
             with changed:
@@ -254,9 +254,9 @@ class _Inlet:
     def close(self, timeout: float = 0.0) -> bool:
         if self in self._inlets:
             self._inlets.remove(self)
-        ended = self._turn.acquire(timeout=timeout)
+        ended = self._delivering.acquire(timeout=timeout)
         if ended:
-            self._turn.release()
+            self._delivering.release()
         return ended
 
 

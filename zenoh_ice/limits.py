@@ -54,8 +54,6 @@ class Limits:
     """The same as a share of a call's limit: after a vain attempt, it is made over the network."""
     sending: float = 1.0
     """s that a client may take none of its answers."""
-    reading: float = 4.0
-    """s after the end of a connection in which nobody writes what it lent."""
     last_reads: float = 5.0
     """s after which memory is used again that was lent over a link that ended: it may still be read."""
     memory: int = 256 << 20

@@ -17,10 +17,7 @@ from ._wire import ERROR_ENCODING
 from .session import close_session, open_session
 from .settings import Settings
 
-__all__ = ["Answer", "Messenger"]
-
-Answer = tuple[bool, bytes]
-"""Whether a message was answered by a result, and the result or the error, encoded."""
+__all__ = ["Messenger"]
 
 _MOST_ANSWERS: Final = 16  # to one message; a ring, since a full queue would block the whole session
 _MOST_TOKENS: Final = 4096
@@ -51,9 +48,10 @@ class Messenger:
         info = self._session.info
         return bool(info.routers_zid() or info.peers_zid())
 
-    def ask(self, messages: Mapping[str, bytes], timeout: float) -> dict[str, list[Answer]]:
+    def ask(self, messages: Mapping[str, bytes], timeout: float) -> dict[str, list[tuple[bool, bytes]]]:
         """Send a payload to each key, all at once; return the answers by key, of everybody who serves it.
 
+        Each says whether it is a result, and has the result or the error, encoded.
         Waits until each has been answered, at most `timeout` s. Without an answer the list is empty: nobody
         serves the key, access control denies it, or it is late.
         """
@@ -85,7 +83,7 @@ class Messenger:
         )
 
 
-def _answer_of(reply: zenoh.Reply) -> Answer | None:
+def _answer_of(reply: zenoh.Reply) -> tuple[bool, bytes] | None:
     """Return the answer in a reply; None for Zenoh's own error at the end of the limit."""
     content = reply.ok or reply.err
     if content is None or len(content.payload) > LARGEST_PAYLOAD:

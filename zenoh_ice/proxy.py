@@ -53,7 +53,6 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 V = TypeVar("V")
-T = TypeVar("T")
 
 _LONGEST_TIMEOUT: Final = 86_400.0  # s
 
@@ -68,6 +67,9 @@ class Call(Generic[P, V]):
         self._communicator: Final = proxy._communicator
         self._operation: Final = operation
         self._what: Final = f"{proxy._target.identity}.{operation.name}"
+        self._reply: Final = f"reply of {self._what}"
+        self._result: Final = operation.result
+        self._resolve: Final = proxy._communicator.stringToProxy
         self._fingerprint: Final = proxy.ice_interface.fingerprint
         self._size_limit: Final = arguments.size_limit
         self._make: Final = arguments.make
@@ -78,41 +80,43 @@ class Call(Generic[P, V]):
 
         Raises the exceptions that the operation declares, or a SystemException; always within the limit.
         """
-        payload = encode(self._make(*args, **kwargs), self._what)
-        return cast("V", self._call(payload, self._result))
+        answer = self._call(encode(self._make(*args, **kwargs), self._what))
+        result = self._result
+        return cast("V", result.value_of(result.unpack(answer, self._reply, self._resolve)))
 
     def begin(self, *args: P.args, **kwargs: P.kwargs) -> Future[V]:
         """Call the operation without waiting; the future has what the call would return or raise."""
         arguments = self._make(*args, **kwargs)
-        return self._launch(lambda: encode(arguments, self._what), self._result)
+        return self._launch(lambda: encode(arguments, self._what), self._unpack)
 
     def call_encoded(self, payload: bytes) -> bytes | Parted:
         """Call with encoded arguments and return the encoded result; raises as the call does."""
-        return self._call(payload, self._granted)
+        return self._call(payload)
 
     def begin_encoded(self, payload: bytes) -> Future[bytes | Parted]:
         """Call with encoded arguments without waiting; the future has what `call_encoded` would return."""
-        return self._launch(lambda: payload, self._granted)
+        return self._launch(lambda: payload, lambda answer: answer)
 
-    def _call(self, payload: bytes, finish: Callable[[bool, bytes | Parted, float], T]) -> T:
-        """Call and wait; `finish` makes the result of an answer, in time for a deadline."""
+    def _call(self, payload: bytes) -> bytes | Parted:
+        """Call and wait; return the encoded result."""
         caller = self._caller
         if caller is None:
             if self._proxy._line in self._communicator.pool.lines:  # it must not overtake waiting calls
-                return cast("T", self._launch(lambda: payload, finish).result())
+                return self.begin_encoded(payload).result()
             caller = self._find(time.monotonic() + self._proxy._timeout)
-        self._check(payload)
+        if len(payload) > self._size_limit or self._communicator.destroyed:
+            raise self._refusal(payload)
         started = time.monotonic()
         try:
             ok, answer = caller.call(payload)
         except NoAnswer as end:
             ok, answer = self._retry(caller, payload, end, started)
-        return finish(ok, answer, started + caller.timeout)
+        if not ok:
+            raise self._failure(answer, started + caller.timeout)
+        return answer
 
-    def _launch(
-        self, encode: Callable[[], bytes], finish: Callable[[bool, bytes | Parted, float], object]
-    ) -> Future[Any]:
-        """Call without waiting; `finish` makes the future's result of an answer, in time for a deadline."""
+    def _launch(self, encode: Callable[[], bytes], finish: Callable[[bytes | Parted], object]) -> Future[Any]:
+        """Call without waiting; `finish` makes the future's result of the encoded one."""
         communicator, line = self._communicator, self._proxy._line
         future = communicator.new_future()
         deadline = time.monotonic() + self._proxy._timeout
@@ -163,33 +167,27 @@ class Call(Generic[P, V]):
             self._caller = caller
         return caller
 
-    def _check(self, payload: bytes) -> None:
-        """Raise the reason why a request is not sent: after a fork, say, the session must not be touched."""
-        if len(payload) > self._size_limit or self._communicator.destroyed:
-            self._communicator.check()
-            raise MarshalException(
-                f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
-            )
+    def _refusal(self, payload: bytes) -> MarshalException:
+        """Return why a request is not sent; raises CommunicatorDestroyedException, also after a fork."""
+        self._communicator.check()
+        return MarshalException(
+            f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
+        )
 
-    def _result(self, ok: bool, answer: bytes | Parted, deadline: float) -> object:
-        """Return what the operation returns, or raise what it raises."""
-        granted = self._granted(ok, answer, deadline)
-        resolve = self._communicator.stringToProxy
-        return self._operation.result.unpack_result(granted, f"reply of {self._what}", resolve)
+    def _unpack(self, answer: bytes | Parted) -> object:
+        """Return what the operation returns."""
+        return self._result.unpack_result(answer, self._reply, self._resolve)
 
-    def _granted(self, ok: bool, answer: bytes | Parted, deadline: float) -> bytes | Parted:
-        """Return an encoded result, or raise what the operation raises."""
-        if ok:
-            return answer
-        operation, resolve = self._operation, self._communicator.stringToProxy
-        failure = decode_error(cast("bytes", answer), operation.exceptions, self._what, resolve)
+    def _failure(self, answer: bytes | Parted, deadline: float) -> ZenohIceError:
+        """Return what the operation raises; asks for the reason until a moment of the monotonic clock."""
+        failure = decode_error(cast("bytes", answer), self._operation.exceptions, self._what, self._resolve)
         # Not for the call that asks for the difference: a servant that refuses it would be asked forever.
         if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
             difference = _difference(self._proxy, deadline)
-            raise InterfaceMismatchException(
+            return InterfaceMismatchException(
                 f"{failure}; {difference}", failure.expected, failure.found, difference
             )
-        raise failure
+        return failure
 
     def _retry(
         self, caller: Caller, payload: bytes, end: NoAnswer, started: float, *, repeatable: bool = True
@@ -222,11 +220,12 @@ class Call(Generic[P, V]):
         self,
         caller: Caller,
         payload: bytes,
-        finish: Callable[[bool, bytes | Parted, float], object],
+        finish: Callable[[bytes | Parted], object],
         future: Future[Any],
     ) -> None:
         """Call without waiting; a future gets the outcome."""
-        self._check(payload)
+        if len(payload) > self._size_limit or self._communicator.destroyed:
+            raise self._refusal(payload)
         started = time.monotonic()
 
         def done(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
@@ -241,7 +240,9 @@ class Call(Generic[P, V]):
                 if isinstance(outcome, SystemException):
                     raise outcome
                 ok, answer = outcome
-                result = finish(ok, answer, started + caller.timeout)
+                if not ok:
+                    raise self._failure(answer, started + caller.timeout)
+                result = finish(answer)
             except BaseException as error:  # noqa: BLE001 - the future raises it
                 fail(future, error)
             else:

@@ -42,7 +42,7 @@ from .interface import OBJECT_TYPE_ID, Interface, Operation
 from .reflection import schema_of
 from .status import ServantStatus
 from .streams import Publisher
-from .transport import Answer, Buffer, Ended, Outlet, Reply, Served, Target, check_name
+from .transport import Answer, Buffer, Ended, Outlet, Registration, Reply, Target, check_name
 
 if TYPE_CHECKING:
     from ._communicator import Communicator
@@ -249,7 +249,7 @@ class ServedObject:
         self._withdrawn = False
         self._closed = False
         self._outlets: Final[dict[str, Outlet]] = {}  # of its streams
-        self._tokens: Final[list[Served]] = []
+        self._tokens: Final[list[Registration]] = []
         self._tokens_lock: Final = threading.Lock()
         self._undo: Final = ExitStack()
 
@@ -310,14 +310,17 @@ class ServedObject:
         reply = call.reply
         operation = method.operation
         timeout = about.timeout
+        communicator = self._communicator
         turn = self._turn
         turns = _here.turns
         stage: _Stage = "admitted"
         try:
             if refusal is not None:
                 raise BusyException(f"{method.what} was not executed: {refusal}")
+            client = about.call_id.partition("/")[0]
             if not method.stops and (
-                (call.ended is not None and call.ended()) or self._communicator.given_up.has(about)
+                about.sequence in communicator.given_up.numbers.get(client, ())
+                or (call.ended is not None and call.ended())
             ):
                 raise TimeoutException(f"{method.what} was not executed: its caller gave it up")
             if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
@@ -325,26 +328,26 @@ class ServedObject:
                 raise InterfaceMismatchException.between(
                     method.what, own.type_id, about.fingerprint, own.fingerprint
                 )
-            if timeout > 0 and self._communicator.pool.has_threads:  # else its caller is here, and waits
+            if timeout > 0 and communicator.pool.has_threads:  # else its caller is here, and waits
                 now = time.monotonic()
                 late = now - call.since >= timeout * _DOUBTFUL
-                if late or self._communicator.pool.pulse.running_since <= now - timeout:
+                if late or communicator.pool.pulse.running_since <= now - timeout:
                     _check_patience(call)
             arguments = msgspec.structs.astuple(method.decode(payload))
             stage = "executed"
-            current = Current(
-                self.target.identity, operation.name, about.call_id, timeout, self._communicator
-            )
-            watches = self._communicator.client_watches
+            current = Current(self.target.identity, operation.name, about.call_id, timeout, communicator)
+            watches = communicator.client_watches
             for watch in watches:
-                watch.called(current.client)
+                if client not in watch.present:
+                    watch.called(client)
             _here.turns = (*turns, turn)
             try:
                 result = method.function(*arguments, current)
             finally:
                 _here.turns = turns
                 for watch in watches:  # its client may have ended meanwhile
-                    watch.called(current.client)
+                    if client not in watch.present:
+                        watch.called(client)
             stage = "returned"
             if method.make_result is not None:
                 reply(True, to_msgpack(method.make_result(result)))
@@ -365,9 +368,7 @@ class ServedObject:
                     following.served._running += 1
                     following.served._executed += 1
             if following is not None:
-                self._communicator.pool.submit(
-                    partial(following.served._run, following), following.method.kind
-                )
+                communicator.pool.submit(partial(following.served._run, following), following.method.kind)
 
     def _hear(self, attachment: Buffer) -> None:
         """Note what the attachment of a frozen call says of other calls, if it can be read."""
@@ -483,7 +484,7 @@ class ServedObject:
                     known.fingerprint,
                     communicator.client_id,
                     since,
-                    door=communicator.transport.door,
+                    address=communicator.transport.local_address,
                 )
                 self._tokens.append(communicator.transport.announce(token))
 

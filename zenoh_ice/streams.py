@@ -68,8 +68,8 @@ class Publisher(Generic[V]):
         self.stream: Final = os.urandom(8).hex()
         """Different after each restart, so that the numbers of samples can begin again."""
         self._numbers = itertools.count(1)
-        # A listener that gets a sample at once, in a test without a network, may publish in turn.
-        self._turn = threading.RLock()
+        # Reentrant: a listener that gets a sample at once, in a test without a network, may publish, too.
+        self._sending = threading.RLock()
         self._lock = threading.Lock()
         self._outlets: tuple[Outlet, ...] = ()  # one for each identity of the servant
 
@@ -92,7 +92,7 @@ class Publisher(Generic[V]):
         payload = result.gather_result(value, what)
         if len(payload) > result.size_limit:
             raise MarshalException(f"{what}: {len(payload)} bytes; at most {result.size_limit} are sent")
-        with self._turn:  # they travel in the order of their numbers
+        with self._sending:  # they travel in the order of their numbers
             attachment = encode_sample_attachment(self._fingerprint, next(self._numbers), time, self.stream)
             for outlet in outlets:
                 outlet.put(payload, attachment)

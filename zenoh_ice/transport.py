@@ -120,27 +120,19 @@ class Receiver(Protocol):
         """
 
 
-def admit(
-    receiver: Receiver | None,
-    prefix: str,
-    name: str,
-    payload: Buffer | None,
-    attachment: Buffer | None,
-    *,
-    reply: Reply,
-    ended: Ended | None = None,
-) -> Job | None:
-    """Let a receiver admit a call, or refuse one for which there is none; raises nothing."""
-    try:
-        if receiver is None:
-            raise ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
-        return receiver.admit(name, payload, attachment, reply, ended)
-    except ObjectNotExistException as error:
-        answer = encode_error(error)
-    except BaseException as failure:
-        _logger.exception("internal error at %s/%s", prefix, name)
-        answer = encode_error(unknown_exception(failure))
-    return _REFUSALS, partial(reply, False, answer)
+class Receivers(dict[str, Receiver]):
+    """Receivers by the prefix of their target; raises ObjectNotExistException for another one."""
+
+    def __missing__(self, prefix: str) -> Receiver:
+        raise ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
+
+
+def refusal(failure: BaseException, key: str, reply: Reply) -> Job:
+    """Return the job that refuses a call whose receiver did not admit it, or is not there."""
+    if not isinstance(failure, ObjectNotExistException):
+        _logger.error("internal error at %s", key, exc_info=failure)
+        failure = unknown_exception(failure)
+    return _REFUSALS, partial(reply, False, encode_error(failure))
 
 
 class NoAnswer(SystemException):
@@ -203,8 +195,8 @@ class Pacer:
         self._due = (self._due if now - self._due < self._period else now) + self._period
 
 
-class Served:
-    """A registration until it is closed: calls or samples are received, or a token is shown."""
+class Registration:
+    """What lasts until it is closed: calls or tokens are received, or a token is shown."""
 
     def __init__(self, close: Callable[[], object]) -> None:
         self._close: Callable[[], object] | None = close
@@ -289,7 +281,7 @@ class Transport(Protocol):
     """What finds servants and waits in place of the communicator; None where tokens show who is there."""
 
     @property
-    def door(self) -> str:
+    def local_address(self) -> str:
         """Where processes of this machine reach its servants without a network; empty if they do not."""
 
     def is_near(self, target: Target) -> bool:
@@ -314,7 +306,7 @@ class Transport(Protocol):
         the servant does not learn who calls.
         """
 
-    def serve(self, target: Target, receiver: Receiver) -> Served:
+    def serve(self, target: Target, receiver: Receiver) -> Registration:
         """Pass the calls of a target to a receiver, on threads that may run user code."""
 
     # Streams.
@@ -327,21 +319,21 @@ class Transport(Protocol):
 
     # Presence.
 
-    def announce(self, token: str) -> Served:
+    def announce(self, token: str) -> Registration:
         """Show a token to everybody until it is closed, or until this process is gone."""
 
-    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Registration:
         """Call a function with each token that appears (True) or disappears (False), the present ones first.
 
         It must not wait: it may run on a thread that receives for all.
         """
 
-    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Registration:
         """Call a function with the id of each process to which a link is made (True) or lost (False)."""
 
     # Status.
 
-    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Registration:
         """Answer requests for the status of this process, also while all servants are busy."""
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
@@ -349,6 +341,3 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """End everything; waiting calls raise NoAnswer."""
-
-    def abandon(self) -> None:
-        """Close, in a forked child, its copies of files whose end shows others the end of this process."""

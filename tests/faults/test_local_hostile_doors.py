@@ -1,4 +1,4 @@
-"""Doors behind which nothing is as it should be: their clients get an error or call over Zenoh, and lose nothing."""
+"""Servers that do nothing as they should: their clients get an error or call over Zenoh, and lose nothing."""
 
 from __future__ import annotations
 
@@ -19,16 +19,14 @@ from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.local_doors import SERVER, answer, fake_door, greet, next_request
+from tests.support.local_doors import SERVER, answer, fake_server, greet, next_request
 from tests.support.open_files import open_files
 from tests.support.soak import repeated
 from tests.support.stranger import stranger
 from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
-from zenoh_ice._given_up import OwnCalls
-from zenoh_ice._local import neighbors
-from zenoh_ice._local.channel import NotSent, Outgoing
-from zenoh_ice._local.door import door_space
+from zenoh_ice._local import channels
+from zenoh_ice._local.channels import Channels, NotSent, Outgoing
 from zenoh_ice._local.messages import (
     HELLO,
     LARGEST_INLINE,
@@ -38,29 +36,26 @@ from zenoh_ice._local.messages import (
     SAMPLE,
     SUBSCRIBED,
     VERSION,
-    Return,
-    decode_to_server,
     encode,
-    send_with_file,
 )
-from zenoh_ice._local.neighbors import Neighbor
-from zenoh_ice._local.routes import Neighborhood
+from zenoh_ice._local.server import local_space
 from zenoh_ice._memory import Arena, Extent
 from zenoh_ice._pool import Pool
+from zenoh_ice._routes import Routes
 from zenoh_ice.limits import Limits
 from zenoh_ice.transport import NoAnswer, Outcome, Target
 
 TARGET = Target("nao", "Calculator")
 LIMIT = 1 << 20
 SOUND = [
-    answer(0, b"payload"),
-    answer(1, b"rest", (0,), Extent(0, (1,))),
+    answer(b"payload"),
+    answer(b"rest", (0,), Extent(0, (1,))),
     encode((PART, bytes(LARGEST_INLINE))),
-    encode((SUBSCRIBED, 1, True)),
-    encode((SAMPLE, 1, b"a", b"payload")),
+    encode((SUBSCRIBED,)),
+    encode((SAMPLE, b"a", b"payload")),
 ]
 
-pytestmark = pytest.mark.skipif(not door_space(), reason="no process reaches another one's door here")
+pytestmark = pytest.mark.skipif(not local_space(), reason="no process reaches another one's door here")
 
 Behavior = Callable[[socket.socket], object]
 
@@ -80,22 +75,14 @@ def no_file_stays_open(pool: Pool) -> Iterator[None]:
     until(lambda: open_files() <= before)
 
 
-@pytest.fixture(params=["line", "channel"])
-def call(request: pytest.FixtureRequest, pool: Pool) -> Callable[..., Outcome]:
-    """Call once at an address, over a connection for one call at a time, or for those in flight."""
+@pytest.fixture
+def call() -> Callable[..., Outcome]:
+    """Call once at an address."""
 
     def call(address: str, timeout: float = EVENT_LIMIT, hello: float = EVENT_LIMIT) -> Outcome:
         limits = Limits(hello=hello, hello_share=math.inf)
-        with closing(Neighbor(pool, address, SERVER, limits)) as neighbor:
-            outgoing = Outgoing("t", "o", timeout, LIMIT, "it")
-            if request.param == "line":
-                return neighbor.call(outgoing, b"arguments", b"")
-            outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-            neighbor.channel().begin(outgoing, b"arguments", b"", outcomes.put)
-            outcome = outcomes.get(timeout=timeout + EVENT_LIMIT)
-            if isinstance(outcome, SystemException):
-                raise outcome
-            return outcome
+        with closing(Channels(address, SERVER, limits)) as channels:
+            return channels.call(Outgoing("t", "o", timeout, LIMIT, "it"), b"arguments", b"")
 
     return call
 
@@ -103,21 +90,21 @@ def call(request: pytest.FixtureRequest, pool: Pool) -> Callable[..., Outcome]:
 Call = Callable[..., Outcome]
 
 
-def replying(*messages: Callable[[int], bytes], file: int | None = None) -> Behavior:
-    """Greet, and answer a call with some messages, of which each is made with the number of the call."""
+def replying(*messages: bytes, file: int | None = None) -> Behavior:
+    """Greet, and answer a call with some messages."""
 
     def behave(connection: socket.socket) -> None:
         greet(connection, file)
-        number = next_request(connection).number
-        for make in messages:
-            connection.send(make(number))
+        next_request(connection)
+        for message in messages:
+            connection.send(message)
         connection.recv(1)  # until the client ends it
 
     return behave
 
 
-def test_a_door_that_answers_is_called(call: Call) -> None:
-    with fake_door(replying(lambda number: answer(number, b"result"))) as address:
+def test_a_server_that_answers_is_called(call: Call) -> None:
+    with fake_server(replying(answer(b"result"))) as address:
         assert call(address) == (True, b"result")
 
 
@@ -133,21 +120,21 @@ class TestGreetings:
             lambda connection: connection.send(encode((HELLO, VERSION, "abc"))),
             lambda connection: connection.send(encode((HELLO, VERSION, "c" * 10_000))),
             lambda connection: connection.send(SOUND[0]),
-            lambda connection: send_with_file(connection, encode((HELLO, VERSION, SERVER)), 0),
+            lambda connection: socket.send_fds(connection, [encode((HELLO, VERSION, SERVER))], [0]),
             lambda connection: socket.send_fds(connection, [encode((HELLO, VERSION, SERVER))], [0] * 8),
         ],
         ids=["none", "garbage", "long", "version", "other", "name", "answer", "no memory", "files"],
     )
-    def test_a_wrong_one_makes_no_neighbor(self, call: Call, behave: Behavior) -> None:
-        with fake_door(behave) as address, pytest.raises(NotSent):
+    def test_a_wrong_one_makes_no_channel(self, call: Call, behave: Behavior) -> None:
+        with fake_server(behave) as address, pytest.raises(NotSent):
             call(address)
 
     def test_who_does_not_greet_is_not_waited_for_long(self, call: Call) -> None:
-        with fake_door(lambda connection: connection.recv(1)) as address, pytest.raises(NotSent):
+        with fake_server(lambda connection: connection.recv(1)) as address, pytest.raises(NotSent):
             call(address, hello=0.05)
 
     @pytest.mark.parametrize("kind", ["stream", "datagram", "pipe", "none"])
-    def test_what_is_no_door_makes_no_neighbor(self, call: Call, kind: str) -> None:
+    def test_what_is_no_server_makes_no_channel(self, call: Call, kind: str) -> None:
         ends = socket.socketpair(
             socket.AF_UNIX, socket.SOCK_DGRAM if kind == "datagram" else socket.SOCK_STREAM
         )
@@ -155,49 +142,48 @@ class TestGreetings:
         try:
             file = {"pipe": receiving, "none": 99_999}.get(kind, ends[0].fileno())
             with pytest.raises(NotSent):
-                call(f"{door_space()}.{os.getpid()}.{file}")
+                call(f"{local_space()}.{os.getpid()}.{file}")
             with pytest.raises(NotSent):
-                call(f"{door_space()}.4294967295.{file}")
+                call(f"{local_space()}.4294967295.{file}")
         finally:
             for end in ends:
                 end.close()
             os.close(receiving)
             os.close(sending)
 
-    def test_a_process_of_another_user_makes_no_neighbor(
+    def test_a_process_of_another_user_makes_no_channel(
         self, call: Call, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         own = os.geteuid()
-        monkeypatch.setattr(neighbors, "owner_of", lambda _: own + 1)
+        monkeypatch.setattr(channels, "owner_of", lambda _: own + 1)
         with (
-            fake_door(replying(lambda number: answer(number))) as address,
+            fake_server(replying(answer())) as address,
             pytest.raises(NotSent, match="user"),
         ):
             call(address)
 
     def test_the_memory_of_another_process_is_not_kept(self, pool: Pool) -> None:
         with closing(Arena()) as arena, closing(Arena()) as wrong:
-            extent, other = (
-                each.lend([text], [(pool, 1)]) for each, text in ((arena, b"own"), (wrong, b"bad"))
-            )
+            extent, other = (each.lend([text], [self]) for each, text in ((arena, b"own"), (wrong, b"bad")))
             assert extent == other
             greetings = [("abc", wrong.file), (SERVER, arena.file)]
 
             def behave(connection: socket.socket) -> None:
                 server, file = greetings.pop(0)
                 greet(connection, file, server)
-                connection.send(answer(next_request(connection).number, b"", (), extent))
+                next_request(connection)
+                connection.send(answer(b"", (), extent))
 
-            with fake_door(behave) as address, closing(Neighbor(pool, address, SERVER)) as neighbor:
+            with fake_server(behave) as address, closing(Channels(address, SERVER)) as channels:
                 outgoing = Outgoing("t", "o", EVENT_LIMIT, LIMIT, "it")
                 with pytest.raises(NotSent):
-                    neighbor.call(outgoing, b"", b"")
-                neighbor._absent_until = 0.0
-                assert neighbor.call(outgoing, b"", b"") == (True, b"own")
+                    channels.call(outgoing, b"", b"")
+                channels._absent_until = 0.0
+                assert channels.call(outgoing, b"", b"") == (True, b"own")
 
     def test_a_client_that_may_open_no_file_calls_over_the_network(self, call: Call) -> None:
         most = resource.getrlimit(resource.RLIMIT_NOFILE)
-        with closing(Arena()) as arena, fake_door(replying(lambda n: answer(n), file=arena.file)) as address:
+        with closing(Arena()) as arena, fake_server(replying(answer(), file=arena.file)) as address:
             resource.setrlimit(resource.RLIMIT_NOFILE, (3, most[1]))
             try:
                 with pytest.raises(NotSent):
@@ -214,13 +200,13 @@ class TestAnswers:
             b"\xc1",
             bytes(LARGEST_MESSAGE + 1000),
             SOUND[0][:-1],
-            encode((REQUEST, 0, "t", "o", b"", b"")),
+            encode((REQUEST, "t", "o", b"", b"")),
             b"",
         ],
         ids=["garbage", "long", "truncated", "call", "empty"],
     )
     def test_garbage_ends_the_call(self, call: Call, message: bytes) -> None:
-        with fake_door(replying(lambda _: message)) as address, pytest.raises(SystemException):
+        with fake_server(replying(message)) as address, pytest.raises(SystemException):
             call(address)
 
     def test_an_end_in_the_middle_ends_the_call(self, call: Call) -> None:
@@ -229,25 +215,24 @@ class TestAnswers:
             next_request(connection)
             connection.send(SOUND[2])
 
-        with fake_door(behave) as address, pytest.raises(NoAnswer) as raised:
+        with fake_server(behave) as address, pytest.raises(NoAnswer) as raised:
             call(address)
         assert raised.value.broken
 
-    def test_an_answer_to_another_call_is_none(self, call: Call) -> None:
-        with (
-            fake_door(replying(lambda number: answer(number + 1))) as address,
-            pytest.raises(SystemException),
-        ):
-            call(address, 0.1)
+    @pytest.mark.parametrize("message", SOUND[3:], ids=["subscribed", "sample"])
+    def test_what_is_no_answer_ends_the_call(self, call: Call, message: bytes) -> None:
+        with fake_server(replying(message)) as address, pytest.raises(MarshalException):
+            call(address)
 
     def test_more_than_the_limit_is_refused(self, call: Call) -> None:
-        parts = [lambda _: SOUND[2]] * 20
-        behave = replying(*parts, lambda number: answer(number))
-        with fake_door(behave) as address, pytest.raises(MarshalException, match="at most"):
+        with (
+            fake_server(replying(*[SOUND[2]] * 20, answer())) as address,
+            pytest.raises(MarshalException, match="at most"),
+        ):
             call(address)
 
     def test_parts_without_end_end_the_call(self, call: Call) -> None:
-        with fake_door(replying(*[lambda _: SOUND[2]] * 1000)) as address, pytest.raises(SystemException):
+        with fake_server(replying(*[SOUND[2]] * 1000)) as address, pytest.raises(SystemException):
             call(address)
 
     def test_parts_that_dribble_do_not_extend_the_limit_of_a_call(self, call: Call) -> None:
@@ -259,7 +244,7 @@ class TestAnswers:
             while not ended.wait(0.02):
                 connection.send(SOUND[2])
 
-        with fake_door(behave) as address:
+        with fake_server(behave) as address:
             with pytest.raises(NoAnswer) as raised:
                 call(address, 0.2)
             ended.set()
@@ -283,51 +268,9 @@ class TestAnswers:
         self, call: Call, places: tuple[int, ...], extent: object, lends: bool
     ) -> None:
         with closing(Arena()) as arena:
-            behave = replying(
-                lambda number: answer(number, b"", places, extent), file=arena.file if lends else None
-            )
-            with fake_door(behave) as address, pytest.raises(SystemException):
+            behave = replying(answer(b"", places, extent), file=arena.file if lends else None)
+            with fake_server(behave) as address, pytest.raises(SystemException):
                 call(address)
-
-    def test_memory_of_an_answer_that_comes_too_late_is_given_back(self, pool: Pool) -> None:
-        returned: SimpleQueue[object] = SimpleQueue()
-        timed_out = threading.Event()
-
-        def behave(connection: socket.socket) -> None:
-            greet(connection)
-            number = next_request(connection).number
-            timed_out.wait(EVENT_LIMIT)
-            connection.send(answer(number, b"", (), Extent(4096, (1,))))
-            returned.put(decode_to_server(connection.recv(LARGEST_MESSAGE)))
-
-        with fake_door(behave) as address, closing(Neighbor(pool, address, SERVER)) as neighbor:
-            outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-            outgoing = Outgoing("t", "o", 0.05, LIMIT, "it")
-            neighbor.channel().begin(outgoing, b"", b"", outcomes.put)
-            assert isinstance(outcomes.get(timeout=EVENT_LIMIT), NoAnswer)
-            timed_out.set()
-            assert returned.get(timeout=EVENT_LIMIT) == Return(1, 4096)
-
-    def test_calls_in_flight_end_when_their_server_is_lost_and_all_is_closed_at_once(
-        self, pool: Pool, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-        submit = pool.submit
-        late: list[Callable[[], object]] = []
-        with fake_door(replying()) as address:
-            neighborhood = Neighborhood(pool, lambda pattern, changed: None, OwnCalls("c0ffee"))
-            neighbor = neighborhood.neighbor(SERVER, address)
-            assert neighbor is not None
-            outgoing = Outgoing("t", "o", FOREVER, LIMIT, "it")
-            neighbor.channel().begin(outgoing, b"", b"", outcomes.put)
-            pool.detach(neighbor.channel())  # and it does not notice the end by itself
-            monkeypatch.setattr(pool, "submit", late.append)
-            neighborhood.lost(SERVER)
-            monkeypatch.setattr(pool, "submit", submit)
-            neighborhood.close()
-            for job in late:
-                job()
-            assert isinstance(outcomes.get(timeout=EVENT_LIMIT), NoAnswer)
 
     def test_any_answers_end_the_call_within_its_limit(self, call: Call) -> None:
         hostile = HostileBytes(0)
@@ -343,14 +286,43 @@ class TestAnswers:
                     connection.send(data)
 
                 try:
-                    with fake_door(behave) as address:
+                    with fake_server(behave) as address:
                         assert call(address)[0]
                 except SystemException:
                     refused += 1
         assert refused > calls / 2
 
 
-def test_a_door_that_lies_is_passed_by(pair: Pair) -> None:
+def test_a_call_that_waits_ends_when_its_server_is_lost() -> None:
+    outcomes: SimpleQueue[object] = SimpleQueue()
+    called = threading.Event()
+
+    def behave(connection: socket.socket) -> None:
+        greet(connection)
+        next_request(connection)
+        called.set()
+        connection.recv(1)  # nothing more: it is frozen
+
+    def call() -> None:
+        with pytest.raises(NoAnswer) as raised:
+            known.call(Outgoing("t", "o", FOREVER, LIMIT, "it"), b"", b"")
+        outcomes.put(raised.value.broken)
+
+    with fake_server(behave) as address:
+        routes = Routes(lambda pattern, changed: None)
+        found = routes.channels(SERVER, address)
+        assert found is not None
+        known = found
+        caller = threading.Thread(target=call)
+        caller.start()
+        assert called.wait(EVENT_LIMIT)
+        routes.lost(SERVER)
+        assert outcomes.get(timeout=EVENT_LIMIT) is True
+        caller.join(EVENT_LIMIT)
+        routes.close()
+
+
+def test_a_server_that_lies_is_passed_by(pair: Pair) -> None:
     """Whatever is behind it, calls reach the servant over Zenoh, or end with an error."""
     lies: list[Behavior] = [
         lambda connection: None,
@@ -366,8 +338,10 @@ def test_a_door_that_lies_is_passed_by(pair: Pair) -> None:
         for lie in lies:
             calculator = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
             with (
-                fake_door(lie) as address,
-                server.impersonating(TARGET, CALCULATOR.type_id, CALCULATOR.fingerprint, serve, door=address),
+                fake_server(lie) as address,
+                server.impersonating(
+                    TARGET, CALCULATOR.type_id, CALCULATOR.fingerprint, serve, address=address
+                ),
             ):
                 until(lambda: bool(pair.client.identities()))
                 for _ in range(3):

@@ -165,7 +165,7 @@ def door_of(calculator: CalculatorPrx) -> str:
     def note(key: str, came: bool) -> None:
         token = parse_servant_token(key)
         if token is not None and came:
-            doors.append(token.door)
+            doors.append(token.address)
 
     transport = calculator.ice_getCommunicator().transport
     transport.watch("@servant/nao/Calculator/**", note).close()

@@ -11,6 +11,7 @@ import pytest
 import zenoh
 
 from tests.conftest import Pair
+from tests.support.attachments import encode_call_attachment
 from tests.support.calculator import CALCULATOR, CalculatorError, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.gripper import GRIPPER, GripperI, GripperPrx
@@ -27,13 +28,7 @@ from zenoh_ice import (
     ZenohIceError,
 )
 from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import (
-    ERROR_ENCODING,
-    decode_error,
-    encode_call_attachment,
-    encode_error,
-    encode_sample_attachment,
-)
+from zenoh_ice._wire import ERROR_ENCODING, decode_error, encode_error, encode_sample_attachment
 from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 

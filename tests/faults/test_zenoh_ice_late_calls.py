@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from tests.conftest import Pair
+from tests.support.attachments import encode_call_attachment
 from tests.support.carriers import NETWORK, cut_local_connections, over_both
 from tests.support.gripper import GRIPPER as INTERFACE
 from tests.support.gripper import GripperI, GripperPrx
@@ -28,13 +29,7 @@ from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, SystemException, TimeoutException
 from zenoh_ice._pool import Job, Kind
 from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import (
-    ERROR_ENCODING,
-    Attachment,
-    decode_attachment,
-    decode_error,
-    encode_call_attachment,
-)
+from zenoh_ice._wire import ERROR_ENCODING, Attachment, decode_attachment, decode_error
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.transport import Buffer, Ended, Reply, Target
 
@@ -71,7 +66,12 @@ class Recorder:
 def recorder(pair: Pair) -> Iterator[Recorder]:
     recorder, transport = Recorder(), pair.server.transport
     token = servant_token(
-        GRIPPER, INTERFACE.type_id, INTERFACE.fingerprint, pair.server.client_id, 1.0, door=transport.door
+        GRIPPER,
+        INTERFACE.type_id,
+        INTERFACE.fingerprint,
+        pair.server.client_id,
+        1.0,
+        address=transport.local_address,
     )
     with closing(transport.serve(GRIPPER, recorder)), closing(transport.announce(token)):
         yield recorder
@@ -265,8 +265,8 @@ class TestBreaks:
         gripper.move(0.0)
         transport = pair.client.transport
         assert isinstance(transport, ZenohTransport)
-        assert transport.neighborhood is not None
-        cut = partial(transport.neighborhood.lost, pair.server.client_id)
+        assert transport.routes is not None
+        cut = partial(transport.routes.lost, pair.server.client_id)
         self.check(gripper, servant, cut, repeated(100, 10_000))
 
     @pytest.mark.parametrize("carrier", [NETWORK])
@@ -309,18 +309,25 @@ def test_no_call_is_refused_while_all_is_whole(pair: Pair) -> None:
     assert failures == []
 
 
-def test_a_begun_call_is_not_made_again_after_later_ones(pair: Pair) -> None:
+@pytest.mark.parametrize("carrier", [NETWORK])
+def test_a_begun_call_is_not_made_again_after_later_ones(
+    pair: Pair, make_communicator: MakeCommunicator
+) -> None:
     """Even an idempotent one may command something; a stop may follow it at any time."""
     servant = GripperI()
     pair.adapter.add(servant, "Gripper")
-    gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
-    servant.leave.clear()
-    gripper.move.begin(1.0)
-    assert servant.entered.acquire(timeout=EVENT_LIMIT)
-    read, stop = gripper.positions.begin(), gripper.stop.begin()
-    until(lambda: pair.server.processStatus(pair.server.client_id).servants["Gripper@nao"].waiting == 2)
-    cut_local_connections()
-    assert isinstance(read.exception(EVENT_LIMIT), ConnectionLostException)
-    servant.leave.set()
-    assert stop.result(EVENT_LIMIT) is None
+    with Relay(pair.endpoint) as relay:
+        client = make_communicator(connect=[relay.endpoint], listen=[])
+        gripper = GripperPrx.checkedCast(client.stringToProxy("Gripper"))
+        servant.leave.clear()
+        gripper.move.begin(1.0)
+        assert servant.entered.acquire(timeout=EVENT_LIMIT)
+        read, stop = gripper.positions.begin(), gripper.stop.begin()
+        until(lambda: pair.server.served[GRIPPER].status().waiting == 2)
+        relay.cut()
+        relay.resume()
+        assert isinstance(read.exception(EVENT_LIMIT), ConnectionLostException)
+        until(lambda: pair.server.served[GRIPPER].status().waiting == 3)
+        servant.leave.set()
+        assert stop.result(EVENT_LIMIT) is None
     assert servant.stopped == 2  # the first one, too, is executed: to stop twice does no harm

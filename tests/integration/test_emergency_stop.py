@@ -21,6 +21,7 @@ from codegen.messages import Message
 from interfaces.nao import SafetyPrx
 from nao_tools._stopping import StopLimits
 from naoserver.fake import FakeRobot
+from tests.support.attachments import encode_call_attachment
 from tests.support.carriers import NETWORK
 from tests.support.coasting import Coasting
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
@@ -35,7 +36,7 @@ from visualhfsm._monitor import stopping as editor_stop
 from visualhfsm._monitor.messages import ServiceLimits
 from visualhfsm._monitor.stopping import StopReport
 from zenoh_ice import Communicator, Settings, initialize
-from zenoh_ice._wire import ERROR_ENCODING, encode_call_attachment
+from zenoh_ice._wire import ERROR_ENCODING
 from zenoh_ice.application.emergency_stop import SAFETY, begin_stop
 from zenoh_ice.session import open_session
 

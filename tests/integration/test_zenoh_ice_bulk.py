@@ -27,16 +27,16 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
+from zenoh_ice import _routes as routes
 from zenoh_ice._codec import LARGEST_BULK
-from zenoh_ice._local import routes
-from zenoh_ice._local.door import door_space
+from zenoh_ice._local.server import local_space
 from zenoh_ice._memory import ArenaView, Extent
 from zenoh_ice.limits import Limits
 
 PIXELS = bytes(range(256)) * 400
 MEGABYTE = 1 << 20
 
-pytestmark = pytest.mark.skipif(not door_space(), reason="no memory is shared here")
+pytestmark = pytest.mark.skipif(not local_space(), reason="no memory is shared here")
 
 
 @pytest.fixture
@@ -137,16 +137,17 @@ class TestMemory:
         pair.adapter.add(Late(), "Camera")
         proxy = camera(pair.client)
         impatient = proxy.ice_invocationTimeout(100)
-        for _ in range(4):
-            calls = [impatient.getImageData.begin("GRAY8") for _ in range(4)]
-            for call in calls:
-                with pytest.raises(TimeoutException):
-                    call.result(CALL_LIMIT)
-            leave.release(2 * len(calls))
+        with ThreadPoolExecutor(4) as threads:
             for _ in range(4):
-                assert proxy.getImageData.begin("GRAY8").result(CALL_LIMIT) == image(1, bytes(4 * MEGABYTE))
-            while leave.acquire(blocking=False):
-                pass
+                calls = [threads.submit(impatient.getImageData, "GRAY8") for _ in range(4)]
+                for call in calls:
+                    with pytest.raises(TimeoutException):
+                        call.result(CALL_LIMIT)
+                leave.release(2 * len(calls))
+                for _ in range(4):
+                    assert proxy.getImageData("GRAY8") == image(1, bytes(4 * MEGABYTE))
+                while leave.acquire(blocking=False):
+                    pass
         assert 0 < lent_bytes() < 9 * 4 * MEGABYTE  # of 32 answers, eight at most are under way at once
 
     def test_it_is_used_again_when_its_reader_was_killed(
@@ -278,7 +279,7 @@ class TestOverTheNetwork:
         monkeypatch: pytest.MonkeyPatch,
     ) -> None:
         before = shared_maps(), lent_bytes()
-        monkeypatch.setattr(routes, "door_space", lambda: "0123456789abcdef")
+        monkeypatch.setattr(routes, "local_space", lambda: "0123456789abcdef")
         client = make_communicator(connect=[pair.endpoint])
         assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
         assert (shared_maps(), lent_bytes()) == before

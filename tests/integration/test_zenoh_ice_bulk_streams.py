@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import math
 import os
 import signal
 import sys
@@ -18,7 +17,7 @@ import pytest
 
 from interfaces.jderobot import ImageData, ImageProviderPrx
 from tests.conftest import Pair
-from tests.support.carriers import local_connections
+from tests.support.carriers import cut_local_connections, local_connections
 from tests.support.image_servant import ImageI, Network, camera, image
 from tests.support.limited import limited_pair
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
@@ -28,8 +27,8 @@ from tests.support.soak import repeated
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Sample
-from zenoh_ice._local import routes
-from zenoh_ice._local.door import door_space
+from zenoh_ice import _routes as routes
+from zenoh_ice._local.server import local_space
 from zenoh_ice._memory import ArenaView, Extent
 from zenoh_ice._token_keys import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
@@ -38,7 +37,7 @@ from zenoh_ice.transport import Target
 
 MEGABYTE = 1 << 20
 
-pytestmark = pytest.mark.skipif(not door_space(), reason="no memory is shared here")
+pytestmark = pytest.mark.skipif(not local_space(), reason="no memory is shared here")
 
 
 @pytest.fixture
@@ -127,7 +126,7 @@ class TestWays:
         with camera(pair.client).getImageData.subscribe(near_images.take, queue=8):
             network.wait_until_unused(servant)
             with monkeypatch.context() as patch:
-                patch.setattr(routes, "door_space", lambda: "0123456789abcdef")
+                patch.setattr(routes, "local_space", lambda: "0123456789abcdef")
                 client = make_communicator(connect=[pair.endpoint], local_sockets=far == "another machine")
             with camera(client).getImageData.subscribe(far_images.take, queue=8):
                 numbers.publish_until(lambda: far_images.numbers)
@@ -237,7 +236,7 @@ class TestReaders:
             assert leave.wait(EVENT_LIMIT)
 
         witness = Images()
-        arena: Any = pair.server.transport._door.arena  # type: ignore[union-attr]
+        arena: Any = pair.server.transport._local_server.arena  # type: ignore[union-attr]
         with (
             camera(pair.client).getImageData.subscribe(take, queue=queue),
             camera(pair.client).getImageData.subscribe(witness.take),
@@ -267,7 +266,7 @@ class TestReaders:
         def hold(_: object) -> None:
             assert leave.wait(EVENT_LIMIT)
 
-        arena: Any = pair.server.transport._door.arena  # type: ignore[union-attr]
+        arena: Any = pair.server.transport._local_server.arena  # type: ignore[union-attr]
         get = camera(pair.client).getImageData
         with get.subscribe(hold), get.subscribe(hold, queue=8), get.subscribe(quick.take):
             network.wait_until_unused(servant)
@@ -353,12 +352,8 @@ class TestReaders:
         assert proxy.getImageData.latest() is None
 
     def test_a_sample_whose_server_ended_long_before_it_was_read_is_skipped_too(
-        self, endpoint: str, make_communicator: Callable[..., Communicator]
+        self, pair: Pair, servant: ImageI, network: Network
     ) -> None:
-        pair = limited_pair(endpoint, make_communicator, Limits(reading=-math.inf))
-        servant = ImageI()
-        pair.adapter.add(servant, "Camera")
-        network = Network(pair.server)
         stream = camera(pair.client).getImageData
         assert stream.latest() is None
         network.wait_until_unused(servant)
@@ -450,7 +445,7 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
 
 
 class TestChanges:
-    """A reader changes between the door and the network: no image comes twice or in another order."""
+    """A reader changes between the socket and the network: no image comes twice or in another order."""
 
     def test_its_socket_ends_while_its_server_lives(
         self, pair: Pair, servant: ImageI, network: Network
@@ -462,10 +457,7 @@ class TestChanges:
             network.wait_until_unused(servant)
             for _ in range(5):
                 numbers.publish_until(partial(images.has, numbers.last + 1))
-                route = transport.route(Target("nao", "Camera"))
-                assert route is not None
-                assert route.neighbor is not None
-                route.neighbor.channel(EVENT_LIMIT).shut()
+                cut_local_connections()
                 numbers.publish_until(partial(images.has, numbers.last + 1))
             network.wait_until_unused(servant)
             numbers.publish_until(partial(images.has, numbers.last + 1))

@@ -25,7 +25,7 @@ from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, TimeoutException
-from zenoh_ice._local.door import door_space
+from zenoh_ice._local.server import local_space
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.transport import Target
 
@@ -92,60 +92,44 @@ class TestChange:
         assert servant.moved == [float(number) for number in range(len(servant.moved))]
         assert 0 < len(over_network) < len(servant.moved)
 
-    def test_calls_over_the_network_are_answered_before_one_goes_through_the_socket(
+    def test_those_that_were_begun_are_answered_before_one_goes_through_the_socket(
         self, pair: Pair, servant: GripperI, gripper: GripperPrx
     ) -> None:
         over_network = calls_over_network(pair.server)
+        gripper.move(0.0)
+        assert over_network == []
         servant.leave.clear()
-        with two_servers(pair, GRIPPER, TYPE_ID):
-            calls = [gripper.move.begin(float(number)) for number in range(10)]
-        calls += [gripper.move.begin(float(number)) for number in range(10, 20)]
-        assert servant.entered.acquire(timeout=EVENT_LIMIT)
-        servant.leave.set()
-        assert [call.result(CALL_LIMIT) for call in calls] == [None] * 20
-        gripper.move(20.0)
-        assert servant.moved == list(range(21))
-        assert over_network == ["nao/Gripper/move"] * 20
-
-    def test_calls_through_the_socket_are_answered_before_one_goes_over_the_network(
-        self, pair: Pair, servant: GripperI, gripper: GripperPrx
-    ) -> None:
-        over_network = calls_over_network(pair.server)
-        servant.leave.clear()
-        calls = [gripper.move.begin(float(number)) for number in range(10)]
-        with two_servers(pair, GRIPPER, TYPE_ID):
-            calls += [gripper.move.begin(float(number)) for number in range(10, 20)]
-            assert servant.entered.acquire(timeout=EVENT_LIMIT)
+        begun = [gripper.move.begin(float(number)) for number in range(1, 11)]
+        with ThreadPoolExecutor(1) as threads:
+            waits = threads.submit(gripper.move, 11.0)
+            until(lambda: waiting(pair) == 10)
             servant.leave.set()
-            assert [call.result(CALL_LIMIT) for call in calls] == [None] * 20
-            assert over_network == []
-            gripper.move(20.0)
-        assert servant.moved == list(range(21))
-        assert over_network == ["nao/Gripper/move"]
+            assert waits.result(CALL_LIMIT) is None
+        assert [call.result(CALL_LIMIT) for call in begun] == [None] * 10
+        gripper.move(12.0)
+        assert servant.moved == list(range(13))
+        assert over_network == ["nao/Gripper/move"] * 11
 
 
 class TestBreak:
     def test_call_is_lost_and_an_idempotent_one_is_made_again(
         self, pair: Pair, servant: GripperI, gripper: GripperPrx
     ) -> None:
-        gripper.who()  # of two first calls at once, one may go over the network
+        gripper.who()
         servant.leave.clear()
         with ThreadPoolExecutor(2) as threads:
-            lost = [threads.submit(gripper.move, 1.0), gripper.move.begin(2.0)]
+            lost = threads.submit(gripper.move, 1.0)
             assert servant.entered.acquire(timeout=EVENT_LIMIT)
-            again = [threads.submit(gripper.positions), gripper.positions.begin()]
-            until(lambda: waiting(pair) == 3)
+            again = threads.submit(gripper.positions)
+            until(lambda: waiting(pair) == 1)
             cut_local_connections()
-            for call in lost:
-                error = call.exception(EVENT_LIMIT)
-                assert type(error) is ConnectionLostException
-                assert str(error) == "Gripper.move: the connection was lost during the call"
-            until(lambda: waiting(pair) == 4)  # the servant is still busy, and so they all wait for it
+            error = lost.exception(EVENT_LIMIT)
+            assert type(error) is ConnectionLostException
+            assert str(error) == "Gripper.move: the connection was lost during the call"
+            until(lambda: waiting(pair) == 2)  # the servant is still busy, and so both wait for it
             servant.leave.set()
-            waited, begun = again
-            assert waited.result(EVENT_LIMIT) == servant.moved
-            assert isinstance(begun.exception(EVENT_LIMIT), ConnectionLostException)
-        assert len(servant.moved) == 1  # though nobody heard of it; the other one had not begun yet
+            assert again.result(EVENT_LIMIT) == servant.moved
+        assert len(servant.moved) == 1  # though nobody heard of it
         assert is_used("local")
 
     def test_whatever_breaks_whenever_nothing_is_executed_twice(
@@ -191,9 +175,9 @@ class TestBreak:
     def test_end_of_a_client_with_a_broken_connection_takes_no_time(
         self, pair: Pair, servant: GripperI, gripper: GripperPrx, caplog: pytest.LogCaptureFixture
     ) -> None:
-        gripper.move.begin(1.0).result(CALL_LIMIT)
+        gripper.move(1.0)
         cut_local_connections()
-        gripper.move.begin(2.0).result(CALL_LIMIT)
+        gripper.move(2.0)
         pair.client.destroy()
         assert "still busy" not in caplog.text
 
@@ -204,7 +188,7 @@ class TestOutOfReach:
     @contextmanager
     def said(self, monkeypatch: pytest.MonkeyPatch, address: str) -> Iterator[None]:
         with monkeypatch.context() as patch:
-            patch.setattr(ZenohTransport, "door", property(lambda _: address))
+            patch.setattr(ZenohTransport, "local_address", property(lambda _: address))
             yield
 
     @pytest.fixture
@@ -224,7 +208,7 @@ class TestOutOfReach:
         self, pair: Pair, over_network: list[str], monkeypatch: pytest.MonkeyPatch, place: str
     ) -> None:
         servant = GripperI()
-        with self.said(monkeypatch, f"{door_space()}.{place.format(pid=os.getpid())}"):
+        with self.said(monkeypatch, f"{local_space()}.{place.format(pid=os.getpid())}"):
             pair.adapter.add(servant, "Gripper")
         self.call(pair, servant, over_network)
 
@@ -240,7 +224,7 @@ class TestOutOfReach:
         other.add(GripperI(), "Other")
         other.activate()
         servant = GripperI()
-        with self.said(monkeypatch, other.getCommunicator().transport.door):
+        with self.said(monkeypatch, other.getCommunicator().transport.local_address):
             pair.adapter.add(servant, "Gripper")
         self.call(pair, servant, over_network)
 
@@ -273,11 +257,11 @@ def test_server_without_a_socket_serves_over_the_network(
     endpoint: str, make_communicator: MakeCommunicator, off: dict[str, object]
 ) -> None:
     server = make_communicator(listen=[endpoint], **off)
-    assert server.transport.door == ""
+    assert server.transport.local_address == ""
     adapter = server.createObjectAdapter("Test")
     adapter.add(GripperI("plain"), "Gripper")
     adapter.activate()
-    assert server.transport.door == ""
+    assert server.transport.local_address == ""
 
 
 def test_signals_do_not_prolong_a_call(servant: GripperI, gripper: GripperPrx) -> None:

@@ -16,6 +16,7 @@ import pytest
 import zenoh
 
 from tests.conftest import Pair
+from tests.support.attachments import encode_call_attachment
 from tests.support.carriers import is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limited import limited_pair
@@ -31,7 +32,6 @@ from zenoh_ice import (
     UnknownException,
 )
 from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import encode_call_attachment
 from zenoh_ice.limits import Limits
 from zenoh_ice.transport import Target
 
@@ -217,6 +217,7 @@ class TestProcessStatus:
         assert [call.result(CALL_LIMIT) for call in calls[:65]] == [None] * 65
         until(lambda: status(pair).running == 0)
         assert (status(pair).waiting, status(pair).calls) == (0, 65)
+        proxy.who()
         assert is_used(carrier)
 
     def test_process_that_is_not_there_reports_nothing(self, pair: Pair) -> None:

@@ -21,7 +21,7 @@ from zenoh_ice import (
 from zenoh_ice._token_keys import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.status import own_version
-from zenoh_ice.transport import Served, Target
+from zenoh_ice.transport import Registration, Target
 
 OLD_STATUS = msgspec.msgpack.encode({"version": "0.2.0", "shared_memory": True})
 
@@ -92,7 +92,7 @@ class TestUnansweredCalls:
 
     def test_call_that_nobody_takes_is_denied(self, pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
         """Access control drops calls silently; here the servant that is present accepts none."""
-        monkeypatch.setattr(pair.server.transport, "serve", lambda *_: Served(lambda: None))
+        monkeypatch.setattr(pair.server.transport, "serve", lambda *_: Registration(lambda: None))
         pair.adapter.add(Notebook(), "Guarded")
         proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Guarded"))
         with pytest.raises(AccessDeniedException, match=r"Guarded\.about"):

@@ -81,6 +81,7 @@ def test_calls_made_before_the_servant_came_arrive_in_their_order(
         futures.append(proxy.note.begin(str(len(futures))))
     assert [future.result(CALL_LIMIT) for future in futures] == [None] * len(futures)
     assert notebook.wait_for(len(futures)) == [str(number) for number in range(len(futures))]
+    proxy.ice_ping()
     assert is_used(carrier)
 
 

@@ -19,7 +19,14 @@ from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import STEADY, ComponentProcess, module
 from zenoh_ice import Communicator
-from zenoh_ice._local.messages import LARGEST_MESSAGE, REQUEST, Answer, decode_hello, decode_to_client, encode
+from zenoh_ice._local.messages import (
+    LARGEST_MESSAGE,
+    REQUEST,
+    Response,
+    decode_hello,
+    decode_to_client,
+    encode,
+)
 from zenoh_ice._threads import UserCodeThread
 from zenoh_ice.transport import Target
 
@@ -57,9 +64,9 @@ def test_a_robot_server_with_several_clients_has_few_threads(
 
 @pytest.fixture
 def connections(pair: Pair) -> Iterator[list[socket.socket]]:
-    """Many clients of the server's door."""
+    """Many clients of the server's socket."""
     pair.adapter.add(CalculatorI(), "Calculator")
-    found = re.fullmatch(r"\w+\.(\d+)\.(\d+)", pair.server.transport.door)
+    found = re.fullmatch(r"\w+\.(\d+)\.(\d+)", pair.server.transport.local_address)
     assert found is not None
     with ExitStack() as end:
         made = []
@@ -74,7 +81,7 @@ def connections(pair: Pair) -> Iterator[list[socket.socket]]:
 
 def test_connections_of_clients_need_no_threads(pair: Pair, connections: list[socket.socket]) -> None:
     counts = [threads()]
-    ping = encode((REQUEST, 1, Target(pair.server.realm, "Calculator").prefix, "ice_ping", b"", b"\x80"))
+    ping = encode((REQUEST, Target(pair.server.realm, "Calculator").prefix, "ice_ping", b"", b"\x80"))
     half = CONNECTIONS // 2  # a servant lets no more than 64 calls wait
     for part in (connections[:half], connections[half:]):
         for connection in part:
@@ -82,7 +89,7 @@ def test_connections_of_clients_need_no_threads(pair: Pair, connections: list[so
         counts.append(threads())
         for connection in part:
             answer = decode_to_client(connection.recv(LARGEST_MESSAGE))
-            assert isinstance(answer, Answer)
+            assert isinstance(answer, Response)
             assert answer.ok, msgspec.msgpack.decode(answer.payload)
     assert max(counts) < 30, counts
 

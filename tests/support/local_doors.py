@@ -1,11 +1,10 @@
-"""Strangers at the door of a process, and doors behind which nothing is as it should be."""
+"""Strangers at the socket of a server, and servers that do nothing as they should."""
 
 from __future__ import annotations
 
 import os
 import socket
 import threading
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -14,23 +13,21 @@ from typing import Final
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import Communicator
 from zenoh_ice._codec import Pieces
-from zenoh_ice._local.door import _bind, door_space
 from zenoh_ice._local.messages import (
-    ANSWER,
     HELLO,
     LARGEST_MESSAGE,
     REQUEST,
+    RESPONSE,
     VERSION,
-    Answer,
-    Answers,
     Request,
+    Response,
     decode_hello,
     decode_to_client,
     decode_to_server,
     encode,
     receive_with_file,
-    send_with_file,
 )
+from zenoh_ice._local.server import _bind, local_space
 from zenoh_ice._pool import Job, Kind
 from zenoh_ice._token_keys import parse_servant_token
 from zenoh_ice.transport import Buffer, Ended, Reply
@@ -41,15 +38,15 @@ __all__ = [
     "SERVER",
     "Echo",
     "Visitor",
+    "address_of",
     "answer",
-    "door_of",
-    "fake_door",
+    "fake_server",
     "greet",
     "next_request",
 ]
 
 SERVER: Final = "c0ffee"
-"""The id of the session behind a door of these tests."""
+"""The id of the session of a server of these tests."""
 
 
 class Echo:
@@ -89,11 +86,10 @@ class Echo:
 
 
 class Visitor:
-    """A process that comes to a door, and sends whatever it likes."""
+    """A process that connects to a server, and sends whatever it likes."""
 
     def __init__(self, address: str) -> None:
         _, process, file = address.split(".")
-        self._answers: Final[deque[Answer]] = deque()  # that came together
         self.socket: Final = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.socket.settimeout(EVENT_LIMIT)
         try:
@@ -118,27 +114,22 @@ class Visitor:
         decode_hello(message)
         return self
 
-    def ask(self, number: int, target: str, operation: str, payload: bytes = b"") -> None:
+    def ask(self, target: str, operation: str, payload: bytes = b"") -> None:
         """Send a call."""
-        self.socket.send(encode((REQUEST, number, target, operation, b"", payload)))
+        self.socket.send(encode((REQUEST, target, operation, b"", payload)))
 
     def flood(self, message: bytes) -> None:
         """Send a message again and again; raises OSError when the server takes no more."""
         while True:
             self.socket.send(message)
 
-    def answer(self) -> Answer:
+    def answer(self) -> Response:
         """Return the next answer; raises ConnectionError when there is none."""
-        while not self._answers:
-            message = self.socket.recv(LARGEST_MESSAGE)
-            if not message:
-                raise ConnectionError("no further answer")
+        while message := self.socket.recv(LARGEST_MESSAGE):
             received = decode_to_client(message)
-            if isinstance(received, Answer):
-                self._answers.append(received)
-            elif isinstance(received, Answers):
-                self._answers.extend(received.answers)
-        return self._answers.popleft()
+            if isinstance(received, Response):
+                return received
+        raise ConnectionError("no further answer")
 
     def is_out(self) -> bool:
         """Wait until the server ends the connection; return false if it does not."""
@@ -152,21 +143,21 @@ class Visitor:
         return True
 
 
-def door_of(communicator: Communicator, target: str = "nao/Calculator") -> str:
-    """Return the address of the door behind which a servant is, as its token says."""
+def address_of(communicator: Communicator, target: str = "nao/Calculator") -> str:
+    """Return the address of the server of a servant, as its token says."""
     for reply in session_of(communicator).liveliness().get(f"@servant/{target}/**", timeout=EVENT_LIMIT):
         assert reply.ok is not None
         token = parse_servant_token(str(reply.ok.key_expr))
-        if token is not None and token.door:
-            return token.door
-    raise AssertionError(f"{target} has no door")
+        if token is not None and token.address:
+            return token.address
+    raise AssertionError(f"{target} has no address")
 
 
 Behavior = Callable[[socket.socket], object]
 
 
 @contextmanager
-def fake_door(behave: Behavior) -> Iterator[str]:
+def fake_server(behave: Behavior) -> Iterator[str]:
     """Give each connection to a function during the block, on a separate thread; provide the address."""
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     handle = _bind(listener)
@@ -188,7 +179,7 @@ def fake_door(behave: Behavior) -> Iterator[str]:
     accepting = threading.Thread(target=accept, daemon=True)
     accepting.start()
     try:
-        yield f"{door_space()}.{os.getpid()}.{handle}"
+        yield f"{local_space()}.{os.getpid()}.{handle}"
     finally:
         listener.shutdown(socket.SHUT_RDWR)
         accepting.join(EVENT_LIMIT)
@@ -203,7 +194,7 @@ def fake_door(behave: Behavior) -> Iterator[str]:
 
 def greet(connection: socket.socket, file: int | None = None, server: str = SERVER) -> None:
     """Say who is there, as a server of ours does."""
-    send_with_file(connection, encode((HELLO, VERSION, server)), file)
+    socket.send_fds(connection, [encode((HELLO, VERSION, server))], [] if file is None else [file])
 
 
 def next_request(connection: socket.socket) -> Request:
@@ -215,6 +206,6 @@ def next_request(connection: socket.socket) -> Request:
     return received if isinstance(received, Request) else next_request(connection)
 
 
-def answer(number: int, payload: bytes = b"", *where: object) -> bytes:
+def answer(payload: bytes = b"", *where: object) -> bytes:
     """Return the message of an answer."""
-    return encode((ANSWER, number, True, payload, *where))
+    return encode((RESPONSE, True, payload, *where))

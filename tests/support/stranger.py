@@ -50,12 +50,12 @@ class Stranger:
         fingerprint: str,
         answer: Callable[[zenoh.Query], Any],
         *,
-        door: str = "",
+        address: str = "",
     ) -> Iterator[None]:
-        """Pretend to be a servant during the block, behind a door."""
+        """Pretend to be a servant during the block, at an address."""
         queryable: zenoh.Queryable[None] = self.session.declare_queryable(target.key("*"), answer)
         token = self.session.liveliness().declare_token(
-            servant_token(target, type_id, fingerprint, self.id, 1.0, door=door)
+            servant_token(target, type_id, fingerprint, self.id, 1.0, address=address)
         )
         try:
             yield

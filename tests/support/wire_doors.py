@@ -34,22 +34,20 @@ from zenoh_ice import (
 )
 from zenoh_ice._codec import DECODE_ERRORS, LARGE, Codec
 from zenoh_ice._local.messages import (
-    ANSWER,
-    CANCEL,
     HELLO,
     LARGEST_INLINE,
     PART,
     REQUEST,
+    RESPONSE,
     RETURN,
     SAMPLE,
     SUBSCRIBE,
     SUBSCRIBED,
     VERSION,
-    Answer,
-    Cancel,
     Part,
     Parts,
     Request,
+    Response,
     Return,
     Sample,
     Subscribe,
@@ -68,7 +66,6 @@ from zenoh_ice._wire import (
     Attachment,
     decode_attachment,
     decode_error,
-    encode_call_attachment,
     encode_error,
     encode_sample_attachment,
 )
@@ -83,6 +80,7 @@ from zenoh_ice.status import ProcessStatus, ServantStatus, decode_status
 from zenoh_ice.text import LONGEST_TEXT
 from zenoh_ice.transport import Target
 
+from .attachments import encode_call_attachment
 from .calculator import CALCULATOR, CalculatorError, DivisionByZero
 from .generated_types import structs_of
 from .wire_values import Desk
@@ -237,19 +235,18 @@ def _requests() -> Door:
         try:
             message = decode_to_server(data)
             if isinstance(message, Part):
-                parts.add(message.payload)
+                parts.append(message.payload)
         except (*DECODE_ERRORS, MarshalException):  # which end the connection
             return False
-        assert isinstance(message, Request | Part | Return | Subscribe | Cancel)
-        assert isinstance(message, Part) or 0 <= message.number < 1 << 62
+        assert isinstance(message, Request | Part | Return | Subscribe)
+        assert not isinstance(message, Return) or 0 <= message.start < 1 << 62
         return True
 
     sound = [
-        (REQUEST, 1, "nao/Head", "getPose", b"", b"payload"),
+        (REQUEST, "nao/Head", "getPose", b"", b"payload"),
         (PART, bytes(LARGEST_INLINE)),
-        (RETURN, 1, 0),
-        (SUBSCRIBE, 1, "nao/Camera", "getImageData"),
-        (CANCEL, 1),
+        (RETURN, 0),
+        (SUBSCRIBE, "nao/Camera", "getImageData"),
     ]
     return Door([encode(message) for message in sound], take)
 
@@ -257,15 +254,15 @@ def _requests() -> Door:
 def _answers() -> Door:
     arena = Arena()
     view = ArenaView(os.dup(arena.file))
-    arena.lend([b"a" * LARGE, b"b" * LARGE], [(arena, 1)])
+    arena.lend([b"a" * LARGE, b"b" * LARGE], [arena])
 
     def take(data: bytes) -> bool:
         try:
             message = decode_to_client(data)
         except DECODE_ERRORS:  # which end the connection
             return False
-        assert isinstance(message, Answer | Part | Subscribed | Sample)
-        if not isinstance(message, Answer | Sample):
+        assert isinstance(message, Response | Part | Subscribed | Sample)
+        if not isinstance(message, Response | Sample):
             return True
         try:
             collected = collect(message, view, 3 * LARGE, "it")
@@ -277,12 +274,12 @@ def _answers() -> Door:
         return True
 
     sound = [
-        (ANSWER, 1, True, b"payload"),
-        (ANSWER, 1, False, b"", (), Extent(0, (LARGE,))),
-        (ANSWER, 1, True, b"rest", (0, 2), Extent(0, (LARGE, LARGE))),
+        (RESPONSE, True, b"payload"),
+        (RESPONSE, False, b"", (), Extent(0, (LARGE,))),
+        (RESPONSE, True, b"rest", (0, 2), Extent(0, (LARGE, LARGE))),
         (PART, bytes(LARGEST_INLINE)),
-        (SUBSCRIBED, 1, True),
-        (SAMPLE, 1, b"about", b"rest", (1,), Extent(LARGE, (LARGE,))),
+        (SUBSCRIBED,),
+        (SAMPLE, b"about", b"rest", (1,), Extent(LARGE, (LARGE,))),
     ]
     return Door([encode(message) for message in sound], take)
 
@@ -322,7 +319,7 @@ def _tokens() -> Door:
     sound = [
         servant_token(head, "::nao::PoseHead", "c0ffee", "abc", 1.7e9),
         servant_token(ball, "::Ice::Object", "", "abc", 1.7e9),
-        servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, door="0123456789abcdef.1.3"),
+        servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, address="0123456789abcdef.1.3"),
     ]
     return Door([key.encode() for key in sound], take)
 

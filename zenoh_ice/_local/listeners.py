@@ -1,4 +1,4 @@
-"""The neighbors that listen to a stream of large values, at its servant's process."""
+"""Who listens to a stream of large values through channels, at its servant's process."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Final, Protocol
 from .._codec import Pieces
 from .._memory import Arena
 from ..limits import LIMITS, Limits
-from .messages import LARGEST_INLINE, SAMPLE, SUBSCRIBED, encode, lend
+from .messages import LARGEST_INLINE, SAMPLE, encode, lend
 
 _MOST_LENT: Final = 8  # samples that a listener may leave unread in the memory of their sender
 _MOST_LISTENERS: Final = 256  # others listen over the network
 _ON_THEIR_WAY: Final = 3  # more of them that it has received, or that were sent to it, but not given back
 _SHORTAGE: Final = 0.5  # s without memory after which listeners are sent to the network
+_REFUSAL: Final = 5.0  # s for which they stay there
 
 
 def most_unread(size: int, limits: Limits = LIMITS) -> int:
@@ -23,14 +24,14 @@ def most_unread(size: int, limits: Limits = LIMITS) -> int:
     return max(1, min(_MOST_LENT, limits.unread_bytes // max(1, size)))
 
 
-class Link(Protocol):
-    """A connection that carries samples."""
+class Listener(Protocol):
+    """A channel that carries samples."""
 
     def send_sample(self, message: bytes) -> bool:
         """Send a sample, or drop it rather than wait; return whether there was room for it."""
 
-    def notify(self, message: bytes) -> None:
-        """Send a message that must arrive."""
+    def close(self) -> None:
+        """End it: its client then listens elsewhere."""
 
 
 class Listeners:
@@ -40,27 +41,25 @@ class Listeners:
         self._limits: Final = limits
         self._arena: Final = arena
         self._lock: Final = threading.Lock()
-        self._all: tuple[tuple[Link, int], ...] = ()  # by their numbers on their links
-        self._closed = False
+        self._all: tuple[Listener, ...] = ()
+        self._refused_until = -math.inf
         self._short_since = math.inf  # of memory
 
     def __bool__(self) -> bool:
         return bool(self._all)
 
-    def add(self, link: Link, number: int) -> bool:
+    def add(self, listener: Listener) -> bool:
         """Send it samples from now on; return false when there will be none."""
         with self._lock:
-            if self._closed or len(self._all) >= _MOST_LISTENERS:
+            if time.monotonic() < self._refused_until or len(self._all) >= _MOST_LISTENERS:
                 return False
-            self._all = (*self._all, (link, number))
+            self._all = (*self._all, listener)
             return True
 
-    def remove(self, link: Link, number: int | None = None) -> None:
-        """Send it no further samples; without a number, none of those at the link."""
+    def remove(self, listener: Listener) -> None:
+        """Send it no further samples."""
         with self._lock:
-            self._all = tuple(
-                each for each in self._all if each[0] is not link or number not in {None, each[1]}
-            )
+            self._all = tuple(each for each in self._all if each is not listener)
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
         """Send a sample; listeners that have not read several before do not get it."""
@@ -71,28 +70,25 @@ class Listeners:
             return
         small, places, extent = lend(payload, self._arena, *ready)
         if len(small) > LARGEST_INLINE:
-            self._note_shortage(ready)
+            self._note_shortage()
             return
         self._short_since = math.inf
-        where = () if extent is None else (places, extent)
-        for link, number in ready:
-            sent = link.send_sample(encode((SAMPLE, number, attachment, small, *where)))
-            if not sent and extent is not None:
-                self._arena.give_back(extent.start, (link, number))
+        message = encode((SAMPLE, attachment, small, *(() if extent is None else (places, extent))))
+        for listener in ready:
+            if not listener.send_sample(message) and extent is not None:
+                self._arena.give_back(extent.start, listener)
 
-    def close(self) -> None:
-        """Notify all that no further samples come."""
+    def close(self, refusal: float = math.inf) -> None:
+        """Send all listeners elsewhere, and take none for some s."""
         with self._lock:
-            self._closed = True
+            self._refused_until = time.monotonic() + refusal
             ended, self._all = self._all, ()
-        for link, number in ended:
-            link.notify(encode((SUBSCRIBED, number, False)))
+        for listener in ended:
+            listener.close()
 
-    def _note_shortage(self, listeners: list[tuple[Link, int]]) -> None:
+    def _note_shortage(self) -> None:
         """Send listeners to the network when there has been no memory for them for some time."""
         now = time.monotonic()
         self._short_since = min(self._short_since, now)
         if now - self._short_since >= _SHORTAGE:
-            for link, number in listeners:
-                if link.send_sample(encode((SUBSCRIBED, number, False))):
-                    self.remove(link, number)
+            self.close(_REFUSAL)

@@ -6,46 +6,39 @@ memory that its sender lends; where there is none, and on the way to a servant, 
 
 from __future__ import annotations
 
-import logging
 import os
 import socket
 import struct
-import threading
-from abc import abstractmethod
 from array import array
 from collections.abc import Callable
 from typing import Annotated, Any, Final
+from weakref import WeakSet
 
 import msgspec
 from msgspec import Meta
 
 from .. import typed
-from .._codec import DECODE_ERRORS, LARGEST_BULK, LARGEST_PAYLOAD, Parted, Pieces, too_large
-from .._memory import Arena, ArenaView, Extent, Reader
-from .._pool import Job, Source
+from .._codec import LARGEST_BULK, Parted, Pieces, too_large
+from .._memory import Arena, ArenaView, Extent
 from .._wire import ATTACHMENT_LIMIT
 from ..exceptions import MarshalException
-from ..transport import Outcome
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Of these messages: a process of another release is called over Zenoh."""
 
 LARGEST_MESSAGE: Final = 1 << 16
 LARGEST_INLINE: Final = LARGEST_MESSAGE - (1 << 12)
 """Bytes of a payload within a message: the rest of it has room beside it."""
 
-MOST_TOGETHER: Final = 16
-"""Answers in one message."""
-
 _LARGEST_WHOLE: Final = LARGEST_BULK + (1 << 12)  # bytes of all parts of a payload
 
-HELLO, PART, REQUEST, ANSWER, RETURN, SUBSCRIBE, CANCEL, SUBSCRIBED, SAMPLE, ANSWERS = range(10)
+HELLO, PART, REQUEST, RESPONSE, RETURN, SUBSCRIBE, SUBSCRIBED, SAMPLE = range(8)
 """The tags of messages."""
 
 encode: Final = msgspec.msgpack.Encoder().encode
 """Encodes a message, given as a tuple that begins with its tag: that is faster than the struct."""
 
-_logger = logging.getLogger(__name__)
+_sockets: Final[WeakSet[socket.socket]] = WeakSet()
 
 _Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
 _Name = Annotated[str, Meta(max_length=512)]
@@ -69,20 +62,17 @@ class Part(msgspec.Struct, array_like=True, tag=PART):
 
 
 class Request(msgspec.Struct, array_like=True, tag=REQUEST):
-    """A call."""
+    """A call; the next one follows its answer."""
 
-    number: _Number
-    """Its number on this connection; 0 where only one is made at a time."""
     target: _Name
     operation: _Name
     attachment: _Attachment
     payload: bytes
 
 
-class Answer(msgspec.Struct, array_like=True, tag=ANSWER):
+class Response(msgspec.Struct, array_like=True, tag=RESPONSE):
     """The answer to a call."""
 
-    number: _Number
     ok: bool
     payload: bytes
     places: _Places = ()
@@ -90,78 +80,54 @@ class Answer(msgspec.Struct, array_like=True, tag=ANSWER):
     extent: Extent | None = None
 
 
-class Answers(msgspec.Struct, array_like=True, tag=ANSWERS):
-    """Small answers that were sent together."""
-
-    answers: Annotated[tuple[Answer, ...], Meta(max_length=MOST_TOGETHER)]
-
-
 class Return(msgspec.Struct, array_like=True, tag=RETURN):
     """The lent memory of an answer or a sample was read."""
 
-    number: _Number
     start: _Number
 
 
 class Subscribe(msgspec.Struct, array_like=True, tag=SUBSCRIBE):
-    """Samples of a stream are wanted, until the number is cancelled."""
+    """Samples of a stream are wanted, as long as the channel lasts."""
 
-    number: _Number
     target: _Name
     operation: _Name
 
 
-class Cancel(msgspec.Struct, array_like=True, tag=CANCEL):
-    """No further sample is wanted."""
-
-    number: _Number
-
-
 class Subscribed(msgspec.Struct, array_like=True, tag=SUBSCRIBED):
-    """Whether samples will come; otherwise the stream is not published here."""
-
-    number: _Number
-    ok: bool
+    """Samples will come; a channel that ends without this has none."""
 
 
 class Sample(msgspec.Struct, array_like=True, tag=SAMPLE):
     """A sample of a stream."""
 
-    number: _Number
     attachment: _Attachment
     payload: bytes
     places: _Places = ()
     extent: Extent | None = None
 
 
-ToServer = Part | Request | Return | Subscribe | Cancel
-ToClient = Part | Answer | Answers | Subscribed | Sample
+ToServer = Part | Request | Return | Subscribe
+ToClient = Part | Response | Subscribed | Sample
 
 decode_hello: Final = typed.msgpack_decoder(Hello)
 decode_to_server: Final[Callable[[bytes], Any]] = typed.msgpack_decoder(ToServer)
 decode_to_client: Final[Callable[[bytes], Any]] = typed.msgpack_decoder(ToClient)
 
 
-class Parts:
+class Parts(list[bytes]):
     """The parts of a payload that have arrived."""
 
-    def __init__(self) -> None:
-        self._parts: list[bytes] = []
-        self._size = 0
-
-    def add(self, part: bytes) -> None:
+    def append(self, part: bytes, /) -> None:
         """Keep a part; raises MarshalException for more than any payload has."""
-        self._size += len(part)
-        if self._size > _LARGEST_WHOLE:
-            raise too_large(self._size, _LARGEST_WHOLE, "payload")
-        self._parts.append(part)
+        size = (len(self) + 1) * LARGEST_INLINE
+        if size > _LARGEST_WHOLE:
+            raise too_large(size, _LARGEST_WHOLE, "payload")
+        super().append(part)
 
     def complete(self, last: bytes) -> bytes:
         """Return the whole payload with its last part, and forget it."""
-        if not self._parts:
-            return last
-        whole = b"".join((*self._parts, last))
-        self._parts, self._size = [], 0
+        whole = b"".join((*self, last))
+        self.clear()
         return whole
 
 
@@ -177,7 +143,7 @@ def send_parts(send: Callable[[bytes], object], payload: bytes) -> bytes:
 
 
 def lend(
-    payload: bytes | Pieces, arena: Arena | None, *readers: Reader
+    payload: bytes | Pieces, arena: Arena | None, *readers: object
 ) -> tuple[bytes, tuple[int, ...], Extent | None]:
     """Write a payload that is too large for a message into memory, for some readers.
 
@@ -193,7 +159,7 @@ def lend(
     return bytes(payload), (), None
 
 
-def collect(received: Answer | Sample, view: ArenaView | None, limit: int, what: str) -> bytes | Parted:
+def collect(received: Response | Sample, view: ArenaView | None, limit: int, what: str) -> bytes | Parted:
     """Return the payload that `lend` divided; raises MarshalException for one of more than `limit` bytes."""
     payload, places, extent = received.payload, received.places, received.extent
     if len(payload) > limit:
@@ -206,60 +172,6 @@ def collect(received: Answer | Sample, view: ArenaView | None, limit: int, what:
     return Parted(payload, places, large) if places else large[0]
 
 
-def outcome_of_answer(answer: Answer, view: ArenaView | None, limit: int, what: str) -> Outcome:
-    """Return what an answer says; raises MarshalException for a result of more than `limit` bytes."""
-    return answer.ok, collect(answer, view, limit if answer.ok else LARGEST_PAYLOAD, what)
-
-
-class MessageSource(Source):
-    """A socket from which the pool takes messages; several threads may send."""
-
-    def __init__(self, connection: socket.socket, decode: Callable[[bytes], Any]) -> None:
-        self._decode: Final = decode
-        self._socket: Final = connection
-        self._file: Final = connection.fileno()
-        # Both are held while it is closed: nobody uses a file with the same number.
-        self._receiving: Final = threading.Lock()
-        self._sending: Final = threading.Lock()
-        self._parts: Final = Parts()
-
-    def fileno(self) -> int:
-        return self._file
-
-    def abandon(self) -> None:
-        """Close its file in a forked child."""
-        self._socket.close()
-
-    def take(self) -> Job | None:
-        while True:
-            try:
-                with self._receiving:
-                    message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
-            except BlockingIOError:
-                return None
-            except OSError:
-                message = b""
-            if not message:
-                self.close()
-                return None
-            try:
-                job = self._receive(self._decode(message))
-            except (*DECODE_ERRORS, MarshalException) as error:
-                _logger.warning("a malformed message from this machine ends its connection: %s", str(error))
-                self.close()
-                return None
-            if job is not None:
-                return job
-
-    @abstractmethod
-    def _receive(self, message: Any) -> Job | None:  # noqa: ANN401 - one of those that `decode` gives
-        """Take a message; return the job that it makes, if any. Raises MarshalException."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """End the connection."""
-
-
 def limit_sending(connection: socket.socket, seconds: float) -> None:
     """Let the system end a wait to send after some seconds."""
     microseconds = max(1, int(seconds * 1e6))  # 0 would be no limit
@@ -267,15 +179,23 @@ def limit_sending(connection: socket.socket, seconds: float) -> None:
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
 
 
-def send_with_file(connection: socket.socket, message: bytes, file: int | None) -> None:
-    """Send a message with a file of this process; raises OSError."""
-    files = [] if file is None else [file]
-    rights = [(socket.SOL_SOCKET, socket.SCM_RIGHTS, array("i", files))]
-    connection.sendmsg([message], rights, socket.MSG_NOSIGNAL)
+def end_in_children(made: socket.socket) -> socket.socket:
+    """Close a socket in forked children: otherwise the other end would not notice this process's end."""
+    _sockets.add(made)
+    return made
+
+
+def _close_all() -> None:
+    for each in tuple(_sockets):
+        each.close()
+
+
+os.register_at_fork(after_in_child=_close_all)
 
 
 def receive_with_file(connection: socket.socket) -> tuple[bytes, int | None]:
     """Return a message with the file that came with it; raises OSError if this process may not open it."""
+    # Not socket.recv_fds: that ignores flags in Python 3.11, and children would inherit the file.
     room = socket.CMSG_LEN(array("i").itemsize)
     message, rights, flags, _ = connection.recvmsg(LARGEST_MESSAGE, room, socket.MSG_CMSG_CLOEXEC)
     files = array("i")

@@ -1,4 +1,4 @@
-"""The ends of streams: over Zenoh, and those of large values also through the doors of neighbors."""
+"""The ends of streams: over Zenoh, and those of large values also through channels on one machine."""
 
 from __future__ import annotations
 
@@ -14,11 +14,9 @@ import zenoh
 from zenoh.handlers import Callback, RingChannel
 
 from .._codec import Pieces, too_large
-from .._local.channel import Channel, NotSent
-from .._local.door import Door
+from .._local.channels import LentSample, NotSent, SampleChannel
 from .._local.listeners import most_unread
-from .._local.messages import Sample
-from .._local.routes import Route
+from .._local.server import LocalServer
 from .._threads import UserCodeThread, start
 from ..exceptions import ConnectionLostException
 from ..interface import Operation
@@ -34,10 +32,10 @@ _logger = logging.getLogger(__name__)
 class Outlet:
     """The publishing end of a stream."""
 
-    def __init__(self, session: zenoh.Session, key: str, door: Door | None, *, bulk: bool) -> None:
+    def __init__(self, session: zenoh.Session, key: str, server: LocalServer | None, *, bulk: bool) -> None:
         self._key: Final = key
-        self._door: Final = door
-        self._listeners: Final = None if door is None else door.publish(key)
+        self._server: Final = server
+        self._listeners: Final = None if server is None else server.publish(key)
         # A publisher that another thread is using cannot be undeclared: "Already borrowed".
         self._lock: Final = threading.Lock()
         self._closed = False
@@ -72,8 +70,8 @@ class Outlet:
         with self._lock:
             self._closed = True
             self._publisher.undeclare()
-        if self._door is not None:
-            self._door.unpublish(self._key)
+        if self._server is not None:
+            self._server.unpublish(self._key)
 
     @property
     def _is_matched(self) -> bool:
@@ -170,8 +168,8 @@ class SmallInlet(_Inlet):
 class BulkInlet(_Inlet):
     """The listening end of a stream of large values.
 
-    It listens through the door of the servant's only server if that is a neighbor that publishes the stream
-    there, and otherwise over Zenoh. While it changes from one to the other it listens on both, and the reader
+    It listens through a channel to the servant's only server if that is near and publishes the stream there,
+    and otherwise over Zenoh. While it changes from one to the other it listens on both, and the reader
     of the samples drops the second of two.
     """
 
@@ -183,41 +181,36 @@ class BulkInlet(_Inlet):
         self._transport: Final = transport
         self._target: Final = target.prefix
         self._operation: Final = operation.name
-        self._route: Final[Route | None] = transport.route(target)
+        self._route: Final = transport.route(target)
         self._queue: Final = queue
-        self._samples: Final[deque[zenoh.Sample | _Lent]] = deque()
+        self._samples: Final[deque[zenoh.Sample | LentSample]] = deque()
         self._arrived: Final = threading.Condition(threading.Lock())
         self._choosing: Final = threading.Lock()
         self._subscriber: zenoh.Subscriber[Any] | None = None
-        self._channel: tuple[Channel, int] | None = None
+        self._channel: SampleChannel | None = None
         self._confirmed = False  # whether samples come through the channel
-        if self._route is not None:
-            self._route.changed.add(self._choose_later)
+        self._route.changed.add(self._choose_later)
         try:
             self._choose()
         except BaseException:
             self.close()
             raise
 
-    def confirm(self, channel: Channel, number: int, *, ok: bool) -> None:
-        self._transport.pool.submit(lambda: self._settle(channel, number, ok=ok))
+    def confirm(self, channel: SampleChannel) -> None:
+        self._transport.pool.submit(lambda: self._settle(channel))
 
-    def arrive(self, channel: Channel, sample: Sample) -> None:
-        lent = _Lent(channel, sample)
-        if sample.extent is not None and self._queue > most_unread(sum(sample.extent.sizes)):
-            try:  # its memory is not for so many
-                lent.read(self._limit, self._what)
-            except ConnectionLostException:
-                return
-        self._keep(lent)
-
-    def open(self, sample: zenoh.Sample | _Lent) -> Arrived:
-        if isinstance(sample, _Lent):
+    def open(self, sample: zenoh.Sample | LentSample) -> Arrived:
+        if isinstance(sample, LentSample):
             return sample.read(self._limit, self._what)
         return _opened(sample, self._limit, self._what)
 
-    def _keep(self, sample: zenoh.Sample | _Lent) -> None:
+    def keep(self, sample: zenoh.Sample | LentSample) -> None:
         dropped = None
+        if isinstance(sample, LentSample) and self._queue > most_unread(sample.size):
+            try:  # its memory is not for so many
+                sample.read(self._limit, self._what)
+            except ConnectionLostException:
+                return
         with self._arrived:
             if self._closed.is_set():
                 dropped = sample
@@ -229,25 +222,24 @@ class BulkInlet(_Inlet):
         if dropped is not None:
             self._discard(dropped)
 
-    def _poll(self) -> zenoh.Sample | _Lent | None:
+    def _poll(self) -> zenoh.Sample | LentSample | None:
         with self._arrived:
             return self._samples.popleft() if self._samples else None
 
-    def _receive(self) -> zenoh.Sample | _Lent | None:
+    def _receive(self) -> zenoh.Sample | LentSample | None:
         with self._arrived:
             self._arrived.wait_for(lambda: self._samples or self._closed.is_set())
             return self._samples.popleft() if self._samples else None
 
-    def _discard(self, sample: zenoh.Sample | _Lent) -> None:
-        if isinstance(sample, _Lent):
+    def _discard(self, sample: zenoh.Sample | LentSample) -> None:
+        if isinstance(sample, LentSample):
             sample.give_back()
 
     def _stop(self) -> None:
-        if self._route is not None:
-            self._route.changed.discard(self._choose_later)
+        self._route.changed.discard(self._choose_later)
         with self._choosing:
             if self._channel is not None:
-                self._leave_channel(*self._channel)
+                self._leave(self._channel)
                 self._channel = None
             self._leave_network()
         with self._arrived:
@@ -265,36 +257,32 @@ class BulkInlet(_Inlet):
         """Listen where the samples are."""
         if self._closed.is_set():
             return
-        before = self._channel
-        self._channel = None
-        neighbor = None if self._route is None else self._route.neighbor
-        if neighbor is not None:
+        before, self._channel, self._confirmed = self._channel, None, False
+        channels = self._route.channels
+        if channels is not None:
             with suppress(NotSent):
-                channel = neighbor.channel()
-                self._channel = channel, channel.subscribe(self._target, self._operation, self)
-                self._confirmed = False  # `confirm` says whether samples come
+                self._channel = channels.follow(self._target, self._operation, self)
         if self._channel is None:
             self._enter_network()
-        if before is not None:  # also if it is the same channel: its servant may be another one
-            self._leave_channel(*before)
+        if before is not None:
+            self._leave(before)
 
-    def _settle(self, channel: Channel, number: int, *, ok: bool) -> None:
+    def _settle(self, channel: SampleChannel) -> None:
         with self._choosing:
-            if self._closed.is_set() or self._channel != (channel, number):
+            if self._closed.is_set() or self._channel is not channel:
                 return
-            if ok:
+            if not channel.ended:
                 self._confirmed = True
                 self._leave_network()
-            elif channel.ended and self._confirmed:  # its server may still be there
+            elif self._confirmed:  # its server may still be there
                 self._enter()
             else:
                 self._channel = None
                 self._enter_network()
-                self._leave_channel(channel, number)
 
     def _enter_network(self) -> None:
         if self._subscriber is None:
-            keep = Callback(self._keep, indirect=False)
+            keep = Callback(self.keep, indirect=False)
             self._subscriber = self._transport.session.declare_subscriber(self._what, keep)
 
     def _leave_network(self) -> None:
@@ -302,45 +290,15 @@ class BulkInlet(_Inlet):
             undeclare(self._subscriber)
             self._subscriber = None
 
-    def _leave_channel(self, channel: Channel, number: int) -> None:
-        """Cancel a subscription, and drop what is unread of it: its memory is written again soon."""
-        channel.cancel(number)
+    def _leave(self, channel: SampleChannel) -> None:
+        """End a channel, and drop what is unread of it: its memory is written again soon."""
+        channel.shut()
         with self._arrived:
-            lost = [sample for sample in self._samples if isinstance(sample, _Lent) and sample.is_lost]
+            lost = [sample for sample in self._samples if isinstance(sample, LentSample) and sample.is_lost]
             for sample in lost:
                 self._samples.remove(sample)
         for sample in lost:
             sample.give_back()
-
-
-class _Lent:
-    """A sample in memory that its sender lends, until it is read or given back, which happens once."""
-
-    def __init__(self, channel: Channel, sample: Sample) -> None:
-        self._channel: Final = channel
-        self._sample: Final = sample
-        self._arrived: Arrived | None = None
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether its memory may have been written again before it was read."""
-        is_lent = self._sample.extent is not None and self._arrived is None
-        return is_lent and not self._channel.carries(self._sample.number)
-
-    def read(self, limit: int, what: str) -> Arrived:
-        """Return its contents; raises MarshalException, or ConnectionLostException when they are gone."""
-        if self._arrived is None:
-            what = f"sample of {what}"
-            payload = self._channel.read(self._sample, limit, what)
-            if self.is_lost:
-                raise ConnectionLostException(f"{what} was lost with its sender")
-            self._arrived = Arrived(payload, self._sample.attachment)
-        return self._arrived
-
-    def give_back(self) -> None:
-        """Let its memory be used again without reading it."""
-        if self._arrived is None:
-            self._channel.give_back(self._sample)
 
 
 def _opened(sample: zenoh.Sample, limit: int, what: str) -> Arrived:

@@ -6,22 +6,20 @@ import ctypes
 import logging
 import os
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from typing import Any, Final
 
 import zenoh
 from zenoh.handlers import Callback
 
 from .._codec import LARGEST_PAYLOAD, Pieces
-from .._given_up import OwnCalls
-from .._local.channel import NotSent, Outgoing
-from .._local.door import Door
-from .._local.routes import Neighborhood, Route
+from .._local.server import LocalServer
+from .._order import OwnCalls
 from .._pool import Job, Kind, Pool
+from .._routes import Route, RoutedCaller, Routes
 from .._token_keys import client_token
 from .._wire import ERROR_ENCODING
 from ..clock import WALL, Clock
@@ -30,7 +28,7 @@ from ..exceptions import (
     ConnectionLostException,
     SystemException,
 )
-from ..in_process import InProcessTransport
+from ..in_process import InProcessCarrier, InProcessTransport
 from ..interface import Operation
 from ..limits import LIMITS, Limits
 from ..session import close_session, connect_endpoints, explain_endpoints, open_session, undeclare
@@ -43,11 +41,11 @@ from ..transport import (
     NoAnswer,
     Outcome,
     Receiver,
+    Registration,
     Relay,
-    Served,
     Target,
-    admit,
     outcome_of,
+    refusal,
 )
 from .streams import BulkInlet, Outlet, SmallInlet, bounded
 
@@ -109,7 +107,7 @@ class ZenohTransport:
         self._tokens: Final[dict[str, object]] = {}  # by realm
         self._closed = False
         # Callers that it evicts live on in the calls that hold them.
-        self.caller: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
+        self.caller: Final = lru_cache(_MOST_CALLERS)(self._caller)
         pool.place = self._place
         with _prepared_process():
             self.session: Final = open_session(settings)
@@ -120,39 +118,58 @@ class ZenohTransport:
             self.is_local: Final = settings.local_sockets and settings.security == Security()
             self.calls: Final = OwnCalls(self.id)
             self.local.calls = self.calls
-            self.neighborhood: Final = (
-                Neighborhood(pool, self.local.watch, self.calls, limits) if self.is_local else None
-            )
-            self._door: Door | None = None
-            self._wants_door = self.is_local
+            self.routes: Final = Routes(self.local.watch, limits) if self.is_local else None
+            self._local_server: LocalServer | None = None
+            self._wants_local_server = self.is_local
             self.appear(settings.realm)
         except BaseException:
             self.session.close()
             raise
 
     @property
-    def door(self) -> str:
-        return "" if self._door is None else self._door.address
+    def local_address(self) -> str:
+        return "" if self._local_server is None else self._local_server.address
 
-    def route(self, target: Target) -> Route | None:
-        """Return the route to a target; None where all goes over Zenoh."""
-        return None if self.neighborhood is None else self.neighborhood.route(target)
+    def route(self, target: Target) -> Route:
+        """Return the route to a target."""
+        return Route() if self.routes is None else self.routes.route(target)
 
     def is_near(self, target: Target) -> bool:
         if target.prefix in self._receivers:
             return True
-        route = self.route(target)
-        neighbor = None if route is None else route.way
-        return neighbor is not None and not neighbor.is_absent
+        channels = self.route(target).channels
+        return channels is not None and not channels.is_absent
 
     def explain_unreachable(self, limit: float) -> str:
         return explain_endpoints(self.endpoints, self.settings.security, limit)
 
     # Calls.
 
-    def serve(self, target: Target, receiver: Receiver) -> Served:
+    def _caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,
+    ) -> Caller:
+        if target.realm != self.settings.realm:
+            self.appear(target.realm)
+        return RoutedCaller(
+            self.calls,
+            target,
+            operation,
+            timeout=timeout,
+            fingerprint=fingerprint,
+            served_here=self._receivers,
+            here=InProcessCarrier(self.local, target.key(operation.name), timeout),
+            route=self.route(target),
+            network=_NetworkCarrier(self, target, operation, timeout),
+        )
+
+    def serve(self, target: Target, receiver: Receiver) -> Registration:
         here = self.local.serve(target, receiver)
-        self._open_door()
+        self._open_local_server()
         # Complete: if several processes serve the same identity, one of them gets the call, not all.
         queryable = self.session.declare_queryable(
             target.key("*"), Callback(self.pool.watched_put(), indirect=False), complete=True
@@ -162,22 +179,24 @@ class ZenohTransport:
             here.close()
             undeclare(queryable)
 
-        return Served(close)
+        return Registration(close)
 
     def _place(self, query: zenoh.Query) -> Job | None:
         """Give a call its place among those of its servant; return the job that executes or refuses it."""
         key = query.key_expr
         prefix, _, name = str(key).rpartition("/")
-        receiver = self._receivers.get(prefix)
         reply = partial(self._reply, query, key)
-        return admit(receiver, prefix, name, query.payload, query.attachment, reply=reply)
+        try:
+            return self._receivers[prefix].admit(name, query.payload, query.attachment, reply)
+        except BaseException as failure:  # noqa: BLE001 - it is logged, and answered
+            return refusal(failure, str(key), reply)
 
-    def _open_door(self) -> None:
+    def _open_local_server(self) -> None:
         with self._lock:
-            if self._wants_door and not self._closed:
-                self._wants_door = False
+            if self._wants_local_server and not self._closed:
+                self._wants_local_server = False
                 try:
-                    self._door = Door(self.pool, self._receivers, self.id, self.limits)
+                    self._local_server = LocalServer(self.pool, self._receivers, self.id, self.limits)
                 except OSError as error:
                     _logger.warning("others of this machine call over the network: no socket: %s", error)
 
@@ -203,9 +222,8 @@ class ZenohTransport:
 
     def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
         key, bulk = target.key(operation.name), operation.result.holds_bytes
-        self._open_door()
-        door = self._door if bulk else None
-        return Outlet(self.session, key, door, bulk=bulk)
+        self._open_local_server()
+        return Outlet(self.session, key, self._local_server if bulk else None, bulk=bulk)
 
     def subscribe(
         self, target: Target, operation: Operation[..., Any], queue: int = 1
@@ -221,29 +239,29 @@ class ZenohTransport:
 
     # Presence.
 
-    def announce(self, token: str) -> Served:
-        return Served(partial(undeclare, self.session.liveliness().declare_token(token)))
+    def announce(self, token: str) -> Registration:
+        return Registration(partial(undeclare, self.session.liveliness().declare_token(token)))
 
-    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Registration:
         watch = self.local.watch(pattern, changed)
         with self._lock:
             if pattern not in self._followed:  # one follower for all watchers
                 self._followed[pattern] = Tokens(self.session, pattern, self.local.notify, self.pool.submit)
         return watch
 
-    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Registration:
 
         def on_event(event: zenoh.TransportEvent) -> None:
             up = event.kind == zenoh.SampleKind.PUT
             peer = str(event.transport.zid)
             changed(peer, up)
-            if not up and self.neighborhood is not None:
-                self.neighborhood.lost(peer)
+            if not up and self.routes is not None:
+                self.routes.lost(peer)
 
         listener = self.session.info.declare_transport_events_listener(
             Callback(on_event, indirect=False), history=True
         )
-        return Served(partial(undeclare, listener))
+        return Registration(partial(undeclare, listener))
 
     def appear(self, realm: str) -> None:
         """Announce this process to the servants of a realm."""
@@ -254,7 +272,7 @@ class ZenohTransport:
 
     # Status.
 
-    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Registration:
         self.pool.reserve(1)  # so that it answers while all servants are busy
 
         def answer(query: zenoh.Query) -> None:  # on Zenoh's thread
@@ -263,7 +281,7 @@ class ZenohTransport:
         queryable = self.session.declare_queryable(
             f"@process/{realm}/{self.id}/status", Callback(answer, indirect=False), complete=True
         )
-        return Served(partial(undeclare, queryable))
+        return Registration(partial(undeclare, queryable))
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
         with suppress(zenoh.ZError):  # no answer
@@ -287,52 +305,31 @@ class ZenohTransport:
         for tokens in tuple(self._followed.values()):
             tokens.close()
         self.local.close()
-        if self._door is not None:
-            self._door.close()
-        if self.neighborhood is not None:
-            self.neighborhood.close()
+        if self._local_server is not None:
+            self._local_server.close()
+        if self.routes is not None:
+            self.routes.close()
         close_session(self.session)
 
-    def abandon(self) -> None:
-        if self._door is not None:
-            self._door.abandon()
-        if self.neighborhood is not None:
-            self.neighborhood.abandon()
 
+class _NetworkCarrier:
+    """Carries the calls of one operation over Zenoh, by a querier."""
 
-class _Caller:
     def __init__(
-        self,
-        transport: ZenohTransport,
-        target: Target,
-        operation: Operation[..., Any],
-        *,
-        timeout: float,
-        fingerprint: str | None = None,
+        self, transport: ZenohTransport, target: Target, operation: Operation[..., Any], timeout: float
     ) -> None:
         settings, result = transport.settings, operation.result
-        if target.realm != settings.realm:
-            transport.appear(target.realm)
-        self.timeout: Final = timeout
         self._transport: Final = transport
-        self._target: Final = target
-        self._operation: Final = operation
-        self._fingerprint: Final = fingerprint
-        self._calls: Final = transport.calls
-        self._prefix: Final = target.prefix
-        self._receivers: Final = transport.local.receivers
-        self._route: Final = transport.route(target)
         self._limit: Final = result.size_limit
         self._kind: Kind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
-        self._outgoing: Final = Outgoing(self._prefix, operation.name, timeout, self._limit, self._what)
         bulk = operation.arguments.holds_bytes or result.holds_bytes
         # A blocked link may block the sender for the limit of the settings, after which Zenoh closes the
         # link; a call with a shorter limit is dropped instead, and ends at its limit.
         drop = timeout < settings.timeout
         try:
             self._get: Final = transport.session.declare_querier(
-                f"{self._prefix}/{operation.name}",
+                target.key(operation.name),
                 timeout=timeout,
                 # The first reply is enough; replies are not compared with one another.
                 consolidation=zenoh.ConsolidationMode.NONE,
@@ -343,82 +340,22 @@ class _Caller:
         except zenoh.ZError as error:
             raise transport.refusal(operation.name, error) from error
 
-    @cached_property
-    def _here(self) -> Caller:
-        local = self._transport.local
-        return local.caller(
-            self._target, self._operation, timeout=self.timeout, fingerprint=self._fingerprint
-        )
-
-    def call(self, payload: bytes) -> Outcome:
-        if self._prefix in self._receivers:
-            return self._here.call(payload)
-        number = next(self._calls.numbers)
+    def call(self, payload: bytes, attachment: bytes) -> Outcome:
         try:
-            if (route := self._route) is not None and (neighbor := route.way) is not None:
-                with suppress(NotSent):
-                    if route.in_channel:
-                        return self._call_in_channel(number, payload)
-                    attachment, named = self._attach(number)
-                    return self._heard(named, neighbor.call(self._outgoing, payload, attachment))
-            attachment, named = self._attach(number)
-            try:
-                # No variable holds the channel: the frames of an exception would keep it alive, and a channel
-                # that a servant fills with further replies blocks everything on the same link.
-                reply = self._get(payload=payload, attachment=attachment or None).recv()
-            except zenoh.ZError:  # the end without an answer, of the session too
-                raise NoAnswer(timed_out=False) from None
-            return self._heard(named, self._interpret(reply))
-        except BaseException:  # an interrupt, too
-            self._calls.give_up(self._target, number)
-            raise
-
-    def _call_in_channel(self, number: int, payload: bytes) -> Outcome:
-        """Call after the calls in flight."""
-        begin = partial(self._begin, number, payload)
-        outcome: Outcome | SystemException = self._transport.local.wait_for(begin, self.timeout)
-        if isinstance(outcome, SystemException):
-            raise outcome
-        return outcome
+            # No variable holds the channel: the frames of an exception would keep it alive, and a channel
+            # that a servant fills with further replies blocks everything on the same link.
+            reply = self._get(payload=payload, attachment=attachment or None).recv()
+        except zenoh.ZError:  # the end without an answer, of the session too
+            raise NoAnswer(timed_out=False) from None
+        return self._interpret(reply)
 
     def begin(
-        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
+        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        return self._begin(next(self._calls.numbers), payload, done)
-
-    def _begin(
-        self, number: int, payload: bytes, done: Callable[[Outcome | SystemException], object]
-    ) -> Callable[[], object]:
-        route, target, calls = self._route, self._target, self._calls
-        named: tuple[int, ...] = ()
-
-        def end(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
-            # Before its way is free for others: calls that take another one are to name it.
-            if isinstance(outcome, NoAnswer):
-                calls.give_up(target, number)
-            elif named:
-                calls.heard(target, named)
-            if route is not None:
-                route.in_channel.discard(number)
-                route.over_network.pop(number, None)
-            done(outcome)
-
-        # Servants of this process, too, are called through the session, because it enforces the limit.
-        if route is not None and (neighbor := route.way) is not None and self._prefix not in self._receivers:
-            with suppress(NotSent):
-                route.of_channel = neighbor
-                channel = neighbor.channel(self.timeout)
-                route.in_channel.add(number)
-                attachment, named = self._attach(number)
-                channel.begin(self._outgoing, payload, attachment, end)
-                return partial(calls.give_up, target, number)
-            route.in_channel.discard(number)
-        if route is not None:
-            route.over_network[number] = time.monotonic() + self.timeout
         replies: deque[zenoh.Reply] = deque(maxlen=1)  # a servant may send more than one
 
         def finish() -> None:  # on a thread of the pool
-            end(outcome_of(lambda: self._interpret(replies.pop() if replies else None)))
+            done(outcome_of(lambda: self._interpret(replies.pop() if replies else None)))
 
         cancellation = zenoh.CancellationToken()
         # C code alone on Zenoh's thread: it keeps the reply, and notifies the pool at the end.
@@ -426,30 +363,13 @@ class _Caller:
         if self._kind is None:
             self._kind = pool.kind()
         handler = Callback(replies.append, partial(pool.put, (self._kind, finish)), indirect=False)
-        attachment, named = self._attach(number)
         try:
             self._get(
                 handler, payload=payload, attachment=attachment or None, cancellation_token=cancellation
             )
         except zenoh.ZError as error:
-            if route is not None:
-                route.over_network.pop(number, None)
             raise self._transport.refusal(self._what, error) from error
-
-        def cancel() -> None:
-            calls.give_up(target, number)
-            cancellation.cancel()
-
-        return cancel
-
-    def _attach(self, number: int) -> tuple[bytes, tuple[int, ...]]:
-        return self._calls.attach(self._target, number, self._fingerprint, self.timeout)
-
-    def _heard(self, named: tuple[int, ...], outcome: Outcome) -> Outcome:
-        """Return the outcome of a call that named others as given up: its servant knows them now."""
-        if named:
-            self._calls.heard(self._target, named)
-        return outcome
+        return cancellation.cancel
 
     def _interpret(self, reply: zenoh.Reply | None) -> Outcome:
         """Return the outcome in a reply; raises NoAnswer for none, and for Zenoh's own error at the limit."""

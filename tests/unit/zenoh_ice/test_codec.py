@@ -13,17 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.any_text import any_text
+from tests.support.attachments import encode_call_attachment
 from tests.support.calculator import Node
 from tests.support.examples import examples
 from tests.support.wire_values import pack
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import Codec, encode
-from zenoh_ice._wire import (
-    Attachment,
-    decode_attachment,
-    encode_call_attachment,
-    encode_sample_attachment,
-)
+from zenoh_ice._wire import Attachment, decode_attachment, encode_sample_attachment
 from zenoh_ice.generated import Byte, Int, Long, Short, Struct
 
 

@@ -17,12 +17,12 @@ from zenoh_ice._token_keys import servant_token
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.limits import LIMITS, Limits
 from zenoh_ice.status import own_version
-from zenoh_ice.transport import NoAnswer, Served, Target
+from zenoh_ice.transport import NoAnswer, Registration, Target
 
 HEAD = Target("nao", "Head")
 OWN = own_version()
 
-Announce = Callable[..., Served]
+Announce = Callable[..., Registration]
 
 
 def make_presence(
@@ -94,7 +94,7 @@ def test_a_call_of_a_servant_that_is_away_is_explained_at_once() -> None:
 
 
 def test_word_of_a_loss_that_comes_after_the_end_of_a_call_explains_it() -> None:
-    tokens: list[Served] = []
+    tokens: list[Registration] = []
 
     def is_served(target: Target, timeout: float) -> bool:
         tokens[0].close()
@@ -182,7 +182,7 @@ def realm() -> tuple[Presence, Announce]:
 
     def announce(
         type_id: str = "::nao::PoseHead", fingerprint: str = "f", server: str = "a", since: float = 1.0
-    ) -> Served:
+    ) -> Registration:
         return transport.announce(servant_token(HEAD, type_id, fingerprint, server, since))
 
     return presence, announce

@@ -20,10 +20,10 @@ SPACE = "0123456789abcdef"
 
 
 @pytest.mark.parametrize("fingerprint", ["c0ffee", ""])
-@pytest.mark.parametrize("door", [f"{SPACE}.4321.7", ""])
-def test_the_token_of_a_servant_says_what_it_was_made_of(fingerprint: str, door: str) -> None:
-    made = ServantToken(HEAD, "::nao::PoseHead", fingerprint, "abc", 1.7e9, door)
-    key = servant_token(*made[:5], door=door)
+@pytest.mark.parametrize("address", [f"{SPACE}.4321.7", ""])
+def test_the_token_of_a_servant_says_what_it_was_made_of(fingerprint: str, address: str) -> None:
+    made = ServantToken(HEAD, "::nao::PoseHead", fingerprint, "abc", 1.7e9, address)
+    key = servant_token(*made[:5], address=address)
     assert key.startswith("@servant/nao/Head/::nao::PoseHead/")
     assert parse_servant_token(key) == made
 

@@ -1,4 +1,4 @@
-"""The door of a process that serves: the socket through which others of its machine and user call it."""
+"""The socket of a process that serves, through which others of its machine and user call it."""
 
 from __future__ import annotations
 
@@ -19,38 +19,37 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from .._codec import LARGEST_BULK, Pieces
+from .._codec import DECODE_ERRORS, LARGEST_BULK, Pieces
 from .._memory import Arena
 from .._pool import Job, Kind, Pool, Source
+from ..exceptions import MarshalException
 from ..limits import LIMITS, Limits
-from ..transport import Receiver, admit
+from ..transport import Receiver, refusal
 from .listeners import Listeners
 from .messages import (
-    ANSWER,
-    ANSWERS,
     HELLO,
-    MOST_TOGETHER,
+    LARGEST_INLINE,
+    LARGEST_MESSAGE,
+    RESPONSE,
     SUBSCRIBED,
     VERSION,
-    Cancel,
-    MessageSource,
     Part,
+    Parts,
     Request,
     Return,
     Subscribe,
     decode_to_server,
     encode,
+    end_in_children,
     lend,
     limit_sending,
     owner_of,
     send_parts,
-    send_with_file,
 )
 
 _ACCEPT_PERIOD: Final = 0.02  # s between attempts while the process may open no further file
 _SAMPLE_LIMIT: Final = 0.005  # s that a sample waits while an answer is sent
 _MOST_UNSENT: Final = 2 * LARGEST_BULK  # bytes of these answers
-_LARGEST_HELD: Final = 2048  # bytes of the payload of an answer that is sent together with others
 _SHARE_OF_FILES: Final = 0.5  # of what the process may open: others go over the network
 
 _CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
@@ -58,8 +57,8 @@ _CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILI
 _logger = logging.getLogger(__name__)
 
 
-class Door(Source):
-    """Take connections of processes of the same user, and pass their calls to receivers.
+class LocalServer(Source):
+    """Take channels of processes of the same user, and pass their calls to receivers.
 
     The socket is bound in a folder that only the user may enter, and loses its name at once: it is reached
     through the descriptor that this process keeps, which the system shows to its user alone. So nothing is
@@ -74,21 +73,21 @@ class Door(Source):
         self.pool: Final = pool
         self.receivers: Final = receivers
         self.kind: Final = Kind()
-        """Of what every connection does."""
+        """Of what every channel does."""
         self._lock: Final = threading.Lock()
-        self._connections: Final[set[_Connection]] = set()
+        self._channels: Final[set[ServerChannel]] = set()
         self._closed = self._complained = False
-        if not (space := door_space()):
+        if not (space := local_space()):
             raise OSError("the system shows this process to no other one of its user")
         self._most: Final = int(_SHARE_OF_FILES * resource.getrlimit(resource.RLIMIT_NOFILE)[0])
-        self._socket: Final = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._socket: Final = end_in_children(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
         try:
             self._handle: Final = _bind(self._socket)
         except OSError:
             self._socket.close()
             raise
         self.address: Final = f"{space}.{os.getpid()}.{self._handle}"
-        """Where processes of the same space find it."""
+        """Where processes of the same space find it, as the tokens of its servants say."""
         self.streams: Final[dict[str, Listeners]] = {}
         """Listeners to the streams of large values, by the keys of these."""
         self.arena: Arena | None = None
@@ -119,24 +118,17 @@ class Door(Source):
         return self.kind, partial(self._open, connection)
 
     def close(self) -> None:
-        """End all connections; take no further ones."""
+        """End all channels; take no further ones."""
         with self._lock:
             self._closed = True
-            connections = list(self._connections)
+            channels = list(self._channels)
         self.pool.detach(self)
         self._socket.close()
         os.close(self._handle)
-        for each in connections:
+        for each in channels:
             each.close()
         if self.arena is not None:
             self.arena.close()
-
-    def abandon(self) -> None:
-        """Close all files in a forked child: otherwise the others would not notice this process's end."""
-        self._socket.close()
-        os.close(self._handle)
-        for each in self._connections:
-            each.abandon()
 
     def publish(self, key: str) -> Listeners | None:
         """Return who listens to a stream, from now on; None without memory to share."""
@@ -150,91 +142,96 @@ class Door(Source):
         if listeners is not None:
             listeners.close()
 
-    def forget(self, connection: _Connection) -> None:
-        """Let others come in place of a connection that ended."""
+    def forget(self, channel: ServerChannel) -> None:
+        """Let others come in place of a channel that ended."""
         with self._lock:
-            self._connections.discard(connection)
+            self._channels.discard(channel)
 
     def _open(self, connection: socket.socket) -> None:
-        opened = _Connection(self, connection)
+        opened = ServerChannel(self, connection)
         try:
             connection.setblocking(True)
             limit_sending(connection, self.limits.sending)
             if owner_of(connection) != os.geteuid():
                 raise PermissionError("a process of another user")
             with self._lock:
-                if self._closed or len(self._connections) >= self._most:
-                    raise ConnectionRefusedError("too many connections")
-                self._connections.add(opened)
-            memory = None if self.arena is None else self.arena.file
-            send_with_file(connection, encode((HELLO, VERSION, self.server)), memory)
+                if self._closed or len(self._channels) >= self._most:
+                    raise ConnectionRefusedError("too many channels")
+                self._channels.add(opened)
+            memory = [] if self.arena is None else [self.arena.file]
+            socket.send_fds(connection, [encode((HELLO, VERSION, self.server))], memory, socket.MSG_NOSIGNAL)
             self.pool.attach(opened)
         except OSError as error:
             _logger.info("a connection from this machine was refused: %s", error)
             opened.close()
 
 
-class _Connection(MessageSource):
-    """A connection of a client: takes its calls, and sends their answers."""
+class ServerChannel(Source):
+    """The server's end of a channel: takes its calls, and sends their answers, and samples."""
 
-    def __init__(self, door: Door, connection: socket.socket) -> None:
-        super().__init__(connection, decode_to_server)
-        self._door: Final = door
-        self._lent = -1  # the memory of the last answer to a call without a number
+    def __init__(self, server: LocalServer, connection: socket.socket) -> None:
+        self._server: Final = server
+        self._socket: Final = end_in_children(connection)
+        # Both are held while it is closed: nobody uses a file with the same number.
+        self._receiving: Final = threading.Lock()
+        self._sending: Final = threading.Lock()
+        self._parts: Final = Parts()
+        self._lent = -1  # the memory of the last answer
         self._unsent: Final[deque[bytes]] = deque()  # one thread waits until its client takes them
         self._unsent_size = 0
         self._closed = False
         self._ends: Final = select.poll()
         self._ends.register(connection, select.POLLRDHUP)
-        # Answers to calls in flight, sent together before the thread waits: each message wakes the client.
-        self._held: Final[list[tuple[object, ...]]] = []
 
-    def flush(self) -> None:
-        with self._sending:
-            if self._held:
-                self._send(encode(self._held[0] if len(self._held) == 1 else (ANSWERS, self._held)))
-                self._held.clear()
+    def fileno(self) -> int:
+        return self._socket.fileno()
 
-    def look(self, now: float) -> None:  # noqa: ARG002
-        if self._held:  # a call that was quick before takes long
-            self._door.pool.submit(self.flush)
-
-    def _receive(self, message: Part | Request | Return | Subscribe | Cancel) -> Job | None:
-        match message:
-            case Request() if self._closed:  # its client is not stopped, but takes no answers
+    def take(self) -> Job | None:
+        while True:
+            try:
+                with self._receiving:
+                    data = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return None
+            except OSError:
+                data = b""
+            if not data:
                 self.close()
-            case Request():
-                return self._admit(message)
+                return None
+            try:
+                message = decode_to_server(data)
+                if not isinstance(message, Request):
+                    self._note(message)
+                    continue
+            except (*DECODE_ERRORS, MarshalException) as error:
+                _logger.warning("a malformed message from this machine ends its channel: %s", str(error))
+                self.close()
+                return None
+            if self._closed:  # its client is not stopped, but takes no answers
+                self.close()
+                return None
+            payload = self._parts.complete(message.payload) if self._parts else message.payload
+            if self._lent >= 0:  # the answer before was read
+                self._give_back(self._lent)
+            try:
+                receiver = self._server.receivers[message.target]
+                job = receiver.admit(
+                    message.operation, payload, message.attachment or None, self._answer, self._has_ended
+                )
+            except BaseException as failure:  # noqa: BLE001 - it is logged, and answered
+                job = refusal(failure, f"{message.target}/{message.operation}", self._answer)
+            if job is not None:
+                return job
+
+    def _note(self, message: Part | Return | Subscribe) -> None:
+        """Take a message that is no call; raises MarshalException for parts that are too large."""
+        match message:
             case Part():
-                self._parts.add(message.payload)
+                self._parts.append(message.payload)
             case Return():
-                self._give_back(message.number, message.start)
-                if message.number == 0:
-                    self._lent = -1
+                self._give_back(message.start)
             case Subscribe():
                 self._subscribe(message)
-            case Cancel():
-                self._remove_from_streams(message.number)
-                if self._door.arena is not None:
-                    self._door.arena.forget(self, message.number)
-        return None
-
-    def _admit(self, request: Request) -> Job | None:
-        if request.number == 0 and self._lent >= 0:  # the answer before was read
-            self._give_back(0, self._lent)
-            self._lent = -1
-        job = admit(
-            self._door.receivers.get(request.target),
-            request.target,
-            request.operation,
-            self._parts.complete(request.payload),
-            request.attachment or None,
-            reply=partial(self._answer, request.number),
-            ended=self._has_ended,
-        )
-        if self._held and (job is None or not job[0].quick or len(self._held) >= MOST_TOGETHER):
-            self.flush()
-        return job
 
     def _has_ended(self) -> bool:
         """Return whether its client has ended it, even if messages that it sent before wait to be read."""
@@ -242,16 +239,14 @@ class _Connection(MessageSource):
             return self._closed or bool(self._ends.poll(0))
 
     def _subscribe(self, message: Subscribe) -> None:
-        listeners = self._door.streams.get(f"{message.target}/{message.operation}")
-        published = listeners is not None and listeners.add(self, message.number)
-        if listeners is not None and self._closed:  # meanwhile, by another thread
-            listeners.remove(self)
-        self.notify(encode((SUBSCRIBED, message.number, published)))
-
-    def notify(self, message: bytes) -> None:
-        """Send a message that its client waits for, without waiting."""
+        listeners = self._server.streams.get(f"{message.target}/{message.operation}")
+        if listeners is None or not listeners.add(self):
+            self.close()
+            return
         with self._sending:
-            self._send(message)
+            self._send(encode((SUBSCRIBED,)))
+        if self._closed:  # meanwhile, by another thread
+            listeners.remove(self)
 
     def send_sample(self, message: bytes) -> bool:
         """Send a message without waiting; return whether there was room for it."""
@@ -267,24 +262,24 @@ class _Connection(MessageSource):
             self._sending.release()
         return False
 
-    def _give_back(self, number: int, start: int) -> None:
-        if self._door.arena is not None:
-            self._door.arena.give_back(start, (self, number))
+    def _give_back(self, start: int) -> None:
+        self._lent = -1
+        if self._server.arena is not None:
+            self._server.arena.give_back(start, self)
 
-    def _answer(self, number: int, ok: bool, answer: bytes | Pieces) -> None:
+    def _answer(self, ok: bool, answer: bytes | Pieces) -> None:
         with self._sending:
             if self._closed:  # nobody would give memory back
                 return
-            payload, places, extent = lend(answer, self._door.arena, (self, number))
-            is_small = extent is None and len(payload) <= _LARGEST_HELD
-            if number and is_small and self.owner == threading.get_ident():
-                self._held.append((ANSWER, number, ok, payload))
+            if isinstance(answer, bytes) and len(answer) <= LARGEST_INLINE:
+                self._send(encode((RESPONSE, ok, answer)))
                 return
-            if number == 0 and extent is not None:
+            payload, places, extent = lend(answer, self._server.arena, self)
+            if extent is not None:
                 self._lent = extent.start
             lent = () if extent is None else (places, extent)
             payload = send_parts(self._send, payload)
-            self._send(encode((ANSWER, number, ok, payload, *lent)))
+            self._send(encode((RESPONSE, ok, payload, *lent)))
 
     def _send(self, message: bytes) -> None:
         """Send a message, or keep it while its client takes none; with the lock."""
@@ -302,14 +297,14 @@ class _Connection(MessageSource):
         self._unsent.append(message)
         self._unsent_size += len(message)
         if len(self._unsent) == 1:
-            self._door.pool.submit(self._send_rest)
+            self._server.pool.submit(self._send_rest)
         if self._unsent_size > _MOST_UNSENT:
             self._end("its client takes no answers")
 
     def _send_rest(self) -> None:
         """Wait for a client that took no answers, on a thread that nobody else needs meanwhile."""
         try:
-            with self._door.pool.blocked():
+            with self._server.pool.blocked():
                 while True:
                     self._socket.send(self._unsent[0], socket.MSG_NOSIGNAL)
                     with self._sending:
@@ -330,23 +325,22 @@ class _Connection(MessageSource):
             self._socket.shutdown(socket.SHUT_WR)
         self._remove_from_streams()
 
-    def _remove_from_streams(self, number: int | None = None) -> None:
-        for listeners in list(self._door.streams.values()):
-            listeners.remove(self, number)
+    def _remove_from_streams(self) -> None:
+        for listeners in list(self._server.streams.values()):
+            listeners.remove(self)
 
     def close(self) -> None:
-        """End the connection; answers to its calls are dropped from now on."""
-        self._door.pool.detach(self)
-        self.flush()
+        """End the channel; answers to its calls are dropped from now on."""
+        self._server.pool.detach(self)
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)  # ends a wait to send
         with self._receiving, self._sending:
             self._closed = True
             self._socket.close()
         self._remove_from_streams()
-        if self._door.arena is not None:
-            self._door.arena.forget(self)
-        self._door.forget(self)
+        if self._server.arena is not None:
+            self._server.arena.forget(self)
+        self._server.forget(self)
 
 
 def _bind(made: socket.socket) -> int:
@@ -358,20 +352,20 @@ def _bind(made: socket.socket) -> int:
     try:
         inside = os.open(folder, os.O_PATH | os.O_CLOEXEC)
         try:
-            path = f"/proc/self/fd/{inside}/door"  # shorter than the folder's own may be
+            path = f"/proc/self/fd/{inside}/socket"  # shorter than the folder's own may be
             made.bind(path)
             try:
                 return os.open(path, os.O_PATH | os.O_CLOEXEC)
             finally:
-                os.unlink("door", dir_fd=inside)
+                os.unlink("socket", dir_fd=inside)
         finally:
             os.close(inside)
     finally:
         folder.rmdir()
 
 
-def door_space() -> str:
-    """Return the same text in all processes that can reach each other's doors; empty if none can.
+def local_space() -> str:
+    """Return the same text in all processes that can reach each other's sockets; empty if none can.
 
     These are processes of one user and group with the same capabilities, on one machine, and in one container
     if in any: see "Ptrace access mode checking" in ptrace(2).
