@@ -34,9 +34,9 @@ _T = TypeVar("_T")
 class Do(Protocol):
     """Let a function do something at an end, or answer in its place.
 
-    `name` is that of the method. `gives` says what comes of it: the end of the name of a message's type,
-    Sample, Future, nothing, or a number: the one that holds while none is known. `sent` is the message that
-    is sent, and `timeout` the longest wait in s.
+    `name` is that of the method. `gives` says what comes of it: the end of the name of a message's type;
+    Sample, Goal or Future; None for nothing; or a number, the one that holds while none is known. `sent` is
+    the message that is sent, and `timeout` the longest wait in s.
     """
 
     def __call__(
@@ -163,32 +163,32 @@ class Service(Used):
 class Goal:
     """A goal that an action's server has accepted."""
 
-    def __init__(self, action: Action, end: zenoh_ros2.Goal) -> None:
-        self._action: Final = action
+    def __init__(self, do: Do, end: zenoh_ros2.Goal | Goal) -> None:
+        self._do: Final = do
         self._end: Final = end
 
     @property
     def status(self) -> Status:
         """Where it is."""
-        return self._action.do("status", lambda: self._end.status, Status.UNKNOWN)
+        return self._do("status", lambda: self._end.status, Status.UNKNOWN)
 
     @property
     def feedback(self) -> Any:  # noqa: ANN401
         """The newest feedback, or None."""
-        return self._action.do("feedback", lambda: self._end.feedback, "_Feedback")
+        return self._do("feedback", lambda: self._end.feedback, "_Feedback")
 
     @property
     def done(self) -> bool:
         """Whether it has ended, successfully or not."""
-        return self._action.do("done", lambda: self._end.done, True)
+        return self._do("done", lambda: self._end.done, True)
 
     def result(self, timeout: float = 2.0) -> Any:  # noqa: ANN401
         """Wait for its end, at most `timeout` s, and return the result."""
-        return self._action.do("result", lambda: self._end.result(timeout), "_Result", timeout=timeout)
+        return self._do("result", lambda: self._end.result(timeout), "_Result", timeout=timeout)
 
     def cancel(self, timeout: float = 2.0) -> bool:
         """Ask the server to cancel it; return whether it will."""
-        return self._action.do("cancel", lambda: self._end.cancel(timeout), False, timeout=timeout)
+        return self._do("cancel", lambda: self._end.cancel(timeout), False, timeout=timeout)
 
 
 class Action(Used):
@@ -201,8 +201,13 @@ class Action(Used):
     def send(self, goal: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Goal:  # noqa: ANN401
         """Send a goal, or one with the given fields. Raises zenoh_ros2.GoalRejectedError."""
         whole = self._make(goal, **fields)
-        end = self.do("send", lambda: self.end.send(whole, timeout=timeout), sent=whole, timeout=timeout)
-        sent = Goal(self, end)
+        sent = self.do(
+            "send",
+            lambda: Goal(directly, self.end.send(whole, timeout=timeout)),
+            Goal,
+            sent=whole,
+            timeout=timeout,
+        )
         self._goals = [*(each for each in self._goals if not each.done), sent]
         return sent
 

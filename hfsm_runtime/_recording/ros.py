@@ -17,7 +17,7 @@ import zenoh_ros2
 from zenoh_ice import Sample
 from zenoh_ros2 import MessageError, RosError, Types
 
-from .._ros import Endpoints, directly, types_of, used_by
+from .._ros import Endpoints, Goal, directly, types_of, used_by
 from ..component import Component, Ros
 from .clocks import Ask
 from .values import readable
@@ -70,8 +70,9 @@ class Asked:
             kind = getattr(zenoh_ros2, str(found["error"]), RosError)
             is_known = isinstance(kind, type) and issubclass(kind, RosError)
             raise (kind if is_known else RosError)(str(found.get("text")))
-        if gives is Future:
-            return _Response(self, *genuine)
+        if gives in (Goal, Future):
+            handle: Any = _Goal if gives is Goal else _Response
+            return handle(self, genuine[0] if genuine else None)
         if isinstance(gives, int):
             return _number(gives, found)
         if gives is Sample:
@@ -99,7 +100,7 @@ class Asked:
         """Return what is recorded: empty if nothing came, short for a sample that user code has already."""
         if isinstance(gives, int):
             return bool(given) if isinstance(gives, bool) else int(given)
-        if gives is None or gives is Future:
+        if gives in (None, Goal, Future):
             return None
         if given is None:
             return {}
@@ -149,10 +150,14 @@ class Asked:
         return self._newest
 
 
+class _Goal(Goal):
+    """A goal of user code; recordings of variables that hold one have this name."""
+
+
 class _Response(Future[Any]):
     """A response that user code asks for."""
 
-    def __init__(self, asked: Asked, genuine: Any = None) -> None:  # noqa: ANN401
+    def __init__(self, asked: Asked, genuine: Any) -> None:  # noqa: ANN401
         super().__init__()
         self._asked: Final = asked
         self._genuine: Final = genuine  # None in a replay, where nobody asks it

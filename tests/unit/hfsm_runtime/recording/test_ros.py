@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from hfsm_runtime._recording.ros import Asked, Differs
+from hfsm_runtime._recording.values import readable
 from hfsm_runtime._ros import KINDS
 from hfsm_runtime.component import Ros
 from hfsm_runtime.virtual._ros import FakeRos
@@ -134,3 +135,15 @@ def test_readings_of_a_goal_have_their_types(ros: FakeRos) -> None:
     client = used(ros, COUNT, lambda *_: "malformed")
     goal = client.send(ros.types.make(f"{COUNT.type}_Goal"), timeout=0.0)
     assert (goal.status, goal.done, goal.feedback) == (Status(0), True, None)
+
+
+def test_variables_that_hold_goals_and_responses_are_the_same_as_in_older_recordings(ros: FakeRos) -> None:
+    tape = Tape()
+    ros.make_end(COUNT, QoS())
+    ros.action("/count")
+    for code in (recording(ros, tape, COUNT), used(ros, COUNT, tape.replay)):
+        assert readable(code.send()) == "<hfsm_runtime._recording.ros._Goal object>"
+    ros.make_end(SET, QoS())
+    ros.service("/set", lambda _request: {})
+    for code in (recording(ros, tape, SET), used(ros, SET, tape.replay)):
+        assert readable(code.call_async()) == "<_Response state=pending>"
