@@ -392,7 +392,7 @@ def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
         def __getattr__(self, name: str) -> object:
             return getattr(threading, name)
 
-    monkeypatch.setattr("hfsm_runtime._threads.threading", Threading())
+    monkeypatch.setattr("hfsm_runtime._runtime.threading", Threading())
     root = automaton(1, "root", [State(id=1, name="a")], period=60)
     with running(root, limits=RuntimeLimits(idle=FOREVER, stop=EVENT_LIMIT)) as runtime:
         until(lambda: runtime.tree.root.cycles == 1)
