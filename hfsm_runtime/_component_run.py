@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from types import FrameType
 from typing import Final
 
@@ -155,7 +156,8 @@ class ComponentRun:
 
         Raises UnknownElementError.
         """
-        self.tree.begin_at(automaton, state)
+        with self.action("begin_at", automaton=automaton, state=state):
+            self.tree.begin_at(automaton, state)
 
     def start(self) -> None:
         """Start the automata."""
@@ -174,13 +176,13 @@ class ComponentRun:
 
     def pause(self) -> None:
         """Let running cycles end, and start no others until `resume`."""
-        with self.tree.lock:
+        with self.action("pause"), self.tree.lock:
             self.refusal = None
             self._hold()
 
     def resume(self, after: Refusal | None = None) -> None:
         """Resume after a pause, or only after the pause for one refused command."""
-        with self.tree.lock:
+        with self.action("resume"), self.tree.lock:
             if self.ended.is_set() or not (after is None or after is self.refusal):
                 return
             self.refusal = None
@@ -206,7 +208,8 @@ class ComponentRun:
 
         Ghosts run none. Component time moves on by the shortest period.
         """
-        runs = self.tree.runs if automaton == 0 else (self.run(automaton),)
+        with self.action("step", automaton=automaton):  # without the cycles
+            runs = self.tree.runs if automaton == 0 else (self.run(automaton),)
         if not self.ended.is_set():
             self._step(runs)
 
@@ -215,11 +218,11 @@ class ComponentRun:
 
         Raises UnknownElementError, also when the transition does not leave the current state.
         """
-        run = self.run(automaton)
-        found = next((each for each in run.automaton.transitions if each.id == transition), None)
-        if found is None:
-            raise UnknownElementError(f"automaton {automaton} has no transition {transition}")
-        with self.tree.lock:
+        with self.action("force", automaton=automaton, transition=transition), self.tree.lock:
+            run = self.run(automaton)
+            found = next((each for each in run.automaton.transitions if each.id == transition), None)
+            if found is None:
+                raise UnknownElementError(f"automaton {automaton} has no transition {transition}")
             if found.origin != run.current.id:
                 origin = run.automaton.state(found.origin).name
                 raise UnknownElementError(
@@ -233,7 +236,7 @@ class ComponentRun:
 
         Raises UnknownElementError, and ValueTypeError for a value of the wrong type.
         """
-        with self.tree.lock:
+        with self.action("set", automaton=automaton, name=name, value=value), self.tree.lock:
             if automaton:
                 assign(self.run(automaton).automaton, name, value)
                 return
@@ -270,11 +273,16 @@ class ComponentRun:
 
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active; raises EventError."""
-        self.tree.send(make_event(name, data), self.component_time.now())
+        with self.action("send", name=name, value=data):
+            self.tree.send(make_event(name, data), self.component_time.now())
 
     def mark(self, mark: Mark) -> None:
         """Show a mark on the picture of a camera."""
         self.marks.add(mark, self.component_time.now())
+
+    def action(self, kind: str, **arguments: object) -> AbstractContextManager[None]:  # noqa: ARG002
+        """Return the context of what a client, or user code, does to the component; a recording tells it."""
+        return nullcontext()
 
     def run(self, automaton: int) -> Run:
         """Return an automaton by its id; raises UnknownElementError."""

@@ -26,7 +26,6 @@ from zenoh_ice.status import version_of
 from .._automaton import Automaton
 from .._marks import Mark
 from .._runtime import Runtime
-from .._supervision import Refusal
 from .._timeline import Timeline
 from ..component import Component, parameter_values, proxies_of, ros_of, source_of
 from ..errors import (
@@ -205,41 +204,10 @@ class RecordedRuntime(Runtime):
         }
         recorder.put("/actions", Action("made", {**policies, "periods": periods}))
 
-    def begin_at(self, automaton: int, state: int) -> None:
-        """Make a state, and those above it, the first ones to enter."""
-        super().begin_at(automaton, state)
-        self._recorder.action("begin_at", automaton=automaton, state=state)
-
     def start(self) -> None:
         """Start the automata."""
         self._recorder.action("start")
         super().start()
-
-    def pause(self) -> None:
-        """Let running cycles end, and start no others."""
-        with self.action("pause"):
-            super().pause()
-
-    def resume(self, after: Refusal | None = None) -> None:
-        """Resume after a pause, or only after the pause for one refused command."""
-        with self.action("resume"):
-            super().resume(after)
-
-    def step(self, automaton: int) -> None:
-        """Run one cycle of one automaton, or of all with 0, while paused."""
-        with self.action("step", automaton=automaton):
-            pass  # step outside the block: the cycles take the lock
-        super().step(automaton)
-
-    def force(self, automaton: int, transition: int) -> None:
-        """Fire a transition at the next cycle of its automaton."""
-        with self.action("force", automaton=automaton, transition=transition):
-            super().force(automaton, transition)
-
-    def set_variable(self, automaton: int, name: str, value: object) -> None:
-        """Set a variable of an automaton, or with 0 a parameter of the component."""
-        with self.action("set", automaton=automaton, name=name, json=_json(value)):
-            super().set_variable(automaton, name, value)
 
     def replace(
         self,
@@ -253,22 +221,19 @@ class RecordedRuntime(Runtime):
             "start it again without --record"
         )
 
-    def send(self, name: str, data: object = None) -> None:
-        """Send an event to every automaton that is active."""
-        with self.action("send", name=name, json=_json(data)):
-            super().send(name, data)
-
     def mark(self, mark: Mark) -> None:
         """Show a mark on the picture of a camera."""
         self._recorder.put("/marks", messages.Mark(*mark))
         super().mark(mark)
 
     @contextlib.contextmanager
-    def action(self, kind: str, **arguments: Any) -> Iterator[None]:  # noqa: ANN401 - JSON
+    def action(self, kind: str, **arguments: object) -> Iterator[None]:
         """Record a control command, in a `with` block that executes it."""
         inside = self._recorder.lock.context is not None
         with self._recorder.lock.held(MONITOR):
             if not inside:  # otherwise it results from user code, or from a breakpoint
+                if "value" in arguments:
+                    arguments["json"] = _json(arguments.pop("value"))
                 self._recorder.action(kind, **arguments)
             try:
                 yield
