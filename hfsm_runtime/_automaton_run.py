@@ -221,6 +221,13 @@ class Run:
         self.forced = None
         return left if entered is not None else None
 
+    def chain(self) -> Iterator[Run]:
+        """Yield this automaton and those above it, up to the root."""
+        each: Run | None = self
+        while each is not None:
+            yield each
+            each = each.parent
+
     def descendants(self) -> Iterator[Run]:
         """Yield all automata below this one."""
         for children in self.children.values():

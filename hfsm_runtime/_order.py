@@ -25,8 +25,9 @@ _LEAST_WAIT: Final = 100_000_000
 def turn_of(run: Run, now: int, latest: int) -> int | Run:
     """Return the time of the next cycle of an automaton if it is its turn, or else whose turn it is.
 
-    The cycle is due. Its time is at most `latest`; of slots that were missed, the last one counts that comes
-    before the next cycles of the automata above, and not after those of the automata below.
+    The cycle is due, and its time is at most `latest`. A thread that was late for several slots makes up for
+    none of them: it takes the last one that is still before the next cycle of each automaton above. While it
+    waits for late automata below, it takes none that is after their next cycles, either.
     """
     first = above = run.parent
     while above is not None:
@@ -68,7 +69,7 @@ def _late_below(run: Run, waiting: Run, now: int) -> Run | None:
 def _soonest_below(run: Run, latest: int, waiting: Run, now: int) -> int:
     """Return the first time up to `latest` of a cycle below the state of `run` that may change anything.
 
-    It is at least the time of the next cycle of `waiting`.
+    It is not before the next cycle of `waiting`.
     """
     soonest = latest
     for child in run.below:

@@ -12,20 +12,17 @@ from itertools import count
 from types import FrameType
 from typing import Final
 
-from zenoh_ice.clock import Clock
-
-from ._automaton import Automaton
 from ._automaton_run import wake_next
 from ._component_run import ComponentRun
 from ._cycle import run_cycle
-from ._limits import LIMITS, RuntimeLimits
+from ._limits import RuntimeLimits
 from ._order import patience, turn_of
 from ._supervision import Refusal
 from ._timeline import Timeline, delay_in_slot
 from .component import Component
-from .errors import ComponentStoppedError, CycleCutError, OnError, OnRefused, ReloadRefusedError
+from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
 from .observer import Observer
-from .tree import ChangeKind, Replaced, Run, Tree
+from .tree import ChangeKind, Replaced, Run
 
 _logger = logging.getLogger(__name__)
 
@@ -42,37 +39,16 @@ class Runtime(ComponentRun, Observer):
     An idle thread rests for as long as the `limits` say; any change wakes it.
     """
 
-    def __init__(
-        self,
-        component: Component,
-        clock: Clock,
-        on_error: OnError | None = None,
-        servers_present: Callable[[], bool] = lambda: True,
-        *,
-        on_refused: OnRefused | None = None,
-        timeline: Timeline | None = None,
-        tree: Callable[[Automaton], Tree] = Tree,
-        limits: RuntimeLimits = LIMITS,
-    ) -> None:
+    def _prepare(self) -> None:
         self._asked: Refusal | None = None
         self._ask_at = 0.0
-        super().__init__(
-            component,
-            clock,
-            on_error,
-            on_refused,
-            servers_present=servers_present,
-            timeline=timeline,
-            tree=tree,
-            limits=limits,
-        )
         self._stopping = False
         self._one_step = threading.Lock()
         self._own = threading.local()
         # The upper ones wake earlier in their slots: most have decided when those wake that come after them.
         by_depth = sorted(self.tree.runs, key=lambda run: run.depth)
         self._workers = {run: _Worker(self, run, index) for index, run in enumerate(by_depth)}
-        self._alarm = Alarm(self.component_time, limits.idle)
+        self._alarm = Alarm(self.component_time, self._limits.idle)
         self.tree.observers.append(self)
 
     def start(self) -> None:

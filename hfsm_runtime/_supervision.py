@@ -24,7 +24,7 @@ from zenoh_ice.exceptions import (
 from zenoh_ice.text import printable
 
 from ._advice import explain
-from ._automaton import Automaton, Event
+from ._automaton import Event
 from ._cycle import CycleEnded
 from ._limits import RuntimeLimits
 from ._timeline import Timeline
@@ -168,7 +168,8 @@ class Supervision(Observer):
         if isinstance(error, CommunicatorDestroyedException):
             raise CycleEnded from error  # the component has ended without this cycle
         location = locate(error, self._file)
-        message = explain(error, self._component, _chain(run))[:_LONGEST_MESSAGE]
+        automata = [each.automaton for each in run.chain()]
+        message = explain(error, self._component, automata)[:_LONGEST_MESSAGE]
         if isinstance(error, UNAVAILABLE):
             self._wait(self._without_server, run, location, message, "waiting for the server")
             raise CycleEnded from error
@@ -285,16 +286,6 @@ class Supervision(Observer):
         again = f" ({repeated} times more since it was last logged)" if repeated else ""
         trace = error and (type(error), error, part_of_component(error, self._file))
         self._log.error("%s%s", text, again, exc_info=trace)
-
-
-def _chain(run: Run) -> list[Automaton]:
-    """Return an automaton and those above it."""
-    found = [run.automaton]
-    above = run.parent
-    while above is not None:
-        found.append(above.automaton)
-        above = above.parent
-    return found
 
 
 def _place(run: Run) -> str:

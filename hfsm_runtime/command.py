@@ -238,14 +238,16 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
 
             clock = world.communicator.clock
             if record is None:
-                runtime = world.runtime(made, clock, on_error, present, on_refused=on_refused)
+                runtime = world.runtime(made, clock, on_error, on_refused, servers_present=present)
             else:
                 # Loaded only for a recording.
                 from ._recording.run import RecordedRuntime, recording
                 from ._recording.surroundings import recorded_surroundings
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
-                runtime = RecordedRuntime(made, clock, recorder, on_error, present, on_refused=on_refused)
+                runtime = RecordedRuntime(
+                    made, clock, recorder, on_error, on_refused, servers_present=present
+                )
                 recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
                 stack.enter_context(recorded_surroundings(communicator, recorder))
             if (kept := CycleFile.of_parent()) is not None:

@@ -68,9 +68,9 @@ class Tree:
             what = f"automaton {automaton} has no state {state} to begin at: there are {known}"
             raise UnknownElementError(what) from None
         run.begin_in(first)
-        while run.parent is not None and run.owner is not None:
-            run.parent.begin_in(run.owner)
-            run = run.parent
+        for each in run.chain():
+            if each.parent is not None and each.owner is not None:
+                each.parent.begin_in(each.owner)
 
     def start(self, now: int) -> None:
         """Enter the initial states: the timers of all that is active begin to count."""
@@ -94,9 +94,7 @@ class Tree:
         Returns false when none waits for it.
         """
         with self.lock:
-            waiting = run if run.on_duty else None
-            while waiting is not None and not _waits_for_refusal(waiting):
-                waiting = waiting.parent
+            waiting = next(filter(_waits_for_refusal, run.chain()), None) if run.on_duty else None
             if waiting is not None:
                 waiting.refusal = Event(REFUSED, why)
             return waiting is not None

@@ -180,9 +180,9 @@ class RecordedRuntime(Runtime):
         clock: Clock,
         recorder: Recorder,
         on_error: OnError | None = None,
-        servers_present: Callable[[], bool] = lambda: True,
-        *,
         on_refused: OnRefused | None = None,
+        *,
+        servers_present: Callable[[], bool] = lambda: True,
     ) -> None:
         self._recorder = recorder
         timeline = InterceptedTimeline(clock, recorder.ask)
@@ -191,8 +191,8 @@ class RecordedRuntime(Runtime):
                 component,
                 InterceptedClock(clock, recorder.ask),
                 on_error,
-                servers_present,
-                on_refused=on_refused,
+                on_refused,
+                servers_present=servers_present,
                 timeline=timeline,
                 tree=partial(_RecordedTree, recorder=recorder),
             )

@@ -145,14 +145,12 @@ def _summary(run: Run, reasons: list[TransitionExplanation], *, paused: bool, no
 
 def _above(run: Run) -> str:
     """Say which automaton above is in another state."""
-    child = run
-    while child.parent is not None and child.owner is not None:
-        if child.parent.active or child.parent.parent is None:
-            above, needed = child.parent, child.owner.name
-            if above.current.id == child.owner.id:
-                return f"{above.automaton.name} has not completed the entry of {needed}"
-            return f"{above.automaton.name} is in {above.current.name}, not in {needed}"
-        child = child.parent
+    for child in run.chain():
+        above, owner = child.parent, child.owner
+        if above is not None and owner is not None and (above.active or above.parent is None):
+            if above.current.id == owner.id:
+                return f"{above.automaton.name} has not completed the entry of {owner.name}"
+            return f"{above.automaton.name} is in {above.current.name}, not in {owner.name}"
     return "the component has not started"
 
 

@@ -58,11 +58,7 @@ class GuardTable:
 
 def path_of(run: Run) -> str:
     """Return the states that own an automaton, from the root down; empty for the root."""
-    names: list[str] = []
-    above: Run | None = run
-    while above is not None and above.owner is not None:
-        names.append(above.owner.name)
-        above = above.parent
+    names = [each.owner.name for each in run.chain() if each.owner is not None]
     return "/".join(reversed(names))
 
 

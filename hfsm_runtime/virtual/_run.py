@@ -303,9 +303,6 @@ class VirtualRun(ComponentRun):
             self._task_clock.end_sleepers(ComponentStoppedError)
             self._kept.clear()
 
-    def retry(self, commands_accepted: Callable[[str], bool]) -> None:
-        """Do nothing: the automata try again as time passes."""
-
     def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
         """Replace the component with another version of it, see `ComponentRun`."""
 
