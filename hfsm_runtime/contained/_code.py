@@ -32,8 +32,7 @@ from ..loading import naming_libraries
 from ..source_map import locate
 from ..virtual._time_module import TimeModule
 from . import protocol
-from ._link import Link
-from ._transport import FarTransport
+from ._link import FarTransport, Link
 from .protocol import LARGEST_TEXT, LARGEST_VALUES, Answered, Begin, Done, Raised, RunCode, Variables
 
 _MODULE: Final = "contained_component"

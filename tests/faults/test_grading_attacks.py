@@ -575,7 +575,7 @@ ANSWERS_WITH_ERRORS: Final = document(
             1,
             "attack",
             "if heard is None:\n"
-            "    import zenoh_ice, hfsm_runtime.contained._transport as transport\n"
+            "    import zenoh_ice, hfsm_runtime.contained._link as transport\n"
             "    heard = self.Head.getPose.subscribe(lambda pose: None)\n"
             "    def fails(inlet, sample):\n"
             "        raise (zenoh_ice.TimeoutException('late'), zenoh_ice.InterfaceMismatchException('x', 'y', 'z'),\n"
