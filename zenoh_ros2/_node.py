@@ -7,6 +7,7 @@ subscription and service.
 from __future__ import annotations
 
 import itertools
+import logging
 import os
 import secrets
 import threading
@@ -20,7 +21,6 @@ from zenoh_ice import Settings, ZenohIceError
 from zenoh_ice.session import close_session, open_session
 
 from . import _wire as wire
-from ._absence import AbsenceWarning
 from ._codec import LARGEST_MESSAGE
 from ._endpoint import Endpoint, Handler
 from ._graph import Discovery, EndpointsOf, Graph
@@ -36,6 +36,10 @@ DEFAULT_SETTINGS: Final = Settings(connect=("tcp/127.0.0.1:7447",))
 """The default router, the same as that of rmw_zenoh's nodes."""
 
 _ANY_PORT: Final = "tcp/127.0.0.1:0"
+_CHECK_PERIOD: Final = 0.1  # s
+_END_LIMIT: Final = 2.0  # s
+
+_logger = logging.getLogger(__name__)
 
 _E = TypeVar("_E", bound=Endpoint)
 
@@ -256,6 +260,44 @@ class Node:
 
     def _entity(self, kind: wire.EntityKind, entity_id: int, *rest: Any) -> Entity:  # noqa: ANN401
         return Entity(kind, self.domain, self._session_id, 0, entity_id, self.namespace, self.name, *rest)
+
+
+class AbsenceWarning:
+    """Waits on a thread for the first link of a node, and warns if there is none within some seconds."""
+
+    def __init__(
+        self, connected: Callable[[], bool], endpoints: Sequence[str], delay: float = LIMITS.first_link
+    ) -> None:
+        """Wait for `connected` until `close`; the warning names the endpoints."""
+        self._connected: Final = connected
+        self._delay: Final = delay
+        self._where: Final = ", ".join(endpoints)
+        self._end: Final = threading.Event()
+        self._thread: threading.Thread | None = None
+        if connected():
+            return
+        thread = threading.Thread(target=self._wait, name="first link to ROS", daemon=True)
+        try:
+            thread.start()
+        except RuntimeError:  # at a limit of threads: the warning comes early rather than never
+            self._warn()
+        else:
+            self._thread = thread
+
+    def close(self) -> None:
+        """Warn no more."""
+        self._end.set()
+        if self._thread is not None:
+            self._thread.join(_END_LIMIT)
+
+    def _wait(self) -> None:
+        for _ in range(round(self._delay / _CHECK_PERIOD)):
+            if self._end.wait(_CHECK_PERIOD) or self._connected():
+                return
+        self._warn()
+
+    def _warn(self) -> None:
+        _logger.warning("nothing of ROS answers at %s so far: start rmw_zenohd or `nao router`", self._where)
 
 
 def _small_id() -> str:

@@ -7,8 +7,9 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
+from functools import partial
 from queue import SimpleQueue
-from typing import Final
+from typing import Final, Generic, TypeVar
 
 from ._refusals import Refusals
 from .exceptions import RosError
@@ -18,6 +19,7 @@ _JOIN_LIMIT: Final = 2.0  # s
 _logger = logging.getLogger(__name__)
 
 Job = Callable[[], object]
+_T = TypeVar("_T")
 
 
 class Workers:
@@ -84,21 +86,22 @@ class Workers:
                 self._unfinished -= 1
 
 
-class Line:
-    """Jobs of one subscription or service, which run one after another."""
+class Line(Generic[_T]):
+    """What waits for one subscription or service, to be handled one after another."""
 
-    def __init__(self, workers: Workers, most: int) -> None:
+    def __init__(self, workers: Workers, most: int, handle: Callable[[_T], object]) -> None:
         self._workers: Final = workers
         self._most: Final = most
-        self._jobs: Final[deque[Job]] = deque()
+        self._handle: Final = handle
+        self._waiting: Final[deque[_T]] = deque()
         self._lock: Final = threading.Lock()
         self._running = False
 
-    def put(self, job: Job) -> Job | None:
-        """Add a job; when too many wait, return the oldest one, which will not run."""
+    def put(self, item: _T) -> _T | None:
+        """Add an item; when too many wait, return the oldest one, which will not be handled."""
         with self._lock:
-            dropped = self._jobs.popleft() if len(self._jobs) >= self._most else None
-            self._jobs.append(job)
+            dropped = self._waiting.popleft() if len(self._waiting) >= self._most else None
+            self._waiting.append(item)
             if self._running:
                 return dropped
             self._running = True
@@ -107,10 +110,10 @@ class Line:
 
     def _run(self) -> None:
         with self._lock:
-            job = self._jobs.popleft()
-        self._workers.call(job)
+            item = self._waiting.popleft()
+        self._workers.call(partial(self._handle, item))
         with self._lock:
-            self._running = bool(self._jobs)
+            self._running = bool(self._waiting)
         if self._running:
             self._workers.submit(self._run)  # behind the jobs of the others
 

@@ -13,6 +13,10 @@ from zenoh_ros2 import RosError
 from zenoh_ros2._workers import Job, Line, Workers
 
 
+def line_of(workers: Workers, most: int) -> Line[Job]:
+    return Line(workers, most, lambda job: job())
+
+
 def hold(held: threading.Event, free: threading.Event) -> None:
     held.set()
     free.wait(EVENT_LIMIT)
@@ -26,7 +30,7 @@ def workers() -> Iterator[Workers]:
 
 
 def test_a_line_keeps_its_order(workers: Workers) -> None:
-    line, seen, end = Line(workers, 1000), list[int](), threading.Event()
+    line, seen, end = line_of(workers, 1000), list[int](), threading.Event()
     for number in range(500):
         line.put(partial(seen.append, number))
     line.put(end.set)
@@ -36,15 +40,15 @@ def test_a_line_keeps_its_order(workers: Workers) -> None:
 
 def test_lines_run_beside_each_other(workers: Workers) -> None:
     held, free, passed = threading.Event(), threading.Event(), threading.Event()
-    Line(workers, 10).put(partial(hold, held, free))
+    line_of(workers, 10).put(partial(hold, held, free))
     assert held.wait(EVENT_LIMIT)
-    Line(workers, 10).put(passed.set)
+    line_of(workers, 10).put(passed.set)
     assert passed.wait(EVENT_LIMIT)
     free.set()
 
 
 def test_the_oldest_job_is_dropped(workers: Workers) -> None:
-    line, held, free = Line(workers, 2), threading.Event(), threading.Event()
+    line, held, free = line_of(workers, 2), threading.Event(), threading.Event()
     seen: list[str] = []
     line.put(partial(hold, held, free))
     assert held.wait(EVENT_LIMIT)
@@ -59,7 +63,7 @@ def test_the_oldest_job_is_dropped(workers: Workers) -> None:
 
 
 def test_a_failing_job_ends_no_other(workers: Workers, caplog: pytest.LogCaptureFixture) -> None:
-    line, end = Line(workers, 10), threading.Event()
+    line, end = line_of(workers, 10), threading.Event()
     line.put(lambda: 1 / 0)
     line.put(end.set)
     assert end.wait(EVENT_LIMIT)
@@ -97,12 +101,12 @@ def no_threads() -> Iterator[pytest.MonkeyPatch]:
 def test_a_line_goes_on_when_there_is_a_thread_again(
     workers: Workers, no_threads: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    line, seen, end = Line(workers, 10), list[int](), threading.Event()
+    line, seen, end = line_of(workers, 10), list[int](), threading.Event()
     line.put(partial(seen.append, 1))
     assert "callbacks are late: can't start new thread" in caplog.text
     no_threads.undo()
     line.put(end.set)
-    Line(workers, 10).put(partial(seen.append, 2))
+    line_of(workers, 10).put(partial(seen.append, 2))
     assert end.wait(EVENT_LIMIT)
     assert seen[0] == 1
 
@@ -112,7 +116,7 @@ def test_a_thread_that_is_there_at_once_runs_jobs_when_there_is_no_other(
 ) -> None:
     workers, ran = Workers("test", 1, at_once=True), threading.Event()
     request.getfixturevalue("no_threads")
-    Line(workers, 10).put(ran.set)
+    line_of(workers, 10).put(ran.set)
     assert ran.wait(EVENT_LIMIT)
     workers.close()
 
