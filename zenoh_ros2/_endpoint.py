@@ -14,12 +14,14 @@ from typing import Any, Final, Protocol
 
 import zenoh
 
+from zenoh_ice.in_process import Pool
+
 from . import _wire as wire
 from ._graph import Discovery, EndpointsOf
 from ._messages import Types
 from ._refusals import Refusals
 from ._wire import Attachment, Entity, EntityKind
-from ._workers import Workers, join_all
+from ._workers import join_all
 from .exceptions import MessageError, NodeClosedError
 
 _MOST_NAMED: Final = 1024
@@ -51,12 +53,12 @@ class Owner(Protocol):
         """The types of messages that are known."""
 
     @property
-    def workers(self) -> Workers:
+    def workers(self) -> Pool:
         """The threads of callbacks."""
 
     @property
-    def receiving(self) -> Workers:
-        """The thread that decodes messages."""
+    def receiving(self) -> Pool:
+        """The threads that decode messages."""
 
     def on_close(self, key: object, close: Callable[[], None] | None) -> None:
         """Call `close` when the node closes; None to forget it."""

@@ -29,12 +29,13 @@ from ._messages import Types
 from ._services import LARGEST_COMMAND, Client, Service
 from ._topics import Publisher, Subscription
 from ._wire import Entity, QoS
-from ._workers import Workers
+from ._workers import END_LIMIT, make_pool
 from .exceptions import NodeClosedError, RosError
 
 DEFAULT_SETTINGS: Final = Settings(connect=("tcp/127.0.0.1:7447",))
 """The default router, the same as that of rmw_zenoh's nodes."""
 
+_MOST_CALLBACKS: Final = 8  # that run at a time
 _ANY_PORT: Final = "tcp/127.0.0.1:0"
 _CHECK_PERIOD: Final = 0.1  # s
 _END_LIMIT: Final = 2.0  # s
@@ -95,9 +96,13 @@ class Node:
         self._lock: Final = threading.Lock()
         self._closers: dict[object, Callable[[], None]] = {}
         self._closed = False
-        self.workers: Final = Workers(f"node {name} callbacks")
-        self.receiving: Final = Workers(f"node {name} receiving", most=1)
-        """Decodes messages and handles tokens, which Zenoh's threads must not wait for."""
+        self.workers: Final = make_pool(_MOST_CALLBACKS, f"node {name} callbacks")
+        try:
+            self.receiving: Final = make_pool(1, f"node {name} receiving")
+            """Decodes messages and handles tokens, which Zenoh's threads must not wait for."""
+        except RosError:
+            self.workers.close(END_LIMIT)
+            raise
         self._sessions: Final[list[zenoh.Session]] = []
         self._graph: Graph | None = None
         try:
@@ -108,10 +113,10 @@ class Node:
             self._session_id: Final = str(self.session.zid())
             self._token = self.session.liveliness().declare_token(self._entity("NN", 0).token())
         except zenoh.ZError as error:
-            self._close_sessions()
+            self._end()
             raise RosError(f"node {name}: {error}") from error
         except ZenohIceError:
-            self._close_sessions()
+            self._end()
             raise
         if settings.connect:
             absence = AbsenceWarning(lambda: self.connected, settings.connect, limits.first_link)
@@ -225,9 +230,7 @@ class Node:
         self._token.undeclare()
         if self._graph is not None:
             self._graph.close()
-        self.workers.close()
-        self.receiving.close()
-        self._close_sessions()
+        self._end()
 
     # For the objects that it creates
 
@@ -244,7 +247,9 @@ class Node:
         if self._closed:
             raise NodeClosedError(f"node {self.full_name} is closed")
 
-    def _close_sessions(self) -> None:
+    def _end(self) -> None:
+        self.workers.close(END_LIMIT)
+        self.receiving.close(END_LIMIT)
         for session in self._sessions:
             close_session(session)
 

@@ -23,7 +23,7 @@ from ._endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of
 from ._graph import Sender
 from ._refusals import Refusals
 from ._wire import HASHLESS, Attachment, Entity
-from ._workers import Job, Line, Workers
+from ._workers import END_LIMIT, Job, Line, make_pool
 from .exceptions import CallError, CallTimeoutError, MessageError, NodeClosedError, RosError
 
 LONGEST_CALL: Final = 24 * 3600.0
@@ -183,7 +183,7 @@ class Service(Endpoint):
         self._with_sender: Final = with_sender
         self._largest: Final = min(largest, node.types.largest(f"{entity.type_name}_Request"))
         self._refusals: Final = Refusals(self.name, "a malformed request is refused")
-        self._own: Final = Workers(f"{self.name} callbacks", 1, at_once=True) if urgent else None
+        self._own: Final = make_pool(1, f"{self.name} callbacks") if urgent else None
         self._line: Final = Line(self._own or node.workers, _MOST_REQUESTS, self._handle)
         for humble, key in self._keys.items():
             receive = Callback(partial(self._receive, humble), indirect=False)
@@ -212,7 +212,7 @@ class Service(Endpoint):
         """Stop serving."""
         super().close()
         if self._own is not None:
-            self._own.close()
+            self._own.close(END_LIMIT)
 
     def _receive(self, humble: bool, query: zenoh.Query) -> None:
         """Take a request from Zenoh's thread."""
