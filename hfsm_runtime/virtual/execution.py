@@ -12,6 +12,7 @@ from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
 from .._limits import LIMITS, RuntimeLimits
+from .._recording.clocks import TimeModule
 from .._robot import Permission, stop_robot
 from .._supervision import UNAVAILABLE
 from .._variables import values_of
@@ -23,7 +24,6 @@ from ..tree import Replaced, Run
 from ._guards import GuardTable, path_of
 from ._journal import Call, Fired
 from ._run import VirtualRun
-from ._time_module import TimeModule
 from .errors import BehaviorFailed, UnknownName, says_it_all
 from .world import VirtualWorld
 
