@@ -20,14 +20,7 @@ from ._supervision import Refusal, Supervision
 from ._timeline import Timeline
 from ._variables import assign, convert, did_you_mean
 from .component import Component, equip, make_automata, parameters_of, source_of
-from .errors import (
-    OnError,
-    OnRefused,
-    ReloadRefusedError,
-    UnknownElementError,
-    ValueTypeError,
-    exit_code_of,
-)
+from .errors import OnError, OnRefused, ReloadRefusedError, UnknownElementError, ValueTypeError, exit_code_of
 from .observer import Observer
 from .source_map import locate_frame
 from .tree import ChangeKind, Replaced, Run, Tree

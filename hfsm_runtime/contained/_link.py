@@ -21,16 +21,7 @@ from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Operation
 from zenoh_ice.limits import LIMITS
 from zenoh_ice.streams import LOOKS
-from zenoh_ice.transport import (
-    Arrived,
-    Caller,
-    Inlet,
-    Outcome,
-    Parted,
-    Target,
-    decode_attachment,
-    outcome_of,
-)
+from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Parted, Target, decode_attachment, outcome_of
 
 from .._code import Code, current_code
 from ..errors import EventError

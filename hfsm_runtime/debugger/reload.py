@@ -23,13 +23,7 @@ from zenoh_ice import ZenohIceError
 from .._automaton import Automaton
 from .._component_run import ComponentRun
 from .._variables import cells_of, values_of
-from ..component import (
-    Component,
-    make_automata,
-    parameters_of,
-    proxies_of,
-    source_of,
-)
+from ..component import Component, make_automata, parameters_of, proxies_of, source_of
 from ..errors import ComponentError, ReloadRefusedError
 from ..loading import has_own_builtins, load_module
 from ..source_map import locate
