@@ -12,7 +12,7 @@ from itertools import count
 from types import FrameType
 from typing import Final
 
-from ._automaton_run import wake_next
+from ._actor import wake_next
 from ._component_run import ComponentRun
 from ._cycle import run_cycle
 from ._limits import RuntimeLimits
@@ -22,7 +22,7 @@ from ._timeline import Timeline, delay_in_slot
 from .component import Component
 from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
 from .observer import Observer
-from .tree import ChangeKind, Replaced, Run
+from .tree import Actor, ChangeKind, Replaced
 
 _logger = logging.getLogger(__name__)
 
@@ -46,8 +46,8 @@ class Runtime(ComponentRun, Observer):
         self._one_step = threading.Lock()
         self._own = threading.local()
         # The upper ones wake earlier in their slots: most have decided when those wake that come after them.
-        by_depth = sorted(self.tree.runs, key=lambda run: run.depth)
-        self._workers = {run: _Worker(self, run, index) for index, run in enumerate(by_depth)}
+        by_depth = sorted(self.tree.actors, key=lambda actor: actor.depth)
+        self._workers = {actor: _Worker(self, actor, index) for index, actor in enumerate(by_depth)}
         self._alarm = Alarm(self.component_time, self._limits.idle)
         self.tree.observers.append(self)
 
@@ -75,9 +75,9 @@ class Runtime(ComponentRun, Observer):
         for thread in threads:
             if thread is not threading.current_thread():
                 thread.join(max(0.0, deadline - time.monotonic()))
-        for run, worker in self._workers.items():
+        for actor, worker in self._workers.items():
             if worker.thread.is_alive():
-                self._abandon(run, self._limits.stop)
+                self._abandon(actor, self._limits.stop)
 
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Resume after a refused command if commands are accepted again; call it often.
@@ -95,12 +95,14 @@ class Runtime(ComponentRun, Observer):
         if commands_accepted(refusal.holder) and not first:
             self.resume(refusal)
 
-    def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
+    def replace(
+        self, component: Component, actors: tuple[Actor, ...], apply: Callable[[int], Replaced]
+    ) -> float:
         """Replace the component with another version of it, see `ComponentRun`.
 
         Raises ReloadRefusedError also when there are no threads for new automata.
         """
-        leaving = joining = tuple(run for run in runs if self.tree.run(run.automaton.id) is None)
+        leaving = joining = tuple(actor for actor in actors if self.tree.actor(actor.automaton.id) is None)
 
         def apply_it(now: int) -> Replaced:
             nonlocal leaving
@@ -110,18 +112,18 @@ class Runtime(ComponentRun, Observer):
 
         try:
             self._add(joining)
-            return super().replace(component, runs, apply_it)
+            return super().replace(component, actors, apply_it)
         finally:
             self._remove(leaving)
             self._wake()
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Wake the thread of an automaton, at once or when its next cycle falls due."""
-        worker = self._workers[run]
-        if run.in_cycle:
+        worker = self._workers[actor]
+        if actor.in_cycle:
             worker.wake.set()  # its code may sleep
         elif kind in (ChangeKind.ENTERED, ChangeKind.RESUMED):
-            self._alarm.set_at(run.next_slot + worker.delay, worker.wake)
+            self._alarm.set_at(actor.next_slot + worker.delay, worker.wake)
 
     def guard(self, worker: _Worker) -> None:
         """Run an automaton, and report when its thread ends before its time; the body of the thread."""
@@ -130,69 +132,69 @@ class Runtime(ComponentRun, Observer):
             self._run_cycles(worker)
         except BaseException as error:  # noqa: BLE001 - nothing may end a thread without being reported
             if not isinstance(error, ComponentStoppedError):
-                self._crashed(worker.run, error)
+                self._crashed(worker.actor, error)
 
     def _run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end."""
-        run, timeline = worker.run, self.component_time
+        actor, timeline = worker.actor, self.component_time
         interval = 0
         usual = 0
         while True:
             worker.wake.clear()  # before the checks: later changes set it again
             if self._stopping or worker.retired:
                 return
-            if run.stepping:
-                run_cycle(self.tree, run, timeline.now(), self._supervision)
+            if actor.stepping:
+                run_cycle(self.tree, actor, timeline.now(), self._supervision)
                 worker.stepped.set()
-            elif self.tree.held or not run.active or run.finished:
+            elif self.tree.held or not actor.active or actor.finished:
                 worker.wake.wait(self._limits.idle)
             else:
-                if run.automaton.interval != interval:  # at first, and when the automaton was replaced
-                    interval, usual = run.automaton.interval, worker.delay
+                if actor.automaton.interval != interval:  # at first, and when the automaton was replaced
+                    interval, usual = actor.automaton.interval, worker.delay
                 now = timeline.now()
-                delay = 0 if run.followers else usual
-                if now - delay < run.next_slot:
-                    timeline.wait_until(run.next_slot + delay, worker.wake)
+                delay = 0 if actor.followers else usual
+                if now - delay < actor.next_slot:
+                    timeline.wait_until(actor.next_slot + delay, worker.wake)
                     continue
-                turn = turn_of(run, now, now - delay)
-                if isinstance(turn, Run):
+                turn = turn_of(actor, now, now - delay)
+                if isinstance(turn, Actor):
                     self._follow(worker, turn)
                 else:
-                    run_cycle(self.tree, run, turn, self._supervision)
+                    run_cycle(self.tree, actor, turn, self._supervision)
 
-    def _follow(self, worker: _Worker, first: Run) -> None:
+    def _follow(self, worker: _Worker, first: Actor) -> None:
         """Wait until the cycle of another automaton, which comes first, is decided or lasts too long."""
-        run, queue = worker.run, first.followers
+        actor, queue = worker.actor, first.followers
         queue[worker.wake] = None
         now = self.component_time.now()
-        if turn_of(run, now, now) is first:  # if not, it was decided before it knew who follows
+        if turn_of(actor, now, now) is first:  # if not, it was decided before it knew who follows
             leader = self._workers.get(first)
             if leader is not None:
                 leader.wake.set()  # it need not wake later in its slot
             since = now if first.began is None else first.began
-            self.component_time.wait_until(since + patience(run, first), worker.wake)
+            self.component_time.wait_until(since + patience(actor, first), worker.wake)
         if queue.pop(worker.wake, self) is self:  # it was released
             wake_next(queue)
 
-    def _step(self, runs: tuple[Run, ...]) -> None:
+    def _step(self, actors: tuple[Actor, ...]) -> None:
         with self._one_step:
             with self.tree.lock:
-                active = [run for run in runs if run.active and not run.finished]
+                active = [actor for actor in actors if actor.active and not actor.finished]
                 if self._stopping or not self.component_time.paused or not active:
                     return
-                self.component_time.step(min(run.automaton.interval for run in active))
-            for run in active:
-                worker = self._workers.get(run)
+                self.component_time.step(min(actor.automaton.interval for actor in active))
+            for actor in active:
+                worker = self._workers.get(actor)
                 if worker is None:  # it has left the tree in the meantime
                     continue
                 worker.stepped.clear()
                 with self.tree.lock:
-                    ordered = run.stepping = not self._stopping
+                    ordered = actor.stepping = not self._stopping
                 if not ordered:
                     return
                 worker.wake.set()
                 if not worker.stepped.wait(self._limits.step):
-                    name, limit = run.automaton.name, self._limits.step
+                    name, limit = actor.automaton.name, self._limits.step
                     _logger.warning("the step of %s takes longer than %g s", name, limit)
 
     def _sleep(self, seconds: float) -> None:
@@ -211,7 +213,7 @@ class Runtime(ComponentRun, Observer):
         try:
             while not self.ended.is_set():
                 worker.wake.clear()
-                if not self.tree.may_go_on(worker.run):
+                if not self.tree.may_go_on(worker.actor):
                     raise CycleCutError
                 left = end - self.clock.now()
                 if left < _RESOLUTION:  # a clock of whole ns would not wait for less, and so never end
@@ -220,30 +222,32 @@ class Runtime(ComponentRun, Observer):
         finally:
             worker.asleep = False
 
-    def _frame(self, run: Run) -> FrameType | None:
-        worker = self._workers.get(run)
+    def _frame(self, actor: Actor) -> FrameType | None:
+        worker = self._workers.get(actor)
         if worker is None or worker.asleep:
             return None
         return sys._current_frames().get(worker.thread.ident or 0)
 
-    def _add(self, runs: tuple[Run, ...]) -> None:
+    def _add(self, actors: tuple[Actor, ...]) -> None:
         """Start the threads of automata that are about to join the tree.
 
         Raises ReloadRefusedError where the system gives the process no more threads; some may run then.
         """
-        workers = {run: _Worker(self, run, index) for index, run in enumerate(runs, len(self._workers))}
+        workers = {
+            actor: _Worker(self, actor, index) for index, actor in enumerate(actors, len(self._workers))
+        }
         self._workers = {**self._workers, **workers}
         try:
             for worker in workers.values():
                 worker.thread.start()
         except RuntimeError as error:
-            raise ReloadRefusedError(f"{len(runs)} automata need a thread each: {error}") from error
+            raise ReloadRefusedError(f"{len(actors)} automata need a thread each: {error}") from error
 
-    def _remove(self, runs: tuple[Run, ...]) -> None:
+    def _remove(self, actors: tuple[Actor, ...]) -> None:
         """End the threads of automata that are not in the tree, and in no cycle."""
-        leaving = set(runs)
-        retired = [worker for run, worker in self._workers.items() if run in leaving]
-        self._workers = {run: worker for run, worker in self._workers.items() if run not in leaving}
+        leaving = set(actors)
+        retired = [worker for actor, worker in self._workers.items() if actor in leaving]
+        self._workers = {actor: worker for actor, worker in self._workers.items() if actor not in leaving}
         for worker in retired:
             worker.retired = True
             worker.wake.set()
@@ -262,21 +266,21 @@ class Runtime(ComponentRun, Observer):
 class _Worker:
     """An automaton's thread and what wakes it."""
 
-    def __init__(self, runtime: Runtime, run: Run, index: int) -> None:
-        self.run = run
+    def __init__(self, runtime: Runtime, actor: Actor, index: int) -> None:
+        self.actor = actor
         self.index = index
         self.retired = False
         self.asleep = False
         self.wake = threading.Event()
         self.stepped = threading.Event()
         self.thread = threading.Thread(
-            target=runtime.guard, args=(self,), name=f"automaton {run.automaton.name}", daemon=True
+            target=runtime.guard, args=(self,), name=f"automaton {actor.automaton.name}", daemon=True
         )
 
     @property
     def delay(self) -> int:
         """How long after the beginning of its slots it wakes, in ns."""
-        return delay_in_slot(self.index, self.run.automaton.interval)
+        return delay_in_slot(self.index, self.actor.automaton.interval)
 
 
 class Alarm:

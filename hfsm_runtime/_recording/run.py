@@ -37,7 +37,7 @@ from ..errors import (
     ReloadRefusedError,
 )
 from ..source_map import sources_of
-from ..tree import Replaced, Run, Tree
+from ..tree import Actor, Replaced, Tree
 from .clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .recorder import LogRecorder, Recorder, automaton_context
 from .transport import recorded_proxies
@@ -145,28 +145,28 @@ class _RecordedTree(Tree):
         self._lock = recorder.lock
         recorder.watch(self)
 
-    def begin_cycle(self, run: Run) -> bool:
-        if not (run.active or run.stepping):  # as it will most probably still be in a moment
+    def begin_cycle(self, actor: Actor) -> bool:
+        if not (actor.active or actor.stepping):  # as it will most probably still be in a moment
             return False
-        self._lock.acquire(automaton_context(run.automaton.id))
-        begun = super().begin_cycle(run)
+        self._lock.acquire(automaton_context(actor.automaton.id))
+        begun = super().begin_cycle(actor)
         if not begun:
             self._lock.release()
         return begun
 
-    def end_cycle(self, run: Run) -> None:
-        super().end_cycle(run)
+    def end_cycle(self, actor: Actor) -> None:
+        super().end_cycle(actor)
         self._lock.release()
 
-    def suspend(self, run: Run, *, code_first: bool) -> None:
-        super().suspend(run, code_first=code_first)
+    def suspend(self, actor: Actor, *, code_first: bool) -> None:
+        super().suspend(actor, code_first=code_first)
         self._recorder.reading("break", True)
 
-    def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
-        if not run.below:
+    def wait_for_cycles(self, actor: Actor, timeout: float) -> list[Actor]:
+        if not actor.below:
             return []
         with self._lock.released():
-            late = super().wait_for_cycles(run, timeout)
+            late = super().wait_for_cycles(actor, timeout)
         self._recorder.reading("handover", [each.automaton.id for each in late])
         return late
 
@@ -197,7 +197,7 @@ class RecordedRuntime(Runtime):
                 tree=partial(_RecordedTree, recorder=recorder),
             )
         recorder.component_time = partial(Timeline.now, timeline)  # not recorded as a reading
-        periods = {str(run.automaton.id): run.automaton.interval for run in self.tree.runs}
+        periods = {str(actor.automaton.id): actor.automaton.interval for actor in self.tree.actors}
         policies = {
             "on_error": (on_error or component._hfsm_on_error).value,
             "on_refused": (on_refused or component._hfsm_on_refused).value,
@@ -212,7 +212,7 @@ class RecordedRuntime(Runtime):
     def replace(
         self,
         component: Component,  # noqa: ARG002
-        runs: tuple[Run, ...],  # noqa: ARG002
+        actors: tuple[Actor, ...],  # noqa: ARG002
         apply: Callable[[int], Replaced],  # noqa: ARG002
     ) -> float:
         """Raise ReloadRefusedError: a recording is of one document."""

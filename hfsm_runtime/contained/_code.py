@@ -18,9 +18,9 @@ import msgspec
 from interfaces.jderobot import JderobotException
 from zenoh_ice import typed
 
+from .._actor import make_event
 from .._advice import explain
 from .._automaton import Automaton, Event, State
-from .._automaton_run import make_event
 from .._cycle import hand_over, outputs_of
 from .._marks import Mark
 from .._recording.clocks import TimeModule

@@ -55,8 +55,8 @@ def dry_run(realm: Communicator, *, body: Body, **options: Any) -> Iterator[Worl
         def make(
             component: Component,
             _clock: Clock,
-            on_error: OnError | None,
-            on_refused: OnRefused | None,
+            on_error: OnError | None = None,
+            on_refused: OnRefused | None = None,
             **_servers_present: object,
         ) -> PacedExecution:
             made = PacedExecution(component, world, on_error=on_error, on_refused=on_refused, **options)
