@@ -32,7 +32,7 @@ from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime._cycle import run_cycle
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from tests.support.automata import after, automaton, component, on, when
 from zenoh_ice import WallClock
 
@@ -45,10 +45,10 @@ STEPS = 20_000
 class CycleStarts(Observer):
     """Records when each automaton's cycles start."""
 
-    def __init__(self, runs: tuple[Run, ...]) -> None:
-        self.times: dict[Run, array[int]] = {run: array("q") for run in runs}
+    def __init__(self, runs: tuple[Actor, ...]) -> None:
+        self.times: dict[Actor, array[int]] = {run: array("q") for run in runs}
 
-    def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
+    def cycle_began(self, run: Actor, at: int) -> None:  # noqa: ARG002
         """Record the time."""
         self.times[run].append(time.perf_counter_ns())
 
@@ -91,15 +91,15 @@ SHAPES: Mapping[str, Callable[[int], Automaton]] = {"leaves": leaves, "ghosts": 
 
 def measure_jitter(shape: str, count: int, seconds: float) -> dict[str, float]:
     runtime = Runtime(component(SHAPES[shape](count)), WallClock())
-    watcher = CycleStarts(runtime.tree.runs)
+    watcher = CycleStarts(runtime.tree.actors)
     runtime.start()
     time.sleep(WARM_UP)
     with runtime.tree.lock:
         runtime.tree.observers.append(watcher)
     cpu, wall = time.process_time(), time.perf_counter()
-    cycles = sum(run.cycles for run in runtime.tree.runs)
+    cycles = sum(run.cycles for run in runtime.tree.actors)
     time.sleep(seconds)
-    cycles = sum(run.cycles for run in runtime.tree.runs) - cycles
+    cycles = sum(run.cycles for run in runtime.tree.actors) - cycles
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     runtime.stop()
     jitter = sorted(watcher.jitter())

@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from interfaces.hfsm import HfsmMonitorPrx
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.processes import free_endpoint
@@ -41,7 +41,7 @@ class Slots(Observer):
         self.missed: dict[int, int] = defaultdict(int)
         self._last: dict[int, int] = {}
 
-    def cycle_began(self, run: Run, at: int) -> None:
+    def cycle_began(self, run: Actor, at: int) -> None:
         """Compare with the slot of the previous cycle."""
         number = run.automaton.id
         last = self._last.get(number)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from zenoh_ice.lazy import import_on_use
+
 from .loading import add_to_path, end_loading, load_extension, prepare_program, program_file
 
 prepare_program()  # before the slow imports
@@ -17,7 +19,6 @@ from .component import Component, Parameter, Proxy, Ros  # noqa: E402
 from .ending import report_abrupt_ends  # noqa: E402
 from .errors import ComponentError  # noqa: E402
 from .source_map import source_map  # noqa: E402
-from .virtual._run import VirtualRun, run  # noqa: E402
 
 if program_file():
     report_abrupt_ends(program_file())  # before the document's libraries
@@ -25,6 +26,8 @@ if program_file():
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Any, NoReturn
+
+    from .virtual._run import VirtualRun, run
 
 __all__ = [
     "Automaton",
@@ -47,6 +50,9 @@ __all__ = [
     "run",
     "source_map",
 ]
+
+
+__getattr__, __dir__ = import_on_use(__name__, {".virtual._run": "VirtualRun run"})  # for tests
 
 
 def main(component: type[Component]) -> NoReturn:

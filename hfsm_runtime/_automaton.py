@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import Any, Final
 
@@ -158,31 +158,29 @@ class Automaton:
     set_outputs: Callable[[Mapping[str, object]], object] | None = None
     get_outputs: Callable[[], Mapping[str, object]] | None = None
     source: str = ""
-    _by_id: dict[int, State] = field(init=False, repr=False, compare=False)
-    _outgoing: dict[int, tuple[Transition, ...]] = field(init=False, repr=False, compare=False)
-    _soonest: dict[int, float] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _number(self.states)
         _number(self.transitions)
-        by_id = {state.id: state for state in self.states}
-        object.__setattr__(self, "_by_id", by_id)
-        leaving: dict[int, list[Transition]] = {origin: [] for origin in by_id}
-        for transition in self.transitions:
-            leaving.setdefault(transition.origin, []).append(transition)
-        outgoing = {
-            origin: tuple(
-                sorted(found, key=lambda each: math.inf if each.priority is None else each.priority)
-            )
-            for origin, found in leaving.items()
-        }
-        object.__setattr__(self, "_outgoing", outgoing)
         self._check()
-        soonest = {
+
+    @cached_property
+    def _by_id(self) -> dict[int, State]:
+        return {state.id: state for state in self.states}
+
+    @cached_property
+    def _outgoing(self) -> dict[int, tuple[Transition, ...]]:
+        leaving: dict[int, list[Transition]] = {origin: [] for origin in self._by_id}
+        for each in sorted(self.transitions, key=lambda t: math.inf if t.priority is None else t.priority):
+            leaving[each.origin].append(each)
+        return {origin: tuple(found) for origin, found in leaving.items()}
+
+    @cached_property
+    def _soonest(self) -> dict[int, float]:
+        return {
             origin: min((each.delay or 0 for each in found), default=math.inf)
-            for origin, found in outgoing.items()
+            for origin, found in self._outgoing.items()
         }
-        object.__setattr__(self, "_soonest", soonest)
 
     @cached_property
     def initial(self) -> State:

@@ -5,31 +5,25 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from types import FrameType
 from typing import Final
 
 from interfaces.hfsm import ComponentStatus, ErrorReport
 from zenoh_ice.clock import Clock
 
+from ._actor import make_event
 from ._automaton import Automaton
-from ._automaton_run import make_event
 from ._limits import LIMITS, RuntimeLimits
 from ._marks import Mark, Marks
 from ._supervision import Refusal, Supervision
 from ._timeline import Timeline
 from ._variables import assign, convert, did_you_mean
 from .component import Component, equip, make_automata, parameters_of, source_of
-from .errors import (
-    OnError,
-    OnRefused,
-    ReloadRefusedError,
-    UnknownElementError,
-    ValueTypeError,
-    exit_code_of,
-)
+from .errors import OnError, OnRefused, ReloadRefusedError, UnknownElementError, ValueTypeError, exit_code_of
 from .observer import Observer
 from .source_map import locate_frame
-from .tree import ChangeKind, Replaced, Run, Tree
+from .tree import Actor, ChangeKind, Replaced, Tree
 
 _HANGS_PERIODS: Final = 10
 """Periods after which the cycle of an automaton with a long period hangs."""
@@ -41,8 +35,8 @@ class _RootWatch(Observer):
     def __init__(self, component: ComponentRun) -> None:
         self._component = component
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
-        if kind is ChangeKind.FINISHED and run is self._component.tree.root:
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
+        if kind is ChangeKind.FINISHED and actor is self._component.tree.root:
             self._component.request_stop()
 
 
@@ -102,6 +96,7 @@ class ComponentRun:
             hand_over=limits.hand_over,
         )
         self.tree.observers.append(_RootWatch(self))
+        self._prepare()
 
     @property
     def name(self) -> str:
@@ -134,19 +129,19 @@ class ComponentRun:
     @property
     def in_cycle(self) -> bool:
         """Whether a cycle is running at this moment."""
-        return any(run.in_cycle for run in self.tree.runs)
+        return any(actor.in_cycle for actor in self.tree.actors)
 
-    def hanging(self, run: Run) -> tuple[float, str]:
+    def hanging(self, actor: Actor) -> tuple[float, str]:
         """Return for how many wall seconds the cycle of an automaton hangs, and the line that it executes.
 
         The line is in the form of `locate`. Both are 0 and empty for a cycle that is not longer than 2 s and
         ten periods, or whose code sleeps by `self.sleep`, which ends when it must.
         """
-        seconds = time.perf_counter() - run.began_wall
-        if not run.in_cycle or seconds < max(self._limits.hangs, _HANGS_PERIODS * run.automaton.period):
+        seconds = time.perf_counter() - actor.began_wall
+        if not actor.in_cycle or seconds < max(self._limits.hangs, _HANGS_PERIODS * actor.automaton.period):
             return 0.0, ""
-        frame = self._frame(run)
-        if frame is None or not run.in_cycle:
+        frame = self._frame(actor)
+        if frame is None or not actor.in_cycle:
             return 0.0, ""
         return seconds, locate_frame(frame, source_of(self.component))
 
@@ -155,7 +150,8 @@ class ComponentRun:
 
         Raises UnknownElementError.
         """
-        self.tree.begin_at(automaton, state)
+        with self.action("begin_at", automaton=automaton, state=state):
+            self.tree.begin_at(automaton, state)
 
     def start(self) -> None:
         """Start the automata."""
@@ -174,13 +170,13 @@ class ComponentRun:
 
     def pause(self) -> None:
         """Let running cycles end, and start no others until `resume`."""
-        with self.tree.lock:
+        with self.action("pause"), self.tree.lock:
             self.refusal = None
             self._hold()
 
     def resume(self, after: Refusal | None = None) -> None:
         """Resume after a pause, or only after the pause for one refused command."""
-        with self.tree.lock:
+        with self.action("resume"), self.tree.lock:
             if self.ended.is_set() or not (after is None or after is self.refusal):
                 return
             self.refusal = None
@@ -197,45 +193,46 @@ class ComponentRun:
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Resume after a refused command if commands are accepted again; call it often.
 
-        `commands_accepted` is called with the reported holder of the robot.
+        `commands_accepted` is called with the reported holder of the robot. In virtual time the automata try
+        again as time passes.
         """
-        raise NotImplementedError
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError.
 
         Ghosts run none. Component time moves on by the shortest period.
         """
-        runs = self.tree.runs if automaton == 0 else (self.run(automaton),)
+        with self.action("step", automaton=automaton):  # without the cycles
+            actors = self.tree.actors if automaton == 0 else (self.actor(automaton),)
         if not self.ended.is_set():
-            self._step(runs)
+            self._step(actors)
 
     def force(self, automaton: int, transition: int) -> None:
         """Fire a transition in the next cycle of its automaton, whatever its guard returns.
 
         Raises UnknownElementError, also when the transition does not leave the current state.
         """
-        run = self.run(automaton)
-        found = next((each for each in run.automaton.transitions if each.id == transition), None)
-        if found is None:
-            raise UnknownElementError(f"automaton {automaton} has no transition {transition}")
-        with self.tree.lock:
-            if found.origin != run.current.id:
-                origin = run.automaton.state(found.origin).name
+        with self.action("force", automaton=automaton, transition=transition), self.tree.lock:
+            actor = self.actor(automaton)
+            found = next((each for each in actor.automaton.transitions if each.id == transition), None)
+            if found is None:
+                raise UnknownElementError(f"automaton {automaton} has no transition {transition}")
+            if found.origin != actor.current.id:
+                origin = actor.automaton.state(found.origin).name
                 raise UnknownElementError(
                     f"the transition {found.name or transition} leaves the state {origin!r}, "
-                    f"and {run.automaton.name} is in {run.current.name!r}"
+                    f"and {actor.automaton.name} is in {actor.current.name!r}"
                 )
-            run.forced = found
+            actor.forced = found
 
     def set_variable(self, automaton: int, name: str, value: object) -> None:
         """Set a variable of an automaton, or with 0 a parameter of the component.
 
         Raises UnknownElementError, and ValueTypeError for a value of the wrong type.
         """
-        with self.tree.lock:
+        with self.action("set", automaton=automaton, name=name, value=value), self.tree.lock:
             if automaton:
-                assign(self.run(automaton).automaton, name, value)
+                assign(self.actor(automaton).automaton, name, value)
                 return
             parameters = parameters_of(self.component)
             if name not in parameters:
@@ -251,12 +248,12 @@ class ComponentRun:
     def replace(
         self,
         component: Component,
-        runs: tuple[Run, ...],  # noqa: ARG002 - a subclass may have something to do for each
+        actors: tuple[Actor, ...],  # noqa: ARG002 - a subclass may have something to do for each
         apply: Callable[[int], Replaced],
     ) -> float:
         """Replace the component with another version of it, between two cycles.
 
-        `runs` are its automata; `apply` puts them into the tree at a component time in ns. Returns the wall
+        `actors` are its automata; `apply` puts them into the tree at a component time in ns. Returns the wall
         seconds in which no cycle could begin. Raises ReloadRefusedError when the component has ended, or a
         cycle does not end within 1 s.
         """
@@ -270,23 +267,28 @@ class ComponentRun:
 
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active; raises EventError."""
-        self.tree.send(make_event(name, data), self.component_time.now())
+        with self.action("send", name=name, value=data):
+            self.tree.send(make_event(name, data), self.component_time.now())
 
     def mark(self, mark: Mark) -> None:
         """Show a mark on the picture of a camera."""
         self.marks.add(mark, self.component_time.now())
 
-    def run(self, automaton: int) -> Run:
-        """Return an automaton by its id; raises UnknownElementError."""
-        run = self.tree.run(automaton)
-        if run is None:
-            known = ", ".join(str(run.automaton.id) for run in self.tree.runs)
-            raise UnknownElementError(f"there is no automaton {automaton}: there are {known}")
-        return run
+    def action(self, kind: str, **arguments: object) -> AbstractContextManager[None]:  # noqa: ARG002
+        """Return the context of what a client, or user code, does to the component; a recording tells it."""
+        return nullcontext()
 
-    def note(self, run: Run, message: str) -> None:
+    def actor(self, automaton: int) -> Actor:
+        """Return an automaton by its id; raises UnknownElementError."""
+        actor = self.tree.actor(automaton)
+        if actor is None:
+            known = ", ".join(str(actor.automaton.id) for actor in self.tree.actors)
+            raise UnknownElementError(f"there is no automaton {automaton}: there are {known}")
+        return actor
+
+    def note(self, actor: Actor, message: str) -> None:
         """Log and remember a problem of an automaton that is not an error of its code."""
-        self._supervision.note(run, message)
+        self._supervision.note(actor, message)
 
     def _wait_for_gap(self) -> float:
         """Wait for a moment without any cycle; return the `perf_counter` since which none could begin.
@@ -303,9 +305,9 @@ class ComponentRun:
         if self.ended.is_set():
             raise ReloadRefusedError("the component has ended")
         if not found:
-            run = next(run for run in self.tree.runs if run.in_cycle)
+            actor = next(actor for actor in self.tree.actors if actor.in_cycle)
             raise ReloadRefusedError(
-                f"the cycle of {run.automaton.name} in the state {run.current.name} "
+                f"the cycle of {actor.automaton.name} in the state {actor.current.name} "
                 f"did not end within {2 * gap:g} s: its code must not block"
             )
         return began
@@ -323,24 +325,27 @@ class ComponentRun:
                 self._hold()
                 self.refusal = refusal
 
-    def _abandon(self, run: Run, seconds: float) -> None:
+    def _abandon(self, actor: Actor, seconds: float) -> None:
         """Report a cycle that did not end when the component did, and the line that it executes."""
-        frame = self._frame(run)
+        frame = self._frame(actor)
         place = "" if frame is None else f" at {locate_frame(frame, source_of(self.component))}"
         self.component._hfsm_log.error(
             "%s/%s: its cycle did not end within %g s and is abandoned: its code must not block%s",
-            run.automaton.name,
-            run.current.name,
+            actor.automaton.name,
+            actor.current.name,
             seconds,
             place,
         )
+
+    def _prepare(self) -> None:
+        """Make what drives the automata, which are made."""
 
     def _halt(self) -> None:
         self.exit_code = self.exit_code or 1
         self.request_stop()
 
-    def _crashed(self, run: Run, error: BaseException) -> None:
-        self._supervision.crashed(run, error)
+    def _crashed(self, actor: Actor, error: BaseException) -> None:
+        self._supervision.crashed(actor, error)
         code = exit_code_of(error) if isinstance(error, SystemExit) else 1
         self.exit_code = self.exit_code or code
         self.request_stop()
@@ -349,11 +354,11 @@ class ComponentRun:
         """Wait on behalf of user code."""
         raise NotImplementedError
 
-    def _step(self, runs: tuple[Run, ...]) -> None:
+    def _step(self, actors: tuple[Actor, ...]) -> None:
         """Run one cycle of each automaton that is no ghost, in this order, while paused."""
         raise NotImplementedError
 
-    def _frame(self, run: Run) -> FrameType | None:  # noqa: ARG002
+    def _frame(self, actor: Actor) -> FrameType | None:  # noqa: ARG002
         """Return what the cycle of an automaton executes now; None where that is unknown, or it sleeps."""
         return None
 

@@ -10,7 +10,7 @@ from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from ._variables import convert, functions_of
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
 from .source_map import PLACE, place_of_assignment
-from .tree import Run, Tree
+from .tree import Actor, Tree
 
 
 class CycleEnded(Exception):
@@ -26,20 +26,20 @@ class Supervisor(Protocol):
     def now(self) -> int:
         """Return the component time in ns."""
 
-    def refused(self, run: Run, error: Exception) -> bool:
+    def refused(self, actor: Actor, error: Exception) -> bool:
         """Return whether a state hears, as an event, that a servant refused what user code asked for."""
 
-    def failed(self, run: Run, error: Exception) -> None:
+    def failed(self, actor: Actor, error: Exception) -> None:
         """Handle another exception of user code; raises CycleEnded to end the cycle."""
 
-    def succeeded(self, run: Run) -> None:
+    def succeeded(self, actor: Actor) -> None:
         """Handle a cycle that was completed."""
 
-    def not_handed_over(self, run: Run, late: list[Run]) -> None:
-        """Handle automata still in a cycle below a state that `run` leaves."""
+    def not_handed_over(self, actor: Actor, late: list[Actor]) -> None:
+        """Handle automata still in a cycle below a state that `actor` leaves."""
 
 
-def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     """Run one cycle of an automaton, which belongs to the component time `now`; a ghost runs none.
 
     First, the entry into the current state is completed, if it is still owed, and the outputs of the automata
@@ -50,195 +50,195 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
     If the entry ends within a period it counts as no time, so that timers keep to the schedule of cycles.
     Cycles that fall due while this one lasts are not made up for.
     """
-    if not tree.begin_cycle(run):
+    if not tree.begin_cycle(actor):
         return
-    began = run.began = supervisor.now()
+    began = actor.began = supervisor.now()
     for observer in tree.observers:
-        observer.cycle_began(run, now)
+        observer.cycle_began(actor, now)
     try:
-        _run_steps(tree, run, now, supervisor)
-        supervisor.succeeded(run)
+        _run_steps(tree, actor, now, supervisor)
+        supervisor.succeeded(actor)
     except (CycleEnded, CycleCutError, ComponentStoppedError):
         pass
     finally:
-        run.cycles += 1
-        run.last_cycle = time.perf_counter() - run.began_wall
-        run.longest_cycle = max(run.longest_cycle, run.last_cycle)
+        actor.cycles += 1
+        actor.last_cycle = time.perf_counter() - actor.began_wall
+        actor.longest_cycle = max(actor.longest_cycle, actor.last_cycle)
         lasted = supervisor.now() - began
-        run.overruns += lasted > run.automaton.interval
-        run.last_slot = now
-        run.began = None
-        tree.decide(run, now + lasted)
+        actor.overruns += lasted > actor.automaton.interval
+        actor.last_slot = now
+        actor.began = None
+        tree.decide(actor, now + lasted)
         for observer in tree.observers:
-            observer.cycle_ended(run, now)
-        tree.end_cycle(run)
+            observer.cycle_ended(actor, now)
+        tree.end_cycle(actor)
 
 
-def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
-    if run.code_first:
-        run.code_first = False
+def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
+    if actor.code_first:
+        actor.code_first = False
     else:
-        if run.unset:
-            run.unset = False
-            _set_outputs(run.automaton)
-        if run.owed:
-            _enter(tree, run, now, supervisor)
-        _take_results(tree, run, supervisor)
-        if run.unseen and run.on_duty and not run.owed:
-            run.unseen = False
-            if _pauses(tree, run, None):
-                tree.suspend(run, code_first=False)
+        if actor.unset:
+            actor.unset = False
+            _set_outputs(actor.automaton)
+        if actor.owed:
+            _enter(tree, actor, now, supervisor)
+        _take_results(tree, actor, supervisor)
+        if actor.unseen and actor.on_duty and not actor.owed:
+            actor.unseen = False
+            if _pauses(tree, actor, None):
+                tree.suspend(actor, code_first=False)
                 return
-        if not run.current.final:
-            transition = _first_that_holds(tree, run, now, supervisor)
-            if transition is not None and _fire(tree, run, transition, now, supervisor):
-                run.unseen = False
-                _take_results(tree, run, supervisor)
-                if _pauses(tree, run, transition):
-                    tree.suspend(run, code_first=True)
+        if not actor.current.final:
+            transition = _first_that_holds(tree, actor, now, supervisor)
+            if transition is not None and _fire(tree, actor, transition, now, supervisor):
+                actor.unseen = False
+                _take_results(tree, actor, supervisor)
+                if _pauses(tree, actor, transition):
+                    tree.suspend(actor, code_first=True)
                     return
-    runs_on = run.on_duty and not run.owed
-    if runs_on and not run.current.final and run.current.code is not None:
-        tree.decide(run, now)  # nobody has to wait for the code, but who takes its outputs
-        _call(tree, run, run.current.code, supervisor)
-    if run.hands_up:
-        outputs = _call(tree, run, lambda: outputs_of(run.automaton, _latest_code(run)), supervisor)
+    runs_on = actor.on_duty and not actor.owed
+    if runs_on and not actor.current.final and actor.current.code is not None:
+        tree.decide(actor, now)  # nobody has to wait for the code, but who takes its outputs
+        _call(tree, actor, actor.current.code, supervisor)
+    if actor.hands_up:
+        outputs = _call(tree, actor, lambda: outputs_of(actor.automaton, _latest_code(actor)), supervisor)
         if isinstance(outputs, dict):
-            tree.hand_up(run, outputs)
-    if runs_on and run.current.final:
-        tree.finish(run, now)  # after the last outputs: who sees the end sees them
+            tree.hand_up(actor, outputs)
+    if runs_on and actor.current.final:
+        tree.finish(actor, now)  # after the last outputs: who sees the end sees them
 
 
-def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
+def _pauses(tree: Tree, actor: Actor, transition: Transition | None) -> bool:
     """Return whether an observer wants to pause where a state was entered; all of them are notified."""
-    pauses = [observer.entered(run, transition) for observer in tree.observers]
+    pauses = [observer.entered(actor, transition) for observer in tree.observers]
     return any(pauses)
 
 
-def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
+def _first_that_holds(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Transition | None:
     """Return the transition that is to fire, if any: the one that is forced, or the first that holds.
 
     Transitions are tried with the oldest event. An event that fires none of them is dropped, and those that
     wait for an event are tried with the next one. An event stays first in the queue when another transition
     fires before it, and when the cycle is cut short in between.
     """
-    forced = run.forced
+    forced = actor.forced
     if forced is not None:
-        run.forced = run.event = None
-        if forced.origin == run.current.id:
+        actor.forced = actor.event = None
+        if forced.origin == actor.current.id:
             return forced
-    transitions = run.automaton.outgoing(run.current)
+    transitions = actor.automaton.outgoing(actor.current)
     while True:
-        event = run.event = tree.next_event(run, now)
+        event = actor.event = tree.next_event(actor, now)
         for transition in transitions:
-            if _holds(tree, run, transition, now, supervisor):
+            if _holds(tree, actor, transition, now, supervisor):
                 if event is not None and transition.event:
-                    tree.take_event(run, event, now, handled=True)
+                    tree.take_event(actor, event, now, handled=True)
                 return transition
         if event is None:
             return None
-        tree.take_event(run, event, now, handled=False)
+        tree.take_event(actor, event, now, handled=False)
         transitions = tuple(each for each in transitions if each.event)  # the others have been tried
 
 
-def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
+def _holds(tree: Tree, actor: Actor, transition: Transition, now: int, supervisor: Supervisor) -> bool:
     if transition.delay is not None:
-        triggered = run.active_time(now) >= transition.delay
+        triggered = actor.active_time(now) >= transition.delay
     elif transition.event:
-        triggered = run.event is not None and transition.event == run.event.name
+        triggered = actor.event is not None and transition.event == actor.event.name
     elif transition.finished:
-        triggered = run.below_finished
+        triggered = actor.below_finished
     else:
         triggered = True
     if not triggered or transition.guard is None:
         return triggered
-    guard = _bound(run, transition, transition.guard)
-    value = _call(tree, run, lambda: bool(guard()), supervisor) is True  # bool() may fail, too
-    run.guards[transition.id] = value, now
+    guard = _bound(actor, transition, transition.guard)
+    value = _call(tree, actor, lambda: bool(guard()), supervisor) is True  # bool() may fail, too
+    actor.guards[transition.id] = value, now
     for observer in tree.observers:
-        observer.guard_evaluated(run, transition, value, now)
+        observer.guard_evaluated(actor, transition, value, now)
     return value
 
 
-def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
+def _fire(tree: Tree, actor: Actor, transition: Transition, now: int, supervisor: Supervisor) -> bool:
     """Fire a transition; false when the new state is not entered, since the automaton became a ghost."""
-    if not tree.leave(run, now):
+    if not tree.leave(actor, now):
         return False
     for observer in tree.observers:
-        observer.fired(run, transition, now)
+        observer.fired(actor, transition, now)
     try:
-        late = tree.wait_for_cycles(run, supervisor.hand_over)
+        late = tree.wait_for_cycles(actor, supervisor.hand_over)
         if late:
-            supervisor.not_handed_over(run, late)
-        for left, state in _left_for_good(run):
+            supervisor.not_handed_over(actor, late)
+        for left, state in _left_for_good(actor):
             if state.exit is not None:
                 _call(tree, left, state.exit, supervisor)
     finally:  # once the automata below have stopped, the state changes whatever its exit code does
-        changed = tree.change(run, transition, now)
+        changed = tree.change(actor, transition, now)
     if not changed:
         return False
     try:
         if transition.code is not None:
-            _call(tree, run, _bound(run, transition, transition.code), supervisor)
+            _call(tree, actor, _bound(actor, transition, transition.code), supervisor)
     finally:
-        if not run.owed:
-            tree.enter(run, _settled(run, now, supervisor))
-    if run.owed:
-        _enter(tree, run, now, supervisor)
-    return run.on_duty
+        if not actor.owed:
+            tree.enter(actor, _settled(actor, now, supervisor))
+    if actor.owed:
+        _enter(tree, actor, now, supervisor)
+    return actor.on_duty
 
 
-def _enter(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     """Complete the entry into the current state; a ghost completes it later."""
-    state = run.current
-    if not run.on_duty:
+    state = actor.current
+    if not actor.on_duty:
         return
     if state.entry is not None:
-        _call(tree, run, state.entry, supervisor)
+        _call(tree, actor, state.entry, supervisor)
     arguments = state.arguments
     if arguments is not None and not state.final:
-        _call(tree, run, lambda: hand_over(state, arguments()), supervisor)
-    tree.enter(run, _settled(run, now, supervisor))
+        _call(tree, actor, lambda: hand_over(state, arguments()), supervisor)
+    tree.enter(actor, _settled(actor, now, supervisor))
 
 
-def _settled(run: Run, now: int, supervisor: Supervisor) -> int:
+def _settled(actor: Actor, now: int, supervisor: Supervisor) -> int:
     """Return the time from which the timers of a state count, now that its entry is complete."""
     ended = supervisor.now()
-    assert run.began is not None
-    return now if ended - run.began < run.automaton.interval else ended
+    assert actor.began is not None
+    return now if ended - actor.began < actor.automaton.interval else ended
 
 
-def _left_for_good(run: Run) -> list[tuple[Run, State]]:
+def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
     """Return the states whose exit code runs when an automaton leaves its state, in this order."""
-    left: list[tuple[Run, State]] = []
-    if run.current.restart and not run.waking:  # if not woken since, they have left already
-        for child in run.below:
+    left: list[tuple[Actor, State]] = []
+    if actor.current.restart and not actor.waking:  # if not woken since, they have left already
+        for child in actor.below:
             if child.entered is not None and not child.owed and not child.finished:
                 left += _left_for_good(child)
-    left.append((run, run.current))
+    left.append((actor, actor.current))
     return left
 
 
-def _bound(run: Run, transition: Transition, code: Callable[..., object]) -> Callable[[], object]:
+def _bound(actor: Actor, transition: Transition, code: Callable[..., object]) -> Callable[[], object]:
     """Return a transition's guard or code as a function without parameters."""
     if not transition.event:
         return code
-    event = run.event
+    event = actor.event
     if event is None or event.name != transition.event:  # it was forced
         event = Event(transition.event)
     return lambda: code(event)
 
 
-def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervisor) -> object:
+def _call(tree: Tree, actor: Actor, code: Callable[[], object], supervisor: Supervisor) -> object:
     """Return the result of a piece of user code, or None when it failed and the cycle continues."""
     try:
         return code()
     except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it
-        if supervisor.refused(run, error):
+        if supervisor.refused(actor, error):
             return None
         for observer in tree.observers:
-            observer.code_failed(run, error)
-        supervisor.failed(run, error)
+            observer.code_failed(actor, error)
+        supervisor.failed(actor, error)
         return None
 
 
@@ -247,12 +247,12 @@ def _set_outputs(automaton: Automaton) -> None:
         automaton.set_outputs(automaton.first_outputs())
 
 
-def _take_results(tree: Tree, run: Run, supervisor: Supervisor) -> None:
+def _take_results(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
     """Take the outputs of the automata below the current state into variables."""
-    results = run.current.results
-    if results is not None and run.awake:
-        outputs = tree.take(run)
-        _call(tree, run, lambda: results(outputs), supervisor)
+    results = actor.current.results
+    if results is not None and actor.awake:
+        outputs = tree.take(actor)
+        _call(tree, actor, lambda: results(outputs), supervisor)
 
 
 def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> dict[str, object]:
@@ -275,10 +275,10 @@ def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> d
     return outputs
 
 
-def _latest_code(run: Run) -> Iterator[Callable[..., object]]:
+def _latest_code(actor: Actor) -> Iterator[Callable[..., object]]:
     """Yield the code of an automaton, beginning with what ran last."""
-    state, automaton = run.current, run.automaton
-    fired = (each.code for each in automaton.transitions if each.id == run.last_transition)
+    state, automaton = actor.current, actor.automaton
+    fired = (each.code for each in automaton.transitions if each.id == actor.last_transition)
     yield from (code for code in (state.code, state.entry, *fired) if code is not None)
     yield from functions_of(automaton)
 

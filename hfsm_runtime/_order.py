@@ -15,63 +15,64 @@ from __future__ import annotations
 
 from typing import Final
 
-from ._automaton_run import Run
+from ._actor import Actor
 from ._timeline import slot_at
 
 _LEAST_WAIT: Final = 100_000_000
 """How long to wait in ns at least, however short the periods are: a busy machine may interrupt a cycle."""
 
 
-def turn_of(run: Run, now: int, latest: int) -> int | Run:
+def turn_of(actor: Actor, now: int, latest: int) -> int | Actor:
     """Return the time of the next cycle of an automaton if it is its turn, or else whose turn it is.
 
-    The cycle is due. Its time is at most `latest`; of slots that were missed, the last one counts that comes
-    before the next cycles of the automata above, and not after those of the automata below.
+    The cycle is due, and its time is at most `latest`. A thread that was late for several slots makes up for
+    none of them: it takes the last one that is still before the next cycle of each automaton above. While it
+    waits for late automata below, it takes none that is after their next cycles, either.
     """
-    first = above = run.parent
+    first = above = actor.parent
     while above is not None:
-        if above.next_slot <= latest and above.may_change(latest) and not _lasts_too_long(above, run, now):
+        if above.next_slot <= latest and above.may_change(latest) and not _lasts_too_long(above, actor, now):
             first, latest = above, above.next_slot - 1
         above = above.parent
-    if latest < run.next_slot:
+    if latest < actor.next_slot:
         assert first is not None
         return first
-    at, interval = run.next_slot, run.automaton.interval
-    waits = bool(run.children) and now - at < patience(run, run)
+    at, interval = actor.next_slot, actor.automaton.interval
+    waits = bool(actor.children) and now - at < patience(actor, actor)
     if latest - at >= interval:
-        at = slot_at(_soonest_below(run, latest, run, now) if waits else latest, interval)
-    if waits and run.may_change(at):
-        return _late_below(run, run, now) or at
+        at = slot_at(_soonest_below(actor, latest, actor, now) if waits else latest, interval)
+    if waits and actor.may_change(at):
+        return _late_below(actor, actor, now) or at
     return at
 
 
-def patience(run: Run, first: Run) -> int:
-    """Return how long a running cycle may last for which the one of `run` waits, in ns."""
-    return max(_LEAST_WAIT, min(run.automaton.interval, first.automaton.interval))
+def patience(actor: Actor, first: Actor) -> int:
+    """Return how long a running cycle may last for which the one of `actor` waits, in ns."""
+    return max(_LEAST_WAIT, min(actor.automaton.interval, first.automaton.interval))
 
 
-def _late_below(run: Run, waiting: Run, now: int) -> Run | None:
-    """Return an active automaton below the state of `run` whose cycle is due before that of `waiting`."""
-    for child in reversed(run.below):  # the last one will probably be the last to wake
+def _late_below(actor: Actor, waiting: Actor, now: int) -> Actor | None:
+    """Return an active automaton below the state of `actor` whose cycle is due before that of `waiting`."""
+    for child in reversed(actor.below):  # the last one will probably be the last to wake
         if not child.active or child.finished:
             continue
         late = _late_below(child, waiting, now)
         if late is not None:
             return late
         due = child.next_slot < waiting.next_slot and child.may_change(waiting.next_slot)
-        due |= run is waiting and child.hands_up and child.began is not None
+        due |= actor is waiting and child.hands_up and child.began is not None
         if due and not _lasts_too_long(child, waiting, now):
             return child
     return None
 
 
-def _soonest_below(run: Run, latest: int, waiting: Run, now: int) -> int:
-    """Return the first time up to `latest` of a cycle below the state of `run` that may change anything.
+def _soonest_below(actor: Actor, latest: int, waiting: Actor, now: int) -> int:
+    """Return the first time up to `latest` of a cycle below the state of `actor` that may change anything.
 
-    It is at least the time of the next cycle of `waiting`.
+    It is not before the next cycle of `waiting`.
     """
     soonest = latest
-    for child in run.below:
+    for child in actor.below:
         if child.active and not child.finished:
             soonest = _soonest_below(child, soonest, waiting, now)
             if child.may_change(latest) and not _lasts_too_long(child, waiting, now):
@@ -79,6 +80,6 @@ def _soonest_below(run: Run, latest: int, waiting: Run, now: int) -> int:
     return soonest
 
 
-def _lasts_too_long(first: Run, run: Run, now: int) -> bool:
+def _lasts_too_long(first: Actor, actor: Actor, now: int) -> bool:
     began = first.began
-    return began is not None and now - began >= patience(run, first)
+    return began is not None and now - began >= patience(actor, first)

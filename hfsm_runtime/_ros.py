@@ -1,6 +1,7 @@
 """A component's topics, services and actions of ROS 2, as user code sees them.
 
-Each has an end: at a node of ROS, in the ROS of a test, or in a recording or a replay.
+Each has an end: at a node of ROS, or in the ROS of a test. All that user code does passes through `Used.do`,
+where a recording writes down what the end gives, and a replay, which has no ends, answers in its place.
 """
 
 from __future__ import annotations
@@ -11,11 +12,11 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any, Final, Generic, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 import zenoh_ros2
 from zenoh_ice import Sample, ZenohIceError
-from zenoh_ros2 import Node, QoS, RosError, Types
+from zenoh_ros2 import Node, QoS, RosError, Status, Types
 
 from .component import Component, Ros, ros_of
 from .errors import ComponentError
@@ -27,59 +28,34 @@ _LEAST: Final = 0.05
 
 _logger = logging.getLogger(__name__)
 
-E = TypeVar("E")
+_T = TypeVar("_T")
 
 
-class Outgoing(Protocol):
-    """The publishing end of a topic."""
+class Do(Protocol):
+    """Let a function do something at an end, or answer in its place.
 
-    @property
-    def subscribers(self) -> int: ...
-    def publish(self, message: Any, /) -> None: ...  # noqa: ANN401
+    `name` is that of the method. `gives` says what comes of it: the end of the name of a message's type;
+    Sample, Goal or Future; None for nothing; or a number, the one that holds while none is known. `sent` is
+    the message that is sent, and `timeout` the longest wait in s.
+    """
 
-
-class Incoming(Protocol):
-    """The listening end of a topic."""
-
-    def latest(self) -> Sample[Any] | None: ...
-    def next(self, timeout: float) -> Sample[Any]: ...
-
-
-class Client(Protocol):
-    """The calling end of a service."""
-
-    def wait(self, timeout: float) -> object: ...
-    def call(self, request: Any, /, *, timeout: float) -> Any: ...  # noqa: ANN401
-    def call_async(self, request: Any, /) -> Future[Any]: ...  # noqa: ANN401
+    def __call__(
+        self,
+        name: str,
+        act: Callable[[], _T],
+        gives: object = None,
+        /,
+        *,
+        sent: object = None,
+        timeout: float | None = None,
+    ) -> _T: ...
 
 
-class Goal(Protocol):
-    """A goal that an action's server has accepted."""
-
-    @property
-    def status(self) -> Any: ...  # noqa: ANN401
-    @property
-    def feedback(self) -> Any: ...  # noqa: ANN401
-    @property
-    def done(self) -> bool: ...
-    def result(self, timeout: float) -> Any: ...  # noqa: ANN401
-    def cancel(self, timeout: float) -> object: ...
+MakeEnd = Callable[[Ros, QoS], Any]
+"""Make the end that a component declares; it behaves as one that `make_end` makes."""
 
 
-class ActionClient(Protocol):
-    """The commanding end of an action."""
-
-    def send(self, goal: Any, /, *, timeout: float) -> Goal: ...  # noqa: ANN401
-
-
-End = Outgoing | Incoming | Client | ActionClient
-
-
-MakeEnd = Callable[[Ros, QoS], End]
-"""Make the end that a component declares: at a node of ROS, in the ROS of a test, or for a replay."""
-
-
-def make_end(node: Node, declared: Ros, qos: QoS) -> End:
+def make_end(node: Node, declared: Ros, qos: QoS) -> Any:  # noqa: ANN401
     """Announce what a component declares. Raises RosError."""
     match declared.kind:
         case "publish":
@@ -92,15 +68,16 @@ def make_end(node: Node, declared: Ros, qos: QoS) -> End:
             return zenoh_ros2.ActionClient(node, declared.type, declared.target)
 
 
-class Used(Generic[E]):
-    """A topic, service or action of a component, which may get another `end` at any time."""
+class Used:
+    """A topic, service or action of a component."""
 
     _part = ""
     """The end of the name of the type of what is sent."""
 
-    def __init__(self, end: E, types: Types, declared: Ros) -> None:
+    def __init__(self, end: Any, types: Types, declared: Ros) -> None:  # noqa: ANN401
         self.end = end
         self.declared: Final = declared
+        self.do: Do = directly
         self._make: Final[Callable[..., Any]] = functools.partial(types.coerce, declared.type + self._part)
 
     def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
@@ -108,78 +85,129 @@ class Used(Generic[E]):
         yield from ()
 
 
-class Publisher(Used[Outgoing]):
+def directly(_name: str, act: Callable[[], _T], *_: object, **_more: object) -> _T:
+    """Do something at an end."""
+    return act()
+
+
+class Publisher(Used):
     """A topic that the component publishes."""
 
+    end: zenoh_ros2.Publisher
     _is_driving = False
 
     @property
     def subscribers(self) -> int:
         """The current number of subscribers."""
-        return self.end.subscribers
+        return self.do("subscribers", lambda: self.end.subscribers, 0)
 
     def publish(self, message: Any = None, /, **fields: object) -> None:  # noqa: ANN401
         """Publish a message, or one with the given fields: the others are zero. Raises MessageError."""
         whole = self._make(message, **fields)
         self._is_driving = True  # set first: a stop may arrive during the publication
-        self.end.publish(whole)
+        self._send(whole)
 
     def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
         """Yield a function that publishes a default message, if that stops an earlier one."""
         if self.declared.stop and self._is_driving:
             self._is_driving = False
-            yield lambda _limit: self.end.publish(self._make(None))
+            yield lambda _limit: self._send(self._make(None))
+
+    def _send(self, message: Any) -> None:  # noqa: ANN401
+        self.do("publish", lambda: self.end.publish(message), sent=message)
 
 
-class Subscription(Used[Incoming]):
+class Subscription(Used):
     """A topic that the component listens to."""
+
+    end: zenoh_ros2.Subscription
 
     @property
     def value(self) -> Any:  # noqa: ANN401
         """The newest message, or a default one before the first."""
-        sample = self.end.latest()
+        sample = self.latest()
         return self._make(None) if sample is None else sample.value
 
     def latest(self) -> Sample[Any] | None:
         """Return the newest sample, with its `value` and its `age`; None before the first."""
-        return self.end.latest()
+        return self.do("latest", lambda: self.end.latest(), Sample)  # noqa: PLW0108 - a replay has no end
 
     def next(self, timeout: float = 2.0) -> Sample[Any]:
         """Wait for the next sample, at most `timeout` s."""
-        return self.end.next(timeout)
+        return self.do("next", lambda: self.end.next(timeout), Sample, timeout=timeout)
 
 
-class Service(Used[Client]):
+class Service(Used):
     """A service that the component calls."""
 
+    end: zenoh_ros2.Client
     _part = "_Request"
 
-    def wait(self, timeout: float = 2.0) -> object:
+    def wait(self, timeout: float = 2.0) -> None:
         """Wait until a server offers the service, at most `timeout` s."""
-        return self.end.wait(timeout)
+        self.do("wait", lambda: self.end.wait(timeout), False, timeout=timeout)
 
     def call(self, request: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Any:  # noqa: ANN401
         """Call the service with a request, or one with the given fields, and return the response."""
-        return self.end.call(self._make(request, **fields), timeout=timeout)
+        whole = self._make(request, **fields)
+        return self.do(
+            "call", lambda: self.end.call(whole, timeout=timeout), "_Response", sent=whole, timeout=timeout
+        )
 
     def call_async(self, request: Any = None, /, **fields: object) -> Future[Any]:  # noqa: ANN401
         """Call the service without waiting: the response is the result of a future."""
-        return self.end.call_async(self._make(request, **fields))
+        whole = self._make(request, **fields)
+        return self.do("call_async", lambda: self.end.call_async(whole), Future, sent=whole)
 
 
-class Action(Used[ActionClient]):
+class Goal:
+    """A goal that an action's server has accepted."""
+
+    def __init__(self, do: Do, end: zenoh_ros2.Goal | Goal) -> None:
+        self._do: Final = do
+        self._end: Final = end
+
+    @property
+    def status(self) -> Status:
+        """Where it is."""
+        return self._do("status", lambda: self._end.status, Status.UNKNOWN)
+
+    @property
+    def feedback(self) -> Any:  # noqa: ANN401
+        """The newest feedback, or None."""
+        return self._do("feedback", lambda: self._end.feedback, "_Feedback")
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended, successfully or not."""
+        return self._do("done", lambda: self._end.done, True)
+
+    def result(self, timeout: float = 2.0) -> Any:  # noqa: ANN401
+        """Wait for its end, at most `timeout` s, and return the result."""
+        return self._do("result", lambda: self._end.result(timeout), "_Result", timeout=timeout)
+
+    def cancel(self, timeout: float = 2.0) -> bool:
+        """Ask the server to cancel it; return whether it will."""
+        return self._do("cancel", lambda: self._end.cancel(timeout), False, timeout=timeout)
+
+
+class Action(Used):
     """An action whose goals the component sends."""
 
+    end: zenoh_ros2.ActionClient
     _part = "_Goal"
     _goals: Sequence[Goal] = ()
 
     def send(self, goal: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Goal:  # noqa: ANN401
-        """Send a goal, or one with the given fields. Raises zenoh_ros2.GoalRejectedError.
-
-        The returned goal has `status`, `feedback` (the newest, or None), `done`, `result(timeout)` and
-        `cancel(timeout)`.
-        """
-        sent = self.end.send(self._make(goal, **fields), timeout=timeout)
+        """Send a goal, or one with the given fields. Raises zenoh_ros2.GoalRejectedError."""
+        whole = self._make(goal, **fields)
+        sent = self.do(
+            "send",
+            lambda: Goal(directly, self.end.send(whole, timeout=timeout)),
+            Goal,
+            sent=whole,
+            timeout=timeout,
+        )
         self._goals = [*(each for each in self._goals if not each.done), sent]
         return sent
 
@@ -191,7 +219,7 @@ class Action(Used[ActionClient]):
                 yield goal.cancel
 
 
-_KINDS: Final[Mapping[str, type[Used[Any]]]] = {
+KINDS: Final[Mapping[str, type[Used]]] = {
     "publish": Publisher,
     "subscribe": Subscription,
     "service": Service,
@@ -205,7 +233,7 @@ class Endpoints:
     def __init__(self, make_end: MakeEnd, types: Types) -> None:
         self._make_end: Final = make_end
         self._types: Final = types
-        self._made: dict[tuple[object, ...], Used[Any]] = {}
+        self._made: dict[tuple[object, ...], Used] = {}
 
     def connect(self, component: Component) -> None:
         """Connect what a component declares and has not connected yet. Raises ComponentError.
@@ -223,17 +251,17 @@ class Endpoints:
         if not hasattr(type(component), "ros"):
             vars(component)["ros"] = self._types
 
-    def _used(self, declared: Ros) -> Used[Any]:
+    def _used(self, declared: Ros) -> Used:
         key = (declared.kind, declared.target, declared.type, declared.stop, *sorted(declared.qos.items()))
         if key not in self._made:
-            if declared.kind not in _KINDS:
+            if declared.kind not in KINDS:
                 raise ComponentError(f"self.{declared.name}: {declared.kind!r} is no kind of ROS interface")
             end = self._make_end(declared, QoS(**declared.qos))  # type: ignore[arg-type]
-            self._made[key] = _KINDS[declared.kind](end, self._types, declared)
+            self._made[key] = KINDS[declared.kind](end, self._types, declared)
         return self._made[key]
 
 
-def used_by(component: Component) -> dict[str, Used[Any]]:
+def used_by(component: Component) -> dict[str, Used]:
     """Return what a component uses of ROS and is connected, by attribute."""
     found = {name: vars(component).get(name) for name in ros_of(component)}
     return {name: used for name, used in found.items() if isinstance(used, Used)}

@@ -24,7 +24,7 @@ from zenoh_ice.exceptions import (
 from zenoh_ice.text import printable
 
 from ._advice import explain
-from ._automaton import Automaton, Event
+from ._automaton import Event
 from ._cycle import CycleEnded
 from ._limits import RuntimeLimits
 from ._timeline import Timeline
@@ -32,7 +32,7 @@ from .component import Component, source_of
 from .errors import OnError, OnRefused, describe, exit_code_of, part_of_component
 from .observer import Observer
 from .source_map import locate
-from .tree import DropReason, Run, Tree
+from .tree import Actor, DropReason, Tree
 
 _KEPT: Final = 10_000
 """Errors; so many that a test or a judge counts all of a run."""
@@ -66,23 +66,23 @@ class _Outage:
     """Automata that wait for the same thing, each until it completes a cycle or becomes a ghost."""
 
     def __init__(self) -> None:
-        self._waiting: set[Run] = set()
+        self._waiting: set[Actor] = set()
         self._began = 0.0
 
     def __bool__(self) -> bool:
         return bool(self._waiting)
 
-    def add(self, run: Run) -> bool:
+    def add(self, actor: Actor) -> bool:
         """Add an automaton; return whether it is the first."""
         first = not self._waiting
         if first:
             self._began = time.monotonic()
-        self._waiting.add(run)
+        self._waiting.add(actor)
         return first
 
-    def recovered(self, run: Run) -> float | None:
+    def recovered(self, actor: Actor) -> float | None:
         """Note a completed cycle; return the duration of the outage in s if it is over now."""
-        before, self._waiting = self._waiting, {r for r in self._waiting if r.active and r is not run}
+        before, self._waiting = self._waiting, {r for r in self._waiting if r.active and r is not actor}
         return time.monotonic() - self._began if before and not self._waiting else None
 
 
@@ -123,7 +123,7 @@ class Supervision(Observer):
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
         self._without_server = _Outage()
         self._refused = _Outage()
-        self._hardware_failures: dict[Run, int] = {}
+        self._hardware_failures: dict[Actor, int] = {}
         """Cycles in a row that ended because hardware failed."""
         self._dropped: set[tuple[int, int, str]] = set()
         """Dropped events: the automaton, its state, and the event with the reason."""
@@ -149,40 +149,41 @@ class Supervision(Observer):
         """Return the component time in ns."""
         return self._timeline.now()
 
-    def refused(self, run: Run, error: Exception) -> bool:
+    def refused(self, actor: Actor, error: Exception) -> bool:
         """Return whether a state, from the automaton up, hears an exception of a servant as an event.
 
         A picture that may just be late is none.
         """
         if not isinstance(error, ZenohIceError) or isinstance(error, CommunicatorDestroyedException):
             return False
-        if isinstance(error, HardwareFailedException) and self._may_be_late(run):
+        if isinstance(error, HardwareFailedException) and self._may_be_late(actor):
             return False
-        heard = self._tree.refuse(run, printable(str(getattr(error, "what", error))))
+        heard = self._tree.refuse(actor, printable(str(getattr(error, "what", error))))
         if heard:
-            self._log.info("%s: %s", _place(run), describe(error))
+            self._log.info("%s: %s", _place(actor), describe(error))
         return heard
 
-    def failed(self, run: Run, error: Exception) -> None:
+    def failed(self, actor: Actor, error: Exception) -> None:
         """Handle an exception of user code; raises CycleEnded to end the cycle."""
         if isinstance(error, CommunicatorDestroyedException):
             raise CycleEnded from error  # the component has ended without this cycle
         location = locate(error, self._file)
-        message = explain(error, self._component, _chain(run))[:_LONGEST_MESSAGE]
+        automata = [each.automaton for each in actor.chain()]
+        message = explain(error, self._component, automata)[:_LONGEST_MESSAGE]
         if isinstance(error, UNAVAILABLE):
-            self._wait(self._without_server, run, location, message, "waiting for the server")
+            self._wait(self._without_server, actor, location, message, "waiting for the server")
             raise CycleEnded from error
         if isinstance(error, CommandRefusedException) and self._on_refused is OnRefused.PAUSE:
-            self._wait(self._refused, run, location, message, "pauses until commands are accepted again")
-            self._pause(Refusal(f"{_place(run)}: {message}", error.holder, time.monotonic()))
+            self._wait(self._refused, actor, location, message, "pauses until commands are accepted again")
+            self._pause(Refusal(f"{_place(actor)}: {message}", error.holder, time.monotonic()))
             raise CycleEnded from error
-        self._record(run, location, message)
+        self._record(actor, location, message)
         place = f" at {location}" if location else ""
-        self._log_seldom(run, location, f"{_place(run)}: {message}{place}", error)
+        self._log_seldom(actor, location, f"{_place(actor)}: {message}{place}", error)
         if self._on_error is OnError.STOP:
             if isinstance(error, HardwareFailedException):
-                late = self._may_be_late(run)
-                self._hardware_failures[run] = self._hardware_failures.get(run, 0) + 1
+                late = self._may_be_late(actor)
+                self._hardware_failures[actor] = self._hardware_failures.get(actor, 0) + 1
                 if late:
                     raise CycleEnded from error
             self._log.error("the component halts; `onerror` continue would ignore the error")
@@ -196,85 +197,85 @@ class Supervision(Observer):
             return True
         return False
 
-    def crashed(self, run: Run, error: BaseException) -> None:
+    def crashed(self, actor: Actor, error: BaseException) -> None:
         """Log and remember what ends the component, such as `sys.exit()` in the code of an automaton."""
         location = locate(error, self._file)
         place = f" at {location}" if location else ""
         if not isinstance(error, SystemExit):
-            self._record(run, location, describe(error)[:_LONGEST_MESSAGE])
+            self._record(actor, location, describe(error)[:_LONGEST_MESSAGE])
             trace = type(error), error, part_of_component(error, self._file)
-            self._log.critical("%s: its thread failed%s", _place(run), place, exc_info=trace)
+            self._log.critical("%s: its thread failed%s", _place(actor), place, exc_info=trace)
         elif exit_code_of(error) == 0:
-            self._log.warning("%s: sys.exit() ends the component%s", _place(run), place)
+            self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
         else:
             message = (
                 f"sys.exit({error.code!r}) ends the component; a final state would end it without an error"
             )
-            self._record(run, location, message)
-            self._log.error("%s: %s%s", _place(run), message, place)
+            self._record(actor, location, message)
+            self._log.error("%s: %s%s", _place(actor), message, place)
 
-    def succeeded(self, run: Run) -> None:
+    def succeeded(self, actor: Actor) -> None:
         """End the outages that a completed cycle has recovered from."""
         if self._hardware_failures:
-            self._hardware_failures.pop(run, None)
+            self._hardware_failures.pop(actor, None)
         if self._refused:
             with self._lock:
-                seconds = self._refused.recovered(run)
+                seconds = self._refused.recovered(actor)
                 if seconds is not None:
                     self._log.warning("commands are accepted again: continuing after %.1f s", seconds)
         if self._without_server and self._servers_present():
             with self._lock:
-                seconds = self._without_server.recovered(run)
+                seconds = self._without_server.recovered(actor)
                 if seconds is not None:
                     self._log.warning("the server is back after %.1f s", seconds)
 
-    def not_handed_over(self, run: Run, late: list[Run]) -> None:
+    def not_handed_over(self, actor: Actor, late: list[Actor]) -> None:
         """Report automata still in a cycle below a state that was left."""
         for child in late:
             message = (
-                f"still in a cycle {self.hand_over:g} s after {run.automaton.name} left the state "
-                f"{run.current.name}: "
+                f"still in a cycle {self.hand_over:g} s after {actor.automaton.name} left the state "
+                f"{actor.current.name}: "
                 "its code must not block, and others drive the robot with it until it ends"
             )
             self._record(child, "", message)
             self._log.error("%s: %s", _place(child), message)
 
-    def note(self, run: Run, message: str) -> None:
+    def note(self, actor: Actor, message: str) -> None:
         """Log and remember a problem of an automaton that is not an error of its code."""
-        self._record(run, "", message)
-        self._log.warning("%s: %s", _place(run), message)
+        self._record(actor, "", message)
+        self._log.warning("%s: %s", _place(actor), message)
 
-    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+    def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""
         message = f"the event {event.name!r} is dropped: {reason}"
         if reason is DropReason.OVERFLOW:
-            self._record(run, "", message)
-            self._log_seldom(run, event.name, f"{_place(run)}: {message}", None)
+            self._record(actor, "", message)
+            self._log_seldom(actor, event.name, f"{_place(actor)}: {message}", None)
             return
-        place = (run.automaton.id, run.current.id, f"{event.name}: {reason}")
+        place = (actor.automaton.id, actor.current.id, f"{event.name}: {reason}")
         first = place not in self._dropped
         self._dropped.add(place)
-        self._log.log(logging.INFO if first else logging.DEBUG, "%s: %s", _place(run), message)
+        self._log.log(logging.INFO if first else logging.DEBUG, "%s: %s", _place(actor), message)
 
-    def _may_be_late(self, run: Run) -> bool:
+    def _may_be_late(self, actor: Actor) -> bool:
         """Return whether hardware fails in too few cycles in a row, with this one, for an error."""
-        return self._hardware_failures.get(run, 0) + 1 < _HARDWARE_FAILURES
+        return self._hardware_failures.get(actor, 0) + 1 < _HARDWARE_FAILURES
 
-    def _wait(self, outage: _Outage, run: Run, location: str, message: str, what: str) -> None:
+    def _wait(self, outage: _Outage, actor: Actor, location: str, message: str, what: str) -> None:
         with self._lock:
-            first = outage.add(run)
+            first = outage.add(actor)
         if first:
-            self._record(run, location, message)
+            self._record(actor, location, message)
             level = logging.WARNING if outage is self._refused else logging.ERROR
-            self._log.log(level, "%s: %s; %s", _place(run), message, what)
+            self._log.log(level, "%s: %s; %s", _place(actor), message, what)
 
-    def _record(self, run: Run, location: str, message: str) -> None:
-        report = ErrorReport(self.now() / 1e9, run.automaton.id, run.current.id, location, message)
+    def _record(self, actor: Actor, location: str, message: str) -> None:
+        report = ErrorReport(self.now() / 1e9, actor.automaton.id, actor.current.id, location, message)
         with self._lock:
             self._records.append(report)
 
-    def _log_seldom(self, run: Run, location: str, text: str, error: Exception | None) -> None:
-        key = (run.automaton.id, run.current.id, location)
+    def _log_seldom(self, actor: Actor, location: str, text: str, error: Exception | None) -> None:
+        key = (actor.automaton.id, actor.current.id, location)
         now = time.monotonic()
         with self._lock:
             logged_at, repeated = self._logged.get(key, (float("-inf"), 0))
@@ -287,15 +288,5 @@ class Supervision(Observer):
         self._log.error("%s%s", text, again, exc_info=trace)
 
 
-def _chain(run: Run) -> list[Automaton]:
-    """Return an automaton and those above it."""
-    found = [run.automaton]
-    above = run.parent
-    while above is not None:
-        found.append(above.automaton)
-        above = above.parent
-    return found
-
-
-def _place(run: Run) -> str:
-    return f"{run.automaton.name}/{run.current.name}"
+def _place(actor: Actor) -> str:
+    return f"{actor.automaton.name}/{actor.current.name}"

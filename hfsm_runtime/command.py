@@ -41,7 +41,6 @@ _CHECK_PERIOD: Final = 0.1  # s between two checks of the main thread for signal
 _OnError = Annotated[
     OnError | None,
     typer.Option(
-        "--on-error",
         help="Reaction to an exception in the code of a state or transition. Default: the document's.",
         show_default=False,
     ),
@@ -49,7 +48,6 @@ _OnError = Annotated[
 _OnRefused = Annotated[
     OnRefused | None,
     typer.Option(
-        "--on-refused",
         help="Reaction when the robot refuses a command, as after an emergency stop. Default: the "
         "document's.",
         show_default=False,
@@ -58,7 +56,6 @@ _OnRefused = Annotated[
 _Seconds = Annotated[
     float | None,
     typer.Option(
-        "--seconds",
         min=0.0,
         callback=cli.finite,
         metavar="SECONDS",
@@ -68,7 +65,6 @@ _Seconds = Annotated[
 _BeginAt = Annotated[
     str | None,
     typer.Option(
-        "--begin-at",
         metavar="AUTOMATON.STATE",
         help="Start in this state, and in the states above that lead to it; ids of the document, as 4.2.",
     ),
@@ -76,7 +72,6 @@ _BeginAt = Annotated[
 _Breakpoints = Annotated[
     list[str] | None,
     typer.Option(
-        "--breakpoint",
         metavar="AUTOMATON.STATE[:CONDITION]",
         help="Pause when this state has been entered, such as 4.2, or when a transition has fired, such as "
         "4.t3; with a condition, 4.2:count > 3, only if that is true. May be given several times.",
@@ -92,7 +87,6 @@ _StayHalted = Annotated[
 _Record = Annotated[
     Path | None,
     typer.Option(
-        "--record",
         metavar="MCAP",
         dir_okay=False,
         help="Record the run to a new file, for `visualhfsm replay` and for Foxglove.",
@@ -107,52 +101,41 @@ _RecordImages = Annotated[
 ]
 
 
-_PANEL: Final = "ROS 2"
-_ROS_OPTIONS: Final = {
-    "ros": Annotated[
+def option_of(name: str) -> str:
+    """Return the option of a parameter: `--top-speed` of `top_speed`."""
+    return f"--{name.replace('_', '-')}"
+
+
+def _ros_option(name: str, kind: Any, text: str, default: object = None, **more: Any) -> inspect.Parameter:  # noqa: ANN401
+    """Return an option of ROS."""
+    option = typer.Option(option_of(name), help=text, rich_help_panel="ROS 2", **more)
+    return inspect.Parameter(
+        name, inspect.Parameter.KEYWORD_ONLY, annotation=Annotated[kind, option], default=default
+    )
+
+
+_ROS_OPTIONS: Final = (
+    _ros_option(
+        "ros",
         bool,
-        typer.Option(
-            "--ros",
-            help="Let ROS see and steer the component, as it does one with interfaces of ROS.",
-            rich_help_panel=_PANEL,
-        ),
-    ],
-    "ros_domain": Annotated[
-        int | None,
-        typer.Option(
-            "--ros-domain",
-            min=0,
-            max=232,
-            help="Domain of ROS. Default: ROS_DOMAIN_ID, or 0.",
-            rich_help_panel=_PANEL,
-        ),
-    ],
-    "ros_connect": Annotated[
+        "Let ROS see and steer the component, as it does one with interfaces of ROS.",
+        default=False,
+    ),
+    _ros_option("ros_domain", int | None, "Domain of ROS. Default: ROS_DOMAIN_ID, or 0.", min=0, max=232),
+    _ros_option(
+        "ros_connect",
         list[str] | None,
-        typer.Option(
-            "--ros-connect",
-            metavar="ENDPOINT",
-            help="Endpoint of the router of ROS, where it is not that of --connect; may be repeated.",
-            rich_help_panel=_PANEL,
-        ),
-    ],
-    "ros_namespace": Annotated[
-        str,
-        typer.Option(
-            "--ros-namespace", metavar="NAME", help="Where relative names begin.", rich_help_panel=_PANEL
-        ),
-    ],
-    "remap": Annotated[
+        "Endpoint of the router of ROS, where it is not that of --connect; may be repeated.",
+        metavar="ENDPOINT",
+    ),
+    _ros_option("ros_namespace", str, "Where relative names begin.", default="/", metavar="NAME"),
+    _ros_option(
+        "remap",
         list[str] | None,
-        typer.Option(
-            "--remap",
-            metavar="FROM:=TO",
-            help="Use another topic, service or action, such as /cmd_vel:=/turtle1/cmd_vel; may be repeated.",
-            rich_help_panel=_PANEL,
-        ),
-    ],
-}
-_ROS_DEFAULTS: Final = {"ros": False, "ros_namespace": "/"}
+        "Use another topic, service or action, such as /cmd_vel:=/turtle1/cmd_vel; may be repeated.",
+        metavar="FROM:=TO",
+    ),
+)
 
 
 def main(component: type[Component]) -> NoReturn:
@@ -194,7 +177,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
     @app.command(help=inspect.getdoc(component), epilog=examples)
     @cli.with_settings()
     @with_parameters(component)
-    @_with_ros()
+    @cli.with_options("ros", _ROS_OPTIONS, dict)
     def run(
         *,
         settings: Settings,
@@ -238,14 +221,16 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
 
             clock = world.communicator.clock
             if record is None:
-                runtime = world.runtime(made, clock, on_error, present, on_refused=on_refused)
+                runtime = world.runtime(made, clock, on_error, on_refused, servers_present=present)
             else:
                 # Loaded only for a recording.
                 from ._recording.run import RecordedRuntime, recording
                 from ._recording.surroundings import recorded_surroundings
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
-                runtime = RecordedRuntime(made, clock, recorder, on_error, present, on_refused=on_refused)
+                runtime = RecordedRuntime(
+                    made, clock, recorder, on_error, on_refused, servers_present=present
+                )
                 recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
                 stack.enter_context(recorded_surroundings(communicator, recorder))
             if (kept := CycleFile.of_parent()) is not None:
@@ -403,22 +388,6 @@ def with_parameters(component: type[Component]) -> Callable[[Callable[..., None]
 
     options = [_option(name, declared) for name, declared in parameters_of(component).items()]
     return cli.with_options("parameters", options, gather, first=True)
-
-
-def _with_ros() -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the options of ROS, which are passed to it as `ros`."""
-    options = [
-        inspect.Parameter(
-            name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=_ROS_DEFAULTS.get(name)
-        )
-        for name, annotation in _ROS_OPTIONS.items()
-    ]
-    return cli.with_options("ros", options, dict)
-
-
-def option_of(name: str) -> str:
-    """Return the option of a parameter: `--top-speed` of `top_speed`."""
-    return f"--{name.replace('_', '-')}"
 
 
 def make_component(component: type[Component], parameters: Mapping[str, object]) -> Any:  # noqa: ANN401

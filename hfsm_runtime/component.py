@@ -12,8 +12,8 @@ from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 from zenoh_ice.clock import Clock, WallClock
 from zenoh_ice.exceptions import ZenohIceError
 
+from ._actor import make_event
 from ._automaton import Automaton
-from ._automaton_run import make_event
 from ._marks import Mark, make_mark
 from .errors import ComponentError, EventError, NotConnectedError, OnError, OnRefused, VariablesError
 from .source_map import locate

@@ -23,7 +23,7 @@ from ._automaton import Transition
 from ._cycle import run_cycle
 from .observer import Observer
 from .source_map import locate_frame
-from .tree import Run
+from .tree import Actor
 
 _FATAL: Final = frozenset((signal.SIGKILL, signal.SIGQUIT))
 """Signals to itself by which a process ends without a word."""
@@ -72,8 +72,8 @@ def _running(caller: FrameType) -> str:
     frame: FrameType | None = caller
     while frame is not None:
         if frame.f_code is run_cycle.__code__:
-            run: Run = frame.f_locals["run"]
-            return f"{run.automaton.name}/{run.current.name}: "
+            actor: Actor = frame.f_locals["actor"]
+            return f"{actor.automaton.name}/{actor.current.name}: "
         frame = frame.f_back
     return ""
 
@@ -84,19 +84,19 @@ class CycleNotes(Observer):
     def __init__(self, file: CycleFile) -> None:
         self._file: Final = file
 
-    def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
+    def cycle_began(self, actor: Actor, at: int) -> None:  # noqa: ARG002
         """Note the state."""
-        self._file.write(run.automaton.id, run.current.id)
+        self._file.write(actor.automaton.id, actor.current.id)
 
-    def fired(self, run: Run, transition: Transition, at: int) -> None:  # noqa: ARG002
+    def fired(self, actor: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
         """Note the transition."""
-        self._file.write(run.automaton.id, run.current.id, transition.id)
+        self._file.write(actor.automaton.id, actor.current.id, transition.id)
 
-    def entered(self, run: Run, transition: Transition | None) -> bool:  # noqa: ARG002
+    def entered(self, actor: Actor, transition: Transition | None) -> bool:  # noqa: ARG002
         """Note the new state."""
-        self._file.write(run.automaton.id, run.current.id)
+        self._file.write(actor.automaton.id, actor.current.id)
         return False
 
-    def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
+    def cycle_ended(self, actor: Actor, at: int) -> None:  # noqa: ARG002
         """Note that nothing is executed any more."""
-        self._file.write(run.automaton.id, run.current.id, running=False)
+        self._file.write(actor.automaton.id, actor.current.id, running=False)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ._actor import Actor, ChangeKind, DropReason
 from ._automaton import Event, Transition
-from ._automaton_run import ChangeKind, DropReason, Run
 
 
 class Observer:
@@ -13,16 +13,16 @@ class Observer:
     raise. Times are component time in ns; `at` is that of the cycle.
     """
 
-    def cycle_began(self, run: Run, at: int) -> None:
-        """A cycle begins, in which the first `run.due` events of `run.queue` may fire transitions."""
+    def cycle_began(self, actor: Actor, at: int) -> None:
+        """A cycle begins, in which the first `actor.due` events of `actor.queue` may fire transitions."""
 
-    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
+    def guard_evaluated(self, actor: Actor, transition: Transition, value: bool, at: int) -> None:
         """The guard of a transition out of the current state was evaluated."""
 
-    def fired(self, run: Run, transition: Transition, at: int) -> None:
+    def fired(self, actor: Actor, transition: Transition, at: int) -> None:
         """A transition fires: its origin is still the current state, and its exit code has not run."""
 
-    def entered(self, run: Run, transition: Transition | None) -> bool:  # noqa: ARG002
+    def entered(self, actor: Actor, transition: Transition | None) -> bool:  # noqa: ARG002
         """Return whether to pause: a state was entered, by a transition or as the initial one.
 
         Its entry is complete and its code has not run. If any observer pauses, the automaton continues from
@@ -30,17 +30,17 @@ class Observer:
         """
         return False
 
-    def cycle_ended(self, run: Run, at: int) -> None:
+    def cycle_ended(self, actor: Actor, at: int) -> None:
         """A cycle ended, whether it went through or not."""
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         """An automaton entered a state, became a ghost, resumed or finished; called under the tree's lock."""
 
     def event_sent(self, event: Event, now: int) -> None:
         """An event was sent; called under the tree's lock."""
 
-    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+    def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """An event left the queue of an automaton and fired nothing; called under the tree's lock."""
 
-    def code_failed(self, run: Run, error: Exception) -> None:
+    def code_failed(self, actor: Actor, error: Exception) -> None:
         """A piece of user code raised an exception."""

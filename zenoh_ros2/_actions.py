@@ -15,10 +15,10 @@ from concurrent.futures import TimeoutError as FutureTimeoutError
 from enum import IntEnum
 from typing import Any, Final
 
+from ._endpoint import Endpoint
 from ._graph import Sender
 from ._node import Node
-from ._services import LARGEST_COMMAND, Client, Service
-from ._topics import Publisher, Subscription
+from ._services import LARGEST_COMMAND
 from ._wire import QoS
 from ._workers import join_all
 from .exceptions import CallTimeoutError, GoalRejectedError, RosError
@@ -135,13 +135,7 @@ class ActionClient:
 
     def close(self) -> None:
         """Withdraw the client; goals continue, but waits for their results fail."""
-        parts: tuple[Client | Subscription, ...] = (
-            self._feedback,
-            self._status,
-            self._send,
-            self._cancel,
-            self._result,
-        )
+        parts: tuple[Endpoint, ...] = self._feedback, self._status, self._send, self._cancel, self._result
         for each in parts:
             each.close()
 
@@ -321,13 +315,7 @@ class ActionServer:
         if busy := join_all(threads):
             _logger.error("%s: %d goals are still carried out though they were cancelled", self.name, busy)
         self.node.on_close(self, None)
-        parts: tuple[Publisher | Service, ...] = (
-            self._send,
-            self._result,
-            self._cancel,
-            self._status,
-            self._feedback,
-        )
+        parts: tuple[Endpoint, ...] = self._send, self._result, self._cancel, self._status, self._feedback
         for each in parts:
             each.close()
 

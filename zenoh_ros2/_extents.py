@@ -7,7 +7,8 @@ tiny ones takes a third of a second. Numbers, and the bytes of images, are not e
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any, Final
 
 from rosbags.interfaces import Nodetype
@@ -26,8 +27,10 @@ _ALIGNMENT: Final = 8  # bytes
 _LENGTH: Final = 4
 
 Fields = Iterable[tuple[str, Any]]
-Places = tuple[int, ...]
-"""Where something ends that begins at 0, 1, ... 7: alignment depends on nothing else."""
+_Places = tuple[int, ...]
+"""Where members of fixed sizes end that begin at 0, 1, ... 7: alignment depends on nothing else."""
+_Step = _Places | Callable[["_Reader", int], int]
+"""Members of fixed sizes, or a function that returns where a member ends that begins at a place."""
 
 
 class Extents:
@@ -35,14 +38,13 @@ class Extents:
 
     def __init__(self, definitions: Mapping[str, tuple[Any, Fields]]) -> None:
         self._definitions: Final = definitions
-        self._walks: dict[str, _Walk] = {}
+        self._steps: dict[str, list[_Step]] = {}
 
     def largest(self, name: str) -> int | None:
         """Return the maximum bytes of a message whose members all have fixed sizes; None for others."""
-        steps = self._walk(name).steps
-        if any(not isinstance(step, _Fixed) for step in steps):
-            return None
-        return _HEADER + sum(step.ends[0] for step in steps if isinstance(step, _Fixed)) + _PADDING
+        steps = self._steps_of(name)
+        fixed = [step for step in steps if isinstance(step, tuple)]
+        return None if len(fixed) < len(steps) else _HEADER + sum(ends[0] for ends in fixed) + _PADDING
 
     def check(self, data: memoryview, name: str) -> None:
         """Raise MessageError for a message with more elements than `MOST_ELEMENTS`, or cut off."""
@@ -50,31 +52,29 @@ class Extents:
             return
         reader = _Reader(data[_HEADER:], "<I" if data[1] else ">I")
         try:
-            self._walk(name).advance(reader, 0)
+            _end(self._steps_of(name), reader, 0)
         except (struct.error, IndexError) as error:
             raise MessageError(f"{name}: it is cut off") from error
 
-    def _walk(self, name: str) -> _Walk:
-        walk = self._walks.get(name)
-        if walk is None:
+    def _steps_of(self, name: str) -> list[_Step]:
+        if name not in self._steps:
             _, fields = self._definitions[name]
-            walk = self._walks[name] = _Walk([self._step(kind) for _, kind in fields])
-        return walk
+            self._steps[name] = _joined(step for _, kind in fields for step in self._of_member(kind))
+        return self._steps[name]
 
-    def _step(self, kind: Any) -> _Step:  # noqa: ANN401
+    def _of_member(self, kind: Any) -> list[_Step]:  # noqa: ANN401
         node, detail = kind
         if node == Nodetype.NAME:
-            return self._walk(detail)
+            return self._steps_of(detail)
         if node == Nodetype.BASE:
-            return _Text() if detail[0] == "string" else _fixed(SIZEMAP[detail[0]], 1)
+            return [_end_of_text] if detail[0] == "string" else [_fixed(SIZEMAP[detail[0]], 1)]
         element, count = detail
+        is_number = element[0] == Nodetype.BASE and element[1][0] != "string"
         if node == Nodetype.ARRAY:
-            if element[0] == Nodetype.BASE and element[1][0] != "string":
-                return _fixed(SIZEMAP[element[1][0]], count)
-            return _Walk([self._step(element)] * count)
-        if element[0] == Nodetype.BASE and element[1][0] != "string":
-            return _Numbers(SIZEMAP[element[1][0]])
-        return _List(self._step(element))
+            return [_fixed(SIZEMAP[element[1][0]], count)] if is_number else self._of_member(element) * count
+        if is_number:
+            return [partial(_end_of_numbers, SIZEMAP[element[1][0]])]
+        return [partial(_end_of_list, _joined(self._of_member(element)))]
 
 
 class _Reader:
@@ -97,82 +97,55 @@ class _Reader:
         return end
 
 
-class _Fixed:
-    """Members whose sizes are fixed."""
-
-    def __init__(self, ends: Places) -> None:
-        self.ends: Final = ends
-
-    def advance(self, reader: _Reader, at: int) -> int:
-        return reader.within(at - at % _ALIGNMENT + self.ends[at % _ALIGNMENT])
-
-
-class _Text:
-    def advance(self, reader: _Reader, at: int) -> int:
-        length, begin = reader.length(at)
-        return reader.within(begin + length)
+def _end(steps: Sequence[_Step], reader: _Reader, at: int) -> int:
+    """Return where the members of a message end that begin at a place."""
+    for step in steps:
+        if isinstance(step, tuple):
+            at = reader.within(at - at % _ALIGNMENT + step[at % _ALIGNMENT])
+        else:
+            at = step(reader, at)
+    return at
 
 
-class _Numbers:
-    """A sequence of numbers."""
-
-    def __init__(self, size: int) -> None:
-        self._size: Final = size
-
-    def advance(self, reader: _Reader, at: int) -> int:
-        length, begin = reader.length(at)
-        return reader.within(_aligned(begin, self._size) + length * self._size if length else begin)
+def _end_of_text(reader: _Reader, at: int) -> int:
+    length, begin = reader.length(at)
+    return reader.within(begin + length)
 
 
-class _List:
-    """A sequence of texts or of messages."""
-
-    def __init__(self, element: _Step) -> None:
-        self._element: Final = element
-
-    def advance(self, reader: _Reader, at: int) -> int:
-        length, at = reader.length(at)
-        if length > len(reader.data) - at:
-            raise IndexError(length)
-        reader.left -= length
-        if reader.left < 0:
-            raise MessageError(f"its lists have more than {MOST_ELEMENTS} elements")
-        advance: Callable[[_Reader, int], int] = self._element.advance
-        for _ in range(length):
-            at = advance(reader, at)
-        return at
+def _end_of_numbers(size: int, reader: _Reader, at: int) -> int:
+    """Return the end of a sequence of numbers."""
+    length, begin = reader.length(at)
+    return reader.within(_aligned(begin, size) + length * size if length else begin)
 
 
-class _Walk:
-    """The members of a message one after the other; adjacent ones of fixed sizes are one step."""
-
-    def __init__(self, members: Iterable[_Step]) -> None:
-        self.steps: list[_Step] = []
-        for member in members:
-            for step in member.steps if isinstance(member, _Walk) else [member]:
-                last = self.steps[-1] if self.steps else None
-                if isinstance(step, _Fixed) and isinstance(last, _Fixed):
-                    self.steps[-1] = _joined(last, step)
-                else:
-                    self.steps.append(step)
-
-    def advance(self, reader: _Reader, at: int) -> int:
-        for step in self.steps:
-            at = step.advance(reader, at)
-        return at
-
-
-_Step = _Fixed | _Text | _Numbers | _List | _Walk
+def _end_of_list(element: Sequence[_Step], reader: _Reader, at: int) -> int:
+    """Return the end of a sequence of texts or of messages."""
+    length, at = reader.length(at)
+    if length > len(reader.data) - at:
+        raise IndexError(length)
+    reader.left -= length
+    if reader.left < 0:
+        raise MessageError(f"its lists have more than {MOST_ELEMENTS} elements")
+    for _ in range(length):
+        at = _end(element, reader, at)
+    return at
 
 
 def _aligned(at: int, size: int) -> int:
     return -(-at // size) * size
 
 
-def _fixed(size: int, count: int) -> _Fixed:
-    return _Fixed(tuple(_aligned(begin, size) + size * count for begin in range(_ALIGNMENT)))
+def _fixed(size: int, count: int) -> _Places:
+    return tuple(_aligned(begin, size) + size * count for begin in range(_ALIGNMENT))
 
 
-def _joined(first: _Fixed, second: _Fixed) -> _Fixed:
-    """Return two steps as one."""
-    return _Fixed(tuple(end - end % _ALIGNMENT + second.ends[end % _ALIGNMENT] for end in first.ends))
+def _joined(steps: Iterable[_Step]) -> list[_Step]:
+    """Return steps, where adjacent ones of fixed sizes are one."""
+    found: list[_Step] = []
+    for step in steps:
+        last = found[-1] if found else None
+        if isinstance(step, tuple) and isinstance(last, tuple):
+            found[-1] = tuple(end - end % _ALIGNMENT + step[end % _ALIGNMENT] for end in last)
+        else:
+            found.append(step)
+    return found

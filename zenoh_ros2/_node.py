@@ -7,6 +7,7 @@ subscription and service.
 from __future__ import annotations
 
 import itertools
+import logging
 import os
 import secrets
 import threading
@@ -20,7 +21,6 @@ from zenoh_ice import Settings, ZenohIceError
 from zenoh_ice.session import close_session, open_session
 
 from . import _wire as wire
-from ._absence import AbsenceWarning
 from ._codec import LARGEST_MESSAGE
 from ._endpoint import Endpoint, Handler
 from ._graph import Discovery, EndpointsOf, Graph
@@ -29,13 +29,18 @@ from ._messages import Types
 from ._services import LARGEST_COMMAND, Client, Service
 from ._topics import Publisher, Subscription
 from ._wire import Entity, QoS
-from ._workers import Workers
+from ._workers import END_LIMIT, make_pool
 from .exceptions import NodeClosedError, RosError
 
 DEFAULT_SETTINGS: Final = Settings(connect=("tcp/127.0.0.1:7447",))
 """The default router, the same as that of rmw_zenoh's nodes."""
 
+_MOST_CALLBACKS: Final = 8  # that run at a time
 _ANY_PORT: Final = "tcp/127.0.0.1:0"
+_CHECK_PERIOD: Final = 0.1  # s
+_END_LIMIT: Final = 2.0  # s
+
+_logger = logging.getLogger(__name__)
 
 _E = TypeVar("_E", bound=Endpoint)
 
@@ -91,9 +96,13 @@ class Node:
         self._lock: Final = threading.Lock()
         self._closers: dict[object, Callable[[], None]] = {}
         self._closed = False
-        self.workers: Final = Workers(f"node {name} callbacks")
-        self.receiving: Final = Workers(f"node {name} receiving", most=1)
-        """Decodes messages and handles tokens, which Zenoh's threads must not wait for."""
+        self.workers: Final = make_pool(_MOST_CALLBACKS, f"node {name} callbacks")
+        try:
+            self.receiving: Final = make_pool(1, f"node {name} receiving")
+            """Decodes messages and handles tokens, which Zenoh's threads must not wait for."""
+        except RosError:
+            self.workers.close(END_LIMIT)
+            raise
         self._sessions: Final[list[zenoh.Session]] = []
         self._graph: Graph | None = None
         try:
@@ -104,10 +113,10 @@ class Node:
             self._session_id: Final = str(self.session.zid())
             self._token = self.session.liveliness().declare_token(self._entity("NN", 0).token())
         except zenoh.ZError as error:
-            self._close_sessions()
+            self._end()
             raise RosError(f"node {name}: {error}") from error
         except ZenohIceError:
-            self._close_sessions()
+            self._end()
             raise
         if settings.connect:
             absence = AbsenceWarning(lambda: self.connected, settings.connect, limits.first_link)
@@ -221,9 +230,7 @@ class Node:
         self._token.undeclare()
         if self._graph is not None:
             self._graph.close()
-        self.workers.close()
-        self.receiving.close()
-        self._close_sessions()
+        self._end()
 
     # For the objects that it creates
 
@@ -240,7 +247,9 @@ class Node:
         if self._closed:
             raise NodeClosedError(f"node {self.full_name} is closed")
 
-    def _close_sessions(self) -> None:
+    def _end(self) -> None:
+        self.workers.close(END_LIMIT)
+        self.receiving.close(END_LIMIT)
         for session in self._sessions:
             close_session(session)
 
@@ -256,6 +265,44 @@ class Node:
 
     def _entity(self, kind: wire.EntityKind, entity_id: int, *rest: Any) -> Entity:  # noqa: ANN401
         return Entity(kind, self.domain, self._session_id, 0, entity_id, self.namespace, self.name, *rest)
+
+
+class AbsenceWarning:
+    """Waits on a thread for the first link of a node, and warns if there is none within some seconds."""
+
+    def __init__(
+        self, connected: Callable[[], bool], endpoints: Sequence[str], delay: float = LIMITS.first_link
+    ) -> None:
+        """Wait for `connected` until `close`; the warning names the endpoints."""
+        self._connected: Final = connected
+        self._delay: Final = delay
+        self._where: Final = ", ".join(endpoints)
+        self._end: Final = threading.Event()
+        self._thread: threading.Thread | None = None
+        if connected():
+            return
+        thread = threading.Thread(target=self._wait, name="first link to ROS", daemon=True)
+        try:
+            thread.start()
+        except RuntimeError:  # at a limit of threads: the warning comes early rather than never
+            self._warn()
+        else:
+            self._thread = thread
+
+    def close(self) -> None:
+        """Warn no more."""
+        self._end.set()
+        if self._thread is not None:
+            self._thread.join(_END_LIMIT)
+
+    def _wait(self) -> None:
+        for _ in range(round(self._delay / _CHECK_PERIOD)):
+            if self._end.wait(_CHECK_PERIOD) or self._connected():
+                return
+        self._warn()
+
+    def _warn(self) -> None:
+        _logger.warning("nothing of ROS answers at %s so far: start rmw_zenohd or `nao router`", self._where)
 
 
 def _small_id() -> str:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import zenoh
 from zenoh.handlers import Callback
@@ -23,7 +23,7 @@ from ._endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of
 from ._graph import Sender
 from ._refusals import Refusals
 from ._wire import HASHLESS, Attachment, Entity
-from ._workers import Job, Line, Workers
+from ._workers import END_LIMIT, Job, Line, make_pool
 from .exceptions import CallError, CallTimeoutError, MessageError, NodeClosedError, RosError
 
 LONGEST_CALL: Final = 24 * 3600.0
@@ -37,6 +37,15 @@ _GRACE: Final = 0.5  # s by which a call may end after its limit
 _TIMED_OUT: Final = "Timeout"  # Zenoh's own error
 
 _logger = logging.getLogger(__name__)
+
+
+class _Request(NamedTuple):
+    """A request that waits for its turn."""
+
+    query: zenoh.Query
+    attachment: Attachment
+    data: bytes
+    humble: bool
 
 
 class Client(Endpoint):
@@ -174,8 +183,8 @@ class Service(Endpoint):
         self._with_sender: Final = with_sender
         self._largest: Final = min(largest, node.types.largest(f"{entity.type_name}_Request"))
         self._refusals: Final = Refusals(self.name, "a malformed request is refused")
-        self._own: Final = Workers(f"{self.name} callbacks", 1, at_once=True) if urgent else None
-        self._line: Final = Line(self._own or node.workers, _MOST_REQUESTS)
+        self._own: Final = make_pool(1, f"{self.name} callbacks") if urgent else None
+        self._line: Final = Line(self._own or node.workers, _MOST_REQUESTS, self._handle)
         for humble, key in self._keys.items():
             receive = Callback(partial(self._receive, humble), indirect=False)
             self._declared.append(node.session.declare_queryable(key, receive, complete=True))
@@ -203,7 +212,7 @@ class Service(Endpoint):
         """Stop serving."""
         super().close()
         if self._own is not None:
-            self._own.close()
+            self._own.close(END_LIMIT)
 
     def _receive(self, humble: bool, query: zenoh.Query) -> None:
         """Take a request from Zenoh's thread."""
@@ -215,8 +224,8 @@ class Service(Endpoint):
         except MessageError as error:
             self._reject(query, error)
             return
-        dropped = self._line.put(_Request(self, query, attachment, data, humble))
-        if isinstance(dropped, _Request):
+        dropped = self._line.put(_Request(query, attachment, data, humble))
+        if dropped is not None:
             self._refuse(dropped.query, f"more than {_MOST_REQUESTS} requests wait")
 
     def _reject(self, query: zenoh.Query, error: RosError) -> None:
@@ -231,7 +240,7 @@ class Service(Endpoint):
         finally:
             query.drop()
 
-    def handle(self, request: _Request) -> None:
+    def _handle(self, request: _Request) -> None:
         """Decode a request, run its handler, and answer now or when its future is done."""
         try:
             message = self.node.types.decode(request.data, f"{self.type_name}_Request", humble=request.humble)
@@ -274,22 +283,6 @@ class Service(Endpoint):
             _logger.debug("%s: %s", self.name, error)
         finally:
             request.query.drop()
-
-
-class _Request:
-    """A request that waits for its turn."""
-
-    def __init__(
-        self, service: Service, query: zenoh.Query, attachment: Attachment, data: bytes, humble: bool
-    ) -> None:
-        self.service: Final = service
-        self.query: Final = query
-        self.attachment: Final = attachment
-        self.data: Final = data
-        self.humble: Final = humble
-
-    def __call__(self) -> None:
-        self.service.handle(self)
 
 
 def fail(future: Future[Any], error: Exception) -> None:

@@ -108,8 +108,8 @@ class Subscription(Endpoint):
         self._with_sender: Final = with_sender
         self._largest: Final = min(largest, node.types.largest(entity.type_name))
         self._refusals: Final = Refusals(self.name, "a malformed message is dropped")
-        self._received_line: Final = Line(node.receiving, entity.qos.queue)
-        self._line: Final = Line(node.workers, entity.qos.queue)
+        self._received_line: Final = Line(node.receiving, entity.qos.queue, self._decode)
+        self._line: Final = Line(node.workers, entity.qos.queue, self._deliver)
         self._changed: Final = threading.Condition()
         self._newest: Sample[Any] | None = None
         self._received = 0
@@ -166,7 +166,7 @@ class Subscription(Endpoint):
         attachment = attachment_of(received.attachment)
         if attachment is not None and self._came_before(attachment, humble):
             return
-        self._received_line.put(lambda: self._decode(data, attachment, humble))
+        self._received_line.put((data, attachment, humble))
 
     def _came_before(self, attachment: Attachment, humble: bool) -> bool:
         """Return whether a message came by the other key, too: from a node of ours that Humble hears.
@@ -183,8 +183,9 @@ class Subscription(Endpoint):
             self._taken[gid] = number, humble
             return False
 
-    def _decode(self, data: bytes, attachment: Attachment | None, humble: bool) -> None:
+    def _decode(self, received: tuple[bytes, Attachment | None, bool]) -> None:
         """Decode a message, one after the other: newer ones must not overtake it."""
+        data, attachment, humble = received
         try:
             if attachment is None:
                 raise MessageError("its attachment is none of rmw_zenoh")
@@ -207,7 +208,7 @@ class Subscription(Endpoint):
         given: tuple[object, ...] = (message,)
         if self._with_sender:
             given = (message, Sender(self.others, attachment.gid))
-        if self._callback is not None and self._line.put(lambda: self._deliver(given)) is not None:
+        if self._callback is not None and self._line.put(given) is not None:
             self.lost += 1
 
     def _deliver(self, given: tuple[object, ...]) -> None:

@@ -17,7 +17,7 @@ from .._automaton import Automaton, Event, Transition
 from .._variables import cells_of
 from ..errors import describe
 from ..observer import Observer
-from ..tree import ChangeKind, Run, Tree
+from ..tree import Actor, ChangeKind, Tree
 from .values import readable, without_addresses
 
 _SECOND: Final = 1_000_000_000
@@ -156,58 +156,58 @@ class Recorder(Observer):
 
     # The observer.
 
-    def cycle_began(self, run: Run, at: int) -> None:
+    def cycle_began(self, actor: Actor, at: int) -> None:
         """Record the beginning of a cycle."""
-        self._put(run, "/cycles", messages.Cycle(run.automaton.id, run.automaton.name, True, at))
+        self._put(actor, "/cycles", messages.Cycle(actor.automaton.id, actor.automaton.name, True, at))
 
-    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:  # noqa: ARG002
+    def guard_evaluated(self, actor: Actor, transition: Transition, value: bool, at: int) -> None:  # noqa: ARG002
         """Record the value of a guard."""
-        automaton = run.automaton
+        automaton = actor.automaton
         self._put(
-            run,
+            actor,
             "/guards",
             messages.Guard(automaton.id, automaton.name, transition.id, transition.name, value),
         )
 
-    def fired(self, run: Run, transition: Transition, at: int) -> None:  # noqa: ARG002
+    def fired(self, actor: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
         """Record that a transition fires."""
-        automaton = run.automaton
+        automaton = actor.automaton
         names = (automaton.state(each).name for each in (transition.origin, transition.destination))
         firing = messages.Firing(automaton.id, automaton.name, transition.id, transition.name, *names)
-        self._put(run, "/transitions", firing)
+        self._put(actor, "/transitions", firing)
 
-    def cycle_ended(self, run: Run, at: int) -> None:
+    def cycle_ended(self, actor: Actor, at: int) -> None:
         """Record the variables that the cycle changed, and its end."""
-        values, gone = self._variables.changes(run.automaton)
+        values, gone = self._variables.changes(actor.automaton)
         if values or gone:
-            changed = messages.Variables(run.automaton.id, run.automaton.name, values, gone)
-            self._put(run, "/variables", changed)
-        self._put(run, "/cycles", messages.Cycle(run.automaton.id, run.automaton.name, False, at))
+            changed = messages.Variables(actor.automaton.id, actor.automaton.name, values, gone)
+            self._put(actor, "/variables", changed)
+        self._put(actor, "/cycles", messages.Cycle(actor.automaton.id, actor.automaton.name, False, at))
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         """Record a change of state and the remaining times of timers."""
-        automaton, state = run.automaton, run.current
+        automaton, state = actor.automaton, actor.current
         change = messages.Change(automaton.id, automaton.name, state.id, state.name, kind.value, now)
-        self._put(run, "/automata", change)
+        self._put(actor, "/automata", change)
         remaining = {
-            transition.name or str(transition.id): max(0, transition.delay - run.active_time(now)) / _SECOND
+            transition.name or str(transition.id): max(0, transition.delay - actor.active_time(now)) / _SECOND
             for transition in automaton.outgoing(state)
             if transition.delay is not None
         }
         if remaining:
-            self._put(run, "/timers", messages.Timers(automaton.id, automaton.name, state.name, remaining))
+            self._put(actor, "/timers", messages.Timers(automaton.id, automaton.name, state.name, remaining))
 
     def event_sent(self, event: Event, now: int) -> None:  # noqa: ARG002
         """Record an event."""
         self.put("/events", messages.EventSent(event.name, readable(event.data), self._context() or ""))
 
-    def code_failed(self, run: Run, error: Exception) -> None:
+    def code_failed(self, actor: Actor, error: Exception) -> None:
         """Record an exception of user code."""
-        name, state = run.automaton.name, run.current.name
-        self.put("/errors", messages.Failure(run.automaton.id, name, state, describe_error(error)))
+        name, state = actor.automaton.name, actor.current.name
+        self.put("/errors", messages.Failure(actor.automaton.id, name, state, describe_error(error)))
 
-    def _put(self, run: Run, kind: str, message: messages.Message) -> None:
-        self.put(f"{kind}/{self._topics.get(run.automaton.id, run.automaton.id)}", message)
+    def _put(self, actor: Actor, kind: str, message: messages.Message) -> None:
+        self.put(f"{kind}/{self._topics.get(actor.automaton.id, actor.automaton.id)}", message)
 
     def _overlap(self, context: str, beside: str) -> None:
         self.put("/overlaps", messages.Overlap(context, beside))
@@ -273,9 +273,11 @@ def describe_error(error: BaseException) -> str:
 def topics_of(tree: Tree) -> dict[int, str]:
     """Return a part of a topic for each automaton, by id: the names from the root down, made unique."""
     topics: dict[int, str] = {}
-    for run in tree.runs:
-        above = f"{topics[run.parent.automaton.id]}/" if run.parent else ""
-        name = "".join(c if c.isalnum() or c in "_-." else "_" for c in run.automaton.name)
+    for actor in tree.actors:
+        above = f"{topics[actor.parent.automaton.id]}/" if actor.parent else ""
+        name = "".join(c if c.isalnum() or c in "_-." else "_" for c in actor.automaton.name)
         topic = above + (name or "_")
-        topics[run.automaton.id] = topic if topic not in topics.values() else f"{topic}.{run.automaton.id}"
+        topics[actor.automaton.id] = (
+            topic if topic not in topics.values() else f"{topic}.{actor.automaton.id}"
+        )
     return topics

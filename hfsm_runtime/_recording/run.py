@@ -26,7 +26,6 @@ from zenoh_ice.status import version_of
 from .._automaton import Automaton
 from .._marks import Mark
 from .._runtime import Runtime
-from .._supervision import Refusal
 from .._timeline import Timeline
 from ..component import Component, parameter_values, proxies_of, ros_of, source_of
 from ..errors import (
@@ -38,7 +37,7 @@ from ..errors import (
     ReloadRefusedError,
 )
 from ..source_map import sources_of
-from ..tree import Replaced, Run, Tree
+from ..tree import Actor, Replaced, Tree
 from .clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .recorder import LogRecorder, Recorder, automaton_context
 from .transport import recorded_proxies
@@ -146,28 +145,28 @@ class _RecordedTree(Tree):
         self._lock = recorder.lock
         recorder.watch(self)
 
-    def begin_cycle(self, run: Run) -> bool:
-        if not (run.active or run.stepping):  # as it will most probably still be in a moment
+    def begin_cycle(self, actor: Actor) -> bool:
+        if not (actor.active or actor.stepping):  # as it will most probably still be in a moment
             return False
-        self._lock.acquire(automaton_context(run.automaton.id))
-        begun = super().begin_cycle(run)
+        self._lock.acquire(automaton_context(actor.automaton.id))
+        begun = super().begin_cycle(actor)
         if not begun:
             self._lock.release()
         return begun
 
-    def end_cycle(self, run: Run) -> None:
-        super().end_cycle(run)
+    def end_cycle(self, actor: Actor) -> None:
+        super().end_cycle(actor)
         self._lock.release()
 
-    def suspend(self, run: Run, *, code_first: bool) -> None:
-        super().suspend(run, code_first=code_first)
+    def suspend(self, actor: Actor, *, code_first: bool) -> None:
+        super().suspend(actor, code_first=code_first)
         self._recorder.reading("break", True)
 
-    def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
-        if not run.below:
+    def wait_for_cycles(self, actor: Actor, timeout: float) -> list[Actor]:
+        if not actor.below:
             return []
         with self._lock.released():
-            late = super().wait_for_cycles(run, timeout)
+            late = super().wait_for_cycles(actor, timeout)
         self._recorder.reading("handover", [each.automaton.id for each in late])
         return late
 
@@ -181,9 +180,9 @@ class RecordedRuntime(Runtime):
         clock: Clock,
         recorder: Recorder,
         on_error: OnError | None = None,
-        servers_present: Callable[[], bool] = lambda: True,
-        *,
         on_refused: OnRefused | None = None,
+        *,
+        servers_present: Callable[[], bool] = lambda: True,
     ) -> None:
         self._recorder = recorder
         timeline = InterceptedTimeline(clock, recorder.ask)
@@ -192,59 +191,28 @@ class RecordedRuntime(Runtime):
                 component,
                 InterceptedClock(clock, recorder.ask),
                 on_error,
-                servers_present,
-                on_refused=on_refused,
+                on_refused,
+                servers_present=servers_present,
                 timeline=timeline,
                 tree=partial(_RecordedTree, recorder=recorder),
             )
         recorder.component_time = partial(Timeline.now, timeline)  # not recorded as a reading
-        periods = {str(run.automaton.id): run.automaton.interval for run in self.tree.runs}
+        periods = {str(actor.automaton.id): actor.automaton.interval for actor in self.tree.actors}
         policies = {
             "on_error": (on_error or component._hfsm_on_error).value,
             "on_refused": (on_refused or component._hfsm_on_refused).value,
         }
         recorder.put("/actions", Action("made", {**policies, "periods": periods}))
 
-    def begin_at(self, automaton: int, state: int) -> None:
-        """Make a state, and those above it, the first ones to enter."""
-        super().begin_at(automaton, state)
-        self._recorder.action("begin_at", automaton=automaton, state=state)
-
     def start(self) -> None:
         """Start the automata."""
         self._recorder.action("start")
         super().start()
 
-    def pause(self) -> None:
-        """Let running cycles end, and start no others."""
-        with self.action("pause"):
-            super().pause()
-
-    def resume(self, after: Refusal | None = None) -> None:
-        """Resume after a pause, or only after the pause for one refused command."""
-        with self.action("resume"):
-            super().resume(after)
-
-    def step(self, automaton: int) -> None:
-        """Run one cycle of one automaton, or of all with 0, while paused."""
-        with self.action("step", automaton=automaton):
-            pass  # step outside the block: the cycles take the lock
-        super().step(automaton)
-
-    def force(self, automaton: int, transition: int) -> None:
-        """Fire a transition at the next cycle of its automaton."""
-        with self.action("force", automaton=automaton, transition=transition):
-            super().force(automaton, transition)
-
-    def set_variable(self, automaton: int, name: str, value: object) -> None:
-        """Set a variable of an automaton, or with 0 a parameter of the component."""
-        with self.action("set", automaton=automaton, name=name, json=_json(value)):
-            super().set_variable(automaton, name, value)
-
     def replace(
         self,
         component: Component,  # noqa: ARG002
-        runs: tuple[Run, ...],  # noqa: ARG002
+        actors: tuple[Actor, ...],  # noqa: ARG002
         apply: Callable[[int], Replaced],  # noqa: ARG002
     ) -> float:
         """Raise ReloadRefusedError: a recording is of one document."""
@@ -253,22 +221,19 @@ class RecordedRuntime(Runtime):
             "start it again without --record"
         )
 
-    def send(self, name: str, data: object = None) -> None:
-        """Send an event to every automaton that is active."""
-        with self.action("send", name=name, json=_json(data)):
-            super().send(name, data)
-
     def mark(self, mark: Mark) -> None:
         """Show a mark on the picture of a camera."""
         self._recorder.put("/marks", messages.Mark(*mark))
         super().mark(mark)
 
     @contextlib.contextmanager
-    def action(self, kind: str, **arguments: Any) -> Iterator[None]:  # noqa: ANN401 - JSON
+    def action(self, kind: str, **arguments: object) -> Iterator[None]:
         """Record a control command, in a `with` block that executes it."""
         inside = self._recorder.lock.context is not None
         with self._recorder.lock.held(MONITOR):
             if not inside:  # otherwise it results from user code, or from a breakpoint
+                if "value" in arguments:
+                    arguments["json"] = _json(arguments.pop("value"))
                 self._recorder.action(kind, **arguments)
             try:
                 yield

@@ -49,30 +49,19 @@ def replay(
     edited: Annotated[
         Path | None, typer.Option(metavar="PYTHON", help="Another version, which takes over at --from.")
     ] = None,
+    *,
     since: Annotated[
         float, typer.Option("--from", metavar="SECONDS", callback=finite, help="When that is.")
     ] = 0.0,
     until: Annotated[
         float | None, typer.Option(metavar="SECONDS", callback=finite, help="Where the replay ends.")
     ] = None,
+    hang_limit: Annotated[float, typer.Option(hidden=True)] = _HANG_LIMIT,
 ) -> None:
     """Run a generated component against a recording, and compare.
 
     The output is lines of JSON: `begin`, then `end`. What user code prints goes to stderr.
     """
-    compare(recording, component, edited, since=since, until=until)
-
-
-def compare(
-    recording: Path,
-    component: Path,
-    edited: Path | None = None,
-    *,
-    since: float = 0.0,
-    until: float | None = None,
-    hang_limit: float = _HANG_LIMIT,
-) -> None:
-    """Run the command, which ends the process when a piece of user code hangs for `hang_limit` s."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # there is nothing to clean up, and user code may not end
     output = os.dup(1)
     os.dup2(2, 1)

@@ -15,8 +15,8 @@ from hfsm_runtime.recording_file.writer import Entry
 from zenoh_ice import typed
 from zenoh_ice.clock import VirtualClock
 
+from .._actor import make_event
 from .._automaton import Automaton, Transition
-from .._automaton_run import make_event
 from .._code import Code
 from .._recording.clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .._recording.recorder import Recorder, automaton_context
@@ -24,15 +24,9 @@ from .._recording.run import MONITOR, START, restore_random
 from .._timeline import slot_after
 from ..component import Component, parameters_of, ros_of
 from ..debugger.reload import Replacement, first_values_of
-from ..errors import (
-    ComponentError,
-    ComponentStoppedError,
-    CycleCutError,
-    OnError,
-    OnRefused,
-)
+from ..errors import ComponentError, ComponentStoppedError, CycleCutError, OnError, OnRefused
 from ..observer import Observer
-from ..tree import ChangeKind, Run, Tree
+from ..tree import Actor, ChangeKind, Tree
 from ..virtual._run import VirtualRun
 from .answers import Answers
 from .comparison import Comparison
@@ -161,7 +155,7 @@ class Replay(Observer):
             kept=0,
             starts=False,
         )
-        self._first = first_values_of(self.virtual.tree.runs)
+        self._first = first_values_of(self.virtual.tree.actors)
 
     def _equip(self, component: Component) -> None:
         """Connect a component to the recorded world."""
@@ -204,7 +198,7 @@ class Replay(Observer):
             replacement = Replacement(virtual.component, make(), self._equip)
             virtual.replace(
                 replacement.component,
-                replacement.runs,
+                replacement.actors,
                 lambda _now: replacement.apply(virtual.tree, self._first, at),
             )
             not_kept.extend(replacement.not_kept)
@@ -216,7 +210,7 @@ class Replay(Observer):
         self.notes += [f"it could not keep: {text}" for text in not_kept]
         self._note_document()
 
-    def entered(self, run: Run, transition: Transition | None) -> bool:  # noqa: ARG002
+    def entered(self, actor: Actor, transition: Transition | None) -> bool:  # noqa: ARG002
         """Stop where a breakpoint stopped the recorded component."""
         stops = self.answers.was_stopped()
         self.virtual.tree.held = self.virtual.tree.held or stops
@@ -273,9 +267,11 @@ class Replay(Observer):
 
     def _end_cycles_below(self, code: Code) -> None:
         """End the cycles of automata whose parent waits for that, where the recording does not say how."""
-        for run in self.virtual.tree.runs:
-            context = automaton_context(run.automaton.id)
-            while run.in_cycle and not run.active and context in self._waiting and context != code.context:
+        for actor in self.virtual.tree.actors:
+            context = automaton_context(actor.automaton.id)
+            while (
+                actor.in_cycle and not actor.active and context in self._waiting and context != code.context
+            ):
                 self._answer(self._waiting[context], None)
 
     def _end_code(self) -> None:
@@ -339,18 +335,18 @@ class Replay(Observer):
             raise ReplayError(f"the recording runs more than {self._most_automata} automata at a time")
         self._begun.add(context)
         cycle = self._script.cycle_ahead(context)
-        run = self.virtual.tree.run(cycle.automaton) if cycle is not None else None
-        if cycle is not None and run is not None and not self._is_unrecorded(run):
-            self._run_cycle(run, cycle.at)
+        actor = self.virtual.tree.actor(cycle.automaton) if cycle is not None else None
+        if cycle is not None and actor is not None and not self._is_unrecorded(actor):
+            self._run_cycle(actor, cycle.at)
 
-    def _run_cycle(self, run: Run, at: int) -> None:
-        context = automaton_context(run.automaton.id)
+    def _run_cycle(self, actor: Actor, at: int) -> None:
+        context = automaton_context(actor.automaton.id)
         self.answers.guesses_in_cycle = 0
         self.answers.latest.begin_cycle(context)
         if self._started and not self._ended:
-            run.stepping = self.virtual.tree.held
-            self._run_code(Code(context, partial(self.virtual.run_cycle, run, at)))
-            run.next_slot = max(run.next_slot, slot_after(at, run.automaton.interval))
+            actor.stepping = self.virtual.tree.held
+            self._run_code(Code(context, partial(self.virtual.run_cycle, actor, at)))
+            actor.next_slot = max(actor.next_slot, slot_after(at, actor.automaton.interval))
 
     def _end_cycle(self, context: str) -> None:
         """Let a cycle end that takes longer in the replay than in the recording."""
@@ -404,9 +400,9 @@ class Replay(Observer):
         """Whether the component has ended."""
         return self.virtual.ended.is_set()
 
-    def _is_unrecorded(self, run: Run) -> bool:
+    def _is_unrecorded(self, actor: Actor) -> bool:
         """Return whether an automaton runs cycles that the recording does not have."""
-        automaton = run.automaton
+        automaton = actor.automaton
         recorded_period = self._periods.get(automaton.id, 0)
         return automaton.id not in self._recorded_active or recorded_period != automaton.interval
 
@@ -415,19 +411,19 @@ class Replay(Observer):
         tree = self.virtual.tree
         while self._started and not self._ended and not tree.held and self.answers.fatal is None:
             due = [
-                (run.next_slot, index, run)
-                for index, run in enumerate(tree.runs)
-                if run.active
-                and run.next_slot < now
-                and not run.finished
-                and not run.in_cycle
-                and self._is_unrecorded(run)
+                (actor.next_slot, index, actor)
+                for index, actor in enumerate(tree.actors)
+                if actor.active
+                and actor.next_slot < now
+                and not actor.finished
+                and not actor.in_cycle
+                and self._is_unrecorded(actor)
             ]
             if not due:
                 return
-            slot, _, run = min(due)
+            slot, _, actor = min(due)
             with self._at(slot):
-                self._run_cycle(run, slot)
+                self._run_cycle(actor, slot)
 
     # The records.
 
@@ -465,12 +461,12 @@ class _ReplayTree(Tree):
         super().__init__(root)
         self._answers = answers
 
-    def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:  # noqa: ARG002
+    def wait_for_cycles(self, actor: Actor, timeout: float) -> list[Actor]:  # noqa: ARG002
         """Wait until the automata below have ended their cycles, or until the recorded wait was given up."""
-        if not run.below:
+        if not actor.below:
             return []
         late = self._answers.ask("handover")
-        found = [self.run(each) for each in late if isinstance(each, int)] if isinstance(late, list) else []
+        found = [self.actor(each) for each in late if isinstance(each, int)] if isinstance(late, list) else []
         return [each for each in found if each is not None]
 
 

@@ -18,11 +18,12 @@ import msgspec
 from interfaces.jderobot import JderobotException
 from zenoh_ice import typed
 
+from .._actor import make_event
 from .._advice import explain
 from .._automaton import Automaton, Event, State
-from .._automaton_run import make_event
 from .._cycle import hand_over, outputs_of
 from .._marks import Mark
+from .._recording.clocks import TimeModule
 from .._recording.run import restore_random
 from .._variables import functions_of, short_repr, values_of
 from ..component import Component, equip, make_automata, proxies_of, ros_of
@@ -30,10 +31,8 @@ from ..debugger.reload import components_in
 from ..errors import ComponentError, VariablesError
 from ..loading import naming_libraries
 from ..source_map import locate
-from ..virtual._time_module import TimeModule
 from . import protocol
-from ._link import Link
-from ._transport import FarTransport
+from ._link import FarTransport, Link
 from .protocol import LARGEST_TEXT, LARGEST_VALUES, Answered, Begin, Done, Raised, RunCode, Variables
 
 _MODULE: Final = "contained_component"

@@ -50,12 +50,14 @@ class Message(msgspec.Struct, array_like=True, tag=True, forbid_unknown_fields=T
     """The base class of messages."""
 
 
-# What the near end asks for; each message to the far end has the time in ns.
+class Timed(Message):
+    """The base class of messages to the far end."""
+
+    now: int
+    """The time of the near end's clock in ns."""
 
 
-def state_of_random() -> str:
-    """Return the state of the random generators, with which the far end begins."""
-    return random_state()
+# What the near end asks for.
 
 
 class Limits(Message):
@@ -75,27 +77,25 @@ class Limits(Message):
     """Characters that it prints."""
 
 
-class Begin(Message):
+class Begin(Timed):
     """Load a component, and run its variables: answered by Done or Raised."""
 
-    now: int
     file: str
     """The name of its file."""
     text: str
     include: list[str]
     """Folders with packages of interfaces."""
     parameters: dict[str, Plain]
-    random: str
-    """The state of the random generators."""
     limits: Limits
     shows: bool = False
     """Whether each answer has the variables that have changed."""
+    random: str = msgspec.field(default_factory=random_state)
+    """The state of the random generators."""
 
 
-class RunCode(Message):
+class RunCode(Timed):
     """Run a piece of code: answered by Done, with the value of a condition, or by Raised."""
 
-    now: int
     automaton: int
     part: str
     """entry, code, exit, arguments, results, guard, fired, set_outputs or get_outputs."""
@@ -106,61 +106,53 @@ class RunCode(Message):
     """The data of the event as JSON."""
 
 
-class Deliver(Message):
+class Deliver(Timed):
     """Call the function of a subscription with a sample: answered by Done or Raised."""
 
-    now: int
     stream: int
     sample: Sample
 
 
-class AskHolds(Message):
+class AskHolds(Timed):
     """Say whether what a stream's reader waits for has happened: answered by Done."""
 
-    now: int
     stream: int
 
 
-class ListVariables(Message):
+class ListVariables(Timed):
     """Say what the variables of an automaton are: answered by Variables."""
 
-    now: int
     automaton: int
 
 
-class Answered(Message):
+class Answered(Timed):
     """The answer to a request of the far end that asks for nothing, or for a truth value."""
 
-    now: int
     value: bool = True
 
 
-class Outcome(Message):
+class Outcome(Timed):
     """The answer to a call; the result may have its large byte sequences separately."""
 
-    now: int
     ok: bool
     result: Sample
 
 
-class Found(Message):
+class Found(Timed):
     """The answer to Find."""
 
-    now: int
     fingerprints: dict[str, str]
 
 
-class Polled(Message):
+class Polled(Timed):
     """The answer to Poll: the next sample, if there is one."""
 
-    now: int
     sample: Sample | None = None
 
 
-class Failed(Message):
+class Failed(Timed):
     """The answer to a request that failed: the exception, by its name."""
 
-    now: int
     error: str
     text: str
 

@@ -13,7 +13,7 @@ from .._variables import cells_of, did_you_mean, values_of
 from ..component import parameter_values, parameters_of
 from ..errors import UnknownElementError, ValueTypeError
 from ..observer import Observer
-from ..tree import Run
+from ..tree import Actor
 from ._expressions import Expression, ExpressionError, Members
 
 _MOST_BREAKPOINTS: Final = 1000
@@ -72,37 +72,39 @@ class Breakpoints(Observer):
                 self._stopped_at[automaton] = [one for one in stopped if one in self.all]
         return dropped
 
-    def entered(self, run: Run, transition: Transition | None) -> bool:
+    def entered(self, actor: Actor, transition: Transition | None) -> bool:
         """Pause at a breakpoint, on the automaton's thread."""
         if not self._all or self._runtime.ended.is_set():
             return False
         hits = [
             one
             for one, condition in self._all
-            if one.automaton == run.automaton.id
-            and (one.state == run.current.id if one.state else transition and one.transition == transition.id)
-            and self._holds(condition, run)
+            if one.automaton == actor.automaton.id
+            and (
+                one.state == actor.current.id if one.state else transition and one.transition == transition.id
+            )
+            and self._holds(condition, actor)
         ]
         if hits:
             self._runtime.pause()
             with self._lock:
-                self._stopped_at[run.automaton.id] = hits
+                self._stopped_at[actor.automaton.id] = hits
         return bool(hits)
 
-    def leave(self, runs: Iterable[Run]) -> None:
+    def leave(self, actors: Iterable[Actor]) -> None:
         """Forget the positions of automata that continue."""
         with self._lock:
-            for run in runs:
-                self._stopped_at.pop(run.automaton.id, None)
+            for actor in actors:
+                self._stopped_at.pop(actor.automaton.id, None)
 
     def _check(self, one: Breakpoint) -> Expression | None:
-        run = self._runtime.run(one.automaton)
+        actor = self._runtime.actor(one.automaton)
         if (one.state == 0) == (one.transition == 0):
             raise ValueTypeError("a breakpoint is at a state or at a transition: one of the two is 0")
-        label = f"automaton {one.automaton} ({run.automaton.name})"
-        if one.state and all(state.id != one.state for state in run.automaton.states):
+        label = f"automaton {one.automaton} ({actor.automaton.name})"
+        if one.state and all(state.id != one.state for state in actor.automaton.states):
             raise UnknownElementError(f"{label} has no state {one.state}")
-        if one.transition and all(t.id != one.transition for t in run.automaton.transitions):
+        if one.transition and all(t.id != one.transition for t in actor.automaton.transitions):
             raise UnknownElementError(f"{label} has no transition {one.transition}")
         if not one.condition.strip():
             return None
@@ -110,10 +112,10 @@ class Breakpoints(Observer):
             condition = Expression(one.condition)
         except ExpressionError as error:
             raise ValueTypeError(f"the condition of the breakpoint: {error}") from None
-        known = {*cells_of(run.automaton), *([_SELF] if parameters_of(self._runtime.component) else [])}
+        known = {*cells_of(actor.automaton), *([_SELF] if parameters_of(self._runtime.component) else [])}
         for name in sorted(condition.names - known):
             owners = [
-                other.automaton for other in self._runtime.tree.runs if name in cells_of(other.automaton)
+                other.automaton for other in self._runtime.tree.actors if name in cells_of(other.automaton)
             ]
             hint = (
                 f"; automaton {owners[0].id} ({owners[0].name}) does" if owners else did_you_mean(name, known)
@@ -124,13 +126,13 @@ class Breakpoints(Observer):
             )
         return condition
 
-    def _holds(self, condition: Expression | None, run: Run) -> bool:
+    def _holds(self, condition: Expression | None, actor: Actor) -> bool:
         """Return whether a condition holds; a condition without a value counts as true, and is reported."""
         if condition is None:
             return True
         parameters = Members(parameter_values(self._runtime.component))
         try:
-            return condition.holds({**values_of(run.automaton), _SELF: parameters})
+            return condition.holds({**values_of(actor.automaton), _SELF: parameters})
         except ExpressionError as error:
-            self._runtime.note(run, f"the condition {condition.text!r} has no value: {error}")
+            self._runtime.note(actor, f"the condition {condition.text!r} has no value: {error}")
             return True

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import msgspec
 
-from .._parsing import parse_expression
+from codegen.parsing import parse_python
 
 _LONGEST_EXPRESSION: Final = 500
 _LARGEST_INTEGER: Final = 2**256
@@ -91,7 +91,7 @@ def values_in(code: str, names: Mapping[str, object], most: int) -> dict[str, ob
     """
     found: dict[str, object] = {}
     try:
-        pending: list[ast.AST] = [parse_expression(code.strip())]
+        pending: list[ast.AST] = [parse_python(code.strip(), mode="eval")]
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return found
     while pending and len(found) < most:
@@ -116,7 +116,7 @@ def _parse(text: str) -> ast.expr:
     if not text.isprintable():
         raise ExpressionError("the expression has invisible characters")
     try:
-        return parse_expression(text).body
+        return parse_python(text, mode="eval").body
     except SyntaxError as error:
         raise ExpressionError(f"column {error.offset or len(text) + 1}: {error.msg}") from None
     except (ValueError, RecursionError, MemoryError) as error:

@@ -19,7 +19,7 @@ from .._variables import check_kind
 from ..component import Component, require_declared
 from ..errors import EventError, ReloadRefusedError, UnknownElementError, ValueTypeError
 from ..observer import Observer
-from ..tree import ChangeKind, Run
+from ..tree import Actor, ChangeKind
 from ._breakpoints import Breakpoints
 from ._explanation import explain
 from ._expressions import plain
@@ -62,13 +62,13 @@ class _Servant(hfsm.HfsmMonitor):
 
     def resume(self, current: Current | None = None) -> None:  # noqa: ARG002
         # Not both under the tree's lock: a cycle of a recorded component takes another lock before that one.
-        self._breakpoints.leave(self._runtime.tree.runs)
+        self._breakpoints.leave(self._runtime.tree.actors)
         self._runtime.resume()
 
     def step(self, automaton: int, current: Current | None = None) -> None:  # noqa: ARG002
         with _translated_errors():
-            runs = self._runtime.tree.runs if automaton == 0 else (self._runtime.run(automaton),)
-            self._breakpoints.leave(runs)
+            actors = self._runtime.tree.actors if automaton == 0 else (self._runtime.actor(automaton),)
+            self._breakpoints.leave(actors)
             self._runtime.step(automaton)
 
     def forceTransition(self, automaton: int, transition: int, current: Current) -> None:  # noqa: ARG002
@@ -86,7 +86,7 @@ class _Servant(hfsm.HfsmMonitor):
         with _translated_errors():
             read = _read_json(value)
             if automaton:
-                check_kind(self._runtime.run(automaton).automaton, name, read)
+                check_kind(self._runtime.actor(automaton).automaton, name, read)
             self._runtime.set_variable(automaton, _checked(name), read)
 
     def sendEvent(self, name: str, data: str, current: Current | None = None) -> None:  # noqa: ARG002
@@ -101,7 +101,7 @@ class _Servant(hfsm.HfsmMonitor):
 
     def explain(self, automaton: int, current: Current) -> hfsm.Explanation:  # noqa: ARG002
         with _translated_errors():
-            return explain(self._runtime.tree, self._runtime.run(automaton), self._runtime.component_time)
+            return explain(self._runtime.tree, self._runtime.actor(automaton), self._runtime.component_time)
 
     def reload(self, current: Current | None = None) -> hfsm.ReloadReport:  # noqa: ARG002
         with _translated_errors():
@@ -183,7 +183,7 @@ class Monitor(Observer):
         self._thread.join(_CLOSE_LIMIT)
         self._adapter.destroy()
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Publish a snapshot soon."""
         self._changed.set()
 

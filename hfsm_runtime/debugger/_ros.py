@@ -20,7 +20,7 @@ from .._automaton import Automaton, Transition
 from ..component import parameter_values, parameters_of
 from ..errors import ComponentError
 from ..observer import Observer
-from ..tree import ChangeKind, Run
+from ..tree import Actor, ChangeKind
 from ._monitor import Monitor
 
 __all__ = ["RosMonitor"]
@@ -62,7 +62,7 @@ class RosMonitor(Observer):
         self._parameters: dict[str, object] = {}
         """The parameters that the node has, by name."""
         self._dirty: set[int] = set()
-        self._fired: Final[deque[tuple[int, Run, Transition]]] = deque(maxlen=_MOST_TRANSITIONS)
+        self._fired: Final[deque[tuple[int, Actor, Transition]]] = deque(maxlen=_MOST_TRANSITIONS)
         self._wake: Final = threading.Event()
         self._closing = False
         self._thread: Final = threading.Thread(target=self._publish, name="ROS monitor", daemon=True)
@@ -70,7 +70,7 @@ class RosMonitor(Observer):
     def __enter__(self) -> Self:
         """Announce everything. Raises RosError."""
         node = self._node
-        depth = min(len(self._runtime.tree.runs), 10_000)  # late subscribers get one of each automaton
+        depth = min(len(self._runtime.tree.actors), 10_000)  # late subscribers get one of each automaton
         latched = QoS(durability="transient_local", depth=depth)
         self._structure = node.create_publisher(_STRUCTURE, "~/smach/container_structure", latched)
         self._status = node.create_publisher(_STATUS, "~/smach/container_status", latched)
@@ -105,14 +105,14 @@ class RosMonitor(Observer):
 
     # Notifications from the automata
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Publish the automaton's state soon."""
-        self._dirty.add(run.automaton.id)
+        self._dirty.add(actor.automaton.id)
         self._wake.set()
 
-    def fired(self, run: Run, transition: Transition, at: int) -> None:  # noqa: ARG002
+    def fired(self, actor: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
         """Publish the transition soon."""
-        self._fired.append((self._node.clock(), run, transition))
+        self._fired.append((self._node.clock(), actor, transition))
         self._wake.set()
 
     # Requests from ROS
@@ -174,10 +174,10 @@ class RosMonitor(Observer):
         if everything and self._structure.subscribers:
             self._publish_structure()
         dirty = {self._dirty.pop() for _ in range(len(self._dirty))}
-        runs = self._runtime.tree.runs
+        actors = self._runtime.tree.actors
         everything = everything and (self._closing or self._status.subscribers > 0)
-        for run in runs if everything else [run for run in runs if run.automaton.id in dirty]:
-            self._publish_status(run)
+        for actor in actors if everything else [actor for actor in actors if actor.automaton.id in dirty]:
+            self._publish_status(actor)
         self._renew_parameters()
 
     def _renew(self) -> None:
@@ -185,16 +185,16 @@ class RosMonitor(Observer):
         with self._runtime.tree.lock:
             self._generation = self._runtime.reloads
             self._paths = {}
-            for run in self._runtime.tree.runs:
-                self._paths[run.automaton.id] = self._path(run)
+            for actor in self._runtime.tree.actors:
+                self._paths[actor.automaton.id] = self._path(actor)
         self._publish_structure()
-        for run in self._runtime.tree.runs:
-            self._publish_status(run)
+        for actor in self._runtime.tree.actors:
+            self._publish_status(actor)
         self._renew_events()
         self._renew_parameters()
 
     def _renew_events(self) -> None:
-        names = {event for run in self._runtime.tree.runs for event in run.automaton.events}
+        names = {event for actor in self._runtime.tree.actors for event in actor.automaton.events}
         services: dict[str, str] = {}
         for name in sorted(names):
             if services.setdefault(f"~/event/{_ros_name(name)}", name) != name:
@@ -225,8 +225,8 @@ class RosMonitor(Observer):
 
     def _publish_structure(self) -> None:
         header = {"stamp": self._node.now()}
-        for run in self._runtime.tree.runs:
-            automaton = run.automaton
+        for actor in self._runtime.tree.actors:
+            automaton = actor.automaton
             labels = _labels(automaton)
             self._structure.publish(
                 header=header,
@@ -237,10 +237,10 @@ class RosMonitor(Observer):
                 outcomes_to=[labels[each.destination] for each in automaton.transitions],
             )
 
-    def _publish_status(self, run: Run) -> None:
+    def _publish_status(self, actor: Actor) -> None:
         with self._runtime.tree.lock:
-            automaton, current = run.automaton, run.current
-            ghost, finished = not run.active, run.finished  # the root, too, until it has started
+            automaton, current = actor.automaton, actor.current
+            ghost, finished = not actor.active, actor.finished  # the root, too, until it has started
         labels = _labels(automaton)
         info = self._word()
         if ghost:
@@ -256,8 +256,8 @@ class RosMonitor(Observer):
             info=info,
         )
 
-    def _publish_transition(self, at: int, run: Run, transition: Transition) -> None:
-        path, labels = self._paths.get(run.automaton.id, ""), _labels(run.automaton)
+    def _publish_transition(self, at: int, actor: Actor, transition: Transition) -> None:
+        path, labels = self._paths.get(actor.automaton.id, ""), _labels(actor.automaton)
 
         def end(state: int) -> dict[str, object]:
             return {"id": _small(state), "label": f"{path}/{labels.get(state, state)}"}
@@ -269,12 +269,12 @@ class RosMonitor(Observer):
             goal_state=end(transition.destination),
         )
 
-    def _path(self, run: Run) -> str:
+    def _path(self, actor: Actor) -> str:
         """Return the path of an automaton: those above it are in `_paths` already."""
-        if run.parent is None or run.owner is None:
-            return f"/{_part(run.automaton.name) or 'component'}"
-        above = f"{self._paths[run.parent.automaton.id]}/{_labels(run.parent.automaton)[run.owner.id]}"
-        return above if len(run.owner.children) == 1 else f"{above}:{run.automaton.id}"
+        if actor.parent is None or actor.owner is None:
+            return f"/{_part(actor.automaton.name) or 'component'}"
+        above = f"{self._paths[actor.parent.automaton.id]}/{_labels(actor.parent.automaton)[actor.owner.id]}"
+        return above if len(actor.owner.children) == 1 else f"{above}:{actor.automaton.id}"
 
     def _word(self) -> str:
         return self._runtime.status.name.lower()

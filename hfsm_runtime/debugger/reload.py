@@ -23,17 +23,11 @@ from zenoh_ice import ZenohIceError
 from .._automaton import Automaton
 from .._component_run import ComponentRun
 from .._variables import cells_of, values_of
-from ..component import (
-    Component,
-    make_automata,
-    parameters_of,
-    proxies_of,
-    source_of,
-)
+from ..component import Component, make_automata, parameters_of, proxies_of, source_of
 from ..errors import ComponentError, ReloadRefusedError
 from ..loading import has_own_builtins, load_module
 from ..source_map import locate
-from ..tree import Replaced, Run, Tree, grow
+from ..tree import Actor, Replaced, Tree, grow
 from ._expressions import plain
 
 
@@ -47,7 +41,7 @@ class Reloading:
         self._run = run
         self._connect = connect
         self._busy = threading.Lock()
-        self._first = first_values_of(run.tree.runs)
+        self._first = first_values_of(run.tree.actors)
 
     def reload(self) -> ReloadReport:
         """Continue with the present file of the component; keep the states, timers and variables it has.
@@ -85,7 +79,7 @@ class Reloading:
     def _exchange(self, replacement: Replacement) -> ReloadReport:
         run = self._run
         apply = partial(replacement.apply, run.tree, self._first)
-        held = run.replace(replacement.component, replacement.runs, apply)
+        held = run.replace(replacement.component, replacement.actors, apply)
         self._first = replacement.first
         return ReloadReport(run.reloads, held, replacement.not_kept)
 
@@ -99,7 +93,7 @@ class Reloading:
             raise ReloadRefusedError(
                 f"the component cannot be created: {type(error).__name__}: {error}"
             ) from error
-        name = made.runs[0].automaton.name
+        name = made.actors[0].automaton.name
         if name != run.name:
             raise ReloadRefusedError(f"the file now defines {name}, not {run.name}")
         return made
@@ -109,12 +103,12 @@ FirstValues = Mapping[str, object]
 """Copies of the initial values of an automaton's variables, by name, where they are plain data."""
 
 
-def first_values_of(runs: tuple[Run, ...]) -> dict[int, FirstValues]:
+def first_values_of(actors: tuple[Actor, ...]) -> dict[int, FirstValues]:
     """Return the initial values of the automata's variables, by automaton id; call it before they run."""
     first: dict[int, FirstValues] = {}
-    for run in runs:
-        first[run.automaton.id] = values = {}
-        for name, value in values_of(run.automaton).items():
+    for actor in actors:
+        first[actor.automaton.id] = values = {}
+        for name, value in values_of(actor.automaton).items():
             with suppress(ValueError):  # not plain data: whether it changes is unknown
                 values[name] = plain(value)
     return first
@@ -136,16 +130,16 @@ class Replacement:
         connect(component)
         self._former = former
         self.component = component
-        self.runs = grow(make_automata(component))
-        self.first = first_values_of(self.runs)
+        self.actors = grow(make_automata(component))
+        self.first = first_values_of(self.actors)
 
     def apply(self, tree: Tree, first: Mapping[int, FirstValues], now: int) -> Replaced:
         """Take the place of the former version, under the lock of the tree and while no cycle runs.
 
         `first` has the initial values of the former version's variables.
         """
-        for new in self.runs:
-            old = tree.run(new.automaton.id)
+        for new in self.actors:
+            old = tree.actor(new.automaton.id)
             if old is not None:
                 known = first.get(new.automaton.id, {})
                 lost = _carry_variables(old.automaton, new.automaton, known)
@@ -157,23 +151,23 @@ class Replacement:
                     )
                     self.not_kept.append(text)
         _share_attributes(self._former, self.component)
-        began = {run for run in tree.runs if run.entered is not None}
-        replaced = tree.replace(self.runs, now)
-        for run in replaced.gone:
-            where = f", which was in {run.current.name}" if run in began else ""
-            code = "; its exit code did not run" if run in began and run.current.exit is not None else ""
-            self.not_kept.append(f"{_label(run)} is gone{where}{code}")
-        for run, left in replaced.displaced:
+        began = {actor for actor in tree.actors if actor.entered is not None}
+        replaced = tree.replace(self.actors, now)
+        for actor in replaced.gone:
+            where = f", which was in {actor.current.name}" if actor in began else ""
+            code = "; its exit code did not run" if actor in began and actor.current.exit is not None else ""
+            self.not_kept.append(f"{_label(actor)} is gone{where}{code}")
+        for actor, left in replaced.displaced:
             code = "; its exit code did not run" if left.exit is not None else ""
             self.not_kept.append(
-                f"{_label(run)} was in the state {left.name}, which is gone, "
-                f"and restarts in {run.automaton.initial.name}{code}"
+                f"{_label(actor)} was in the state {left.name}, which is gone, "
+                f"and restarts in {actor.automaton.initial.name}{code}"
             )
         return replaced
 
 
-def _label(run: Run) -> str:
-    return f"automaton {run.automaton.id} ({run.automaton.name})"
+def _label(actor: Actor) -> str:
+    return f"automaton {actor.automaton.id} ({actor.automaton.name})"
 
 
 def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:

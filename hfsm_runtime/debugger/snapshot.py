@@ -10,7 +10,7 @@ from .._automaton import Transition
 from .._component_run import ComponentRun
 from .._variables import short_repr, variables_of
 from ..component import parameter_values, parameters_of
-from ..tree import Run
+from ..tree import Actor
 from ._breakpoints import Breakpoints
 
 _MOST_ERRORS: Final = 20  # as the interface says
@@ -26,7 +26,7 @@ def structure_of(runtime: ComponentRun) -> hfsm.ComponentStructure:
             hfsm.ParameterStructure(name=name, type=type(p.default).__name__, description=p.description)
             for name, p in parameters_of(runtime.component).items()
         ],
-        automata=[_structure(run) for run in runtime.tree.runs],
+        automata=[_structure(actor) for actor in runtime.tree.actors],
         events=sorted(runtime.component._hfsm_events),
     )
 
@@ -37,9 +37,9 @@ def take_snapshot(
     """Return a snapshot of a component; `started_at` is its start as a wall time in s since the epoch."""
     with runtime.tree.lock:
         now, reloads = runtime.component_time.now(), runtime.reloads
-        automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]
-        for run, (_, snapshot) in zip(runtime.tree.runs, automata, strict=True):
-            snapshot.hangsFor, snapshot.hangsAt = runtime.hanging(run)
+        automata = [(actor.automaton, _snapshot(actor, now)) for actor in runtime.tree.actors]
+        for actor, (_, snapshot) in zip(runtime.tree.actors, automata, strict=True):
+            snapshot.hangsFor, snapshot.hangsAt = runtime.hanging(actor)
     for automaton, snapshot in automata:
         snapshot.variables = variables_of(automaton)  # user code, so without the lock
     return hfsm.ComponentSnapshot(
@@ -58,13 +58,13 @@ def take_snapshot(
     )
 
 
-def _structure(run: Run) -> hfsm.AutomatonStructure:
-    automaton = run.automaton
+def _structure(actor: Actor) -> hfsm.AutomatonStructure:
+    automaton = actor.automaton
     return hfsm.AutomatonStructure(
         id=automaton.id,
         name=automaton.name,
-        parent=run.parent.automaton.id if run.parent else 0,
-        owner=run.owner.id if run.owner else 0,
+        parent=actor.parent.automaton.id if actor.parent else 0,
+        owner=actor.owner.id if actor.owner else 0,
         period=automaton.period,
         source=automaton.source,
         states=[
@@ -103,27 +103,27 @@ def _kind(transition: Transition) -> hfsm.TransitionKind:
     return hfsm.TransitionKind.OnFinished if transition.finished else hfsm.TransitionKind.OnCondition
 
 
-def _snapshot(run: Run, now: int) -> hfsm.AutomatonSnapshot:
-    waited = run.active_time(now)
+def _snapshot(actor: Actor, now: int) -> hfsm.AutomatonSnapshot:
+    waited = actor.active_time(now)
     return hfsm.AutomatonSnapshot(
-        id=run.automaton.id,
-        state=run.current.id,
-        ghost=run.parent is not None and not run.active,  # the root is none, not even before it starts
-        finished=run.finished,
-        lastTransition=run.last_transition,
-        enteredAt=(run.entered or 0) / 1e9,
+        id=actor.automaton.id,
+        state=actor.current.id,
+        ghost=actor.parent is not None and not actor.active,  # the root is none, not even before it starts
+        finished=actor.finished,
+        lastTransition=actor.last_transition,
+        enteredAt=(actor.entered or 0) / 1e9,
         timers=[
             hfsm.TimerSnapshot(transition=transition.id, remaining=max(0, transition.delay - waited) / 1e9)
-            for transition in run.automaton.outgoing(run.current)
+            for transition in actor.automaton.outgoing(actor.current)
             if transition.delay is not None
         ],
         guards=[
-            hfsm.GuardSnapshot(transition=key, value=value) for key, (value, _) in dict(run.guards).items()
+            hfsm.GuardSnapshot(transition=key, value=value) for key, (value, _) in dict(actor.guards).items()
         ],
         variables={},
-        cycles=run.cycles,
-        overruns=run.overruns,
-        lastCycle=run.last_cycle,
-        longestCycle=run.longest_cycle,
-        inCycle=run.in_cycle,
+        cycles=actor.cycles,
+        overruns=actor.overruns,
+        lastCycle=actor.last_cycle,
+        longestCycle=actor.longest_cycle,
+        inCycle=actor.in_cycle,
     )

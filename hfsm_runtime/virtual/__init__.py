@@ -5,42 +5,27 @@ Tests, trials and replays stand on it; it knows neither pytest nor robots.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from zenoh_ice.lazy import import_on_use
 
+from ._journal import Call, Fired, Journal
 from ._run import Change, VirtualRun
+from ._stubs import make_stub
+from .clock import PacedClock, TaskClock
+from .errors import BehaviorFailed, ExecutionError, UnknownName
+from .execution import Condition, Execution
+from .network import VirtualNetwork
+from .paced import PacedExecution
+from .world import VirtualWorld
 
 if TYPE_CHECKING:
-    from ._journal import Call as Call
-    from ._journal import Fired as Fired
-    from ._journal import Journal as Journal
-    from ._ros import FakeRos as FakeRos
-    from ._stubs import make_stub as make_stub
-    from .clock import PacedClock as PacedClock
-    from .clock import TaskClock as TaskClock
-    from .errors import BehaviorFailed as BehaviorFailed
-    from .errors import ExecutionError as ExecutionError
-    from .errors import UnknownName as UnknownName
-    from .execution import Condition as Condition
-    from .execution import Execution as Execution
-    from .network import VirtualNetwork as VirtualNetwork
-    from .paced import PacedExecution as PacedExecution
-    from .world import VirtualWorld as VirtualWorld
+    from ._ros import FakeRos
 
-_NAMES: Final = {
-    "._journal": "Call Fired Journal",
-    "._ros": "FakeRos",
-    "._stubs": "make_stub",
-    ".clock": "PacedClock TaskClock",
-    ".errors": "BehaviorFailed ExecutionError UnknownName",
-    ".execution": "Condition Execution",
-    ".network": "VirtualNetwork",
-    ".paced": "PacedExecution",
-    ".world": "VirtualWorld",
-}
+__all__ = [
+    "BehaviorFailed", "Call", "Change", "Condition", "Execution", "ExecutionError", "FakeRos", "Fired",
+    "Journal", "PacedClock", "PacedExecution", "TaskClock", "UnknownName", "VirtualNetwork", "VirtualRun",
+    "VirtualWorld", "make_stub",
+]  # fmt: skip
 
-__all__ = ["Change", "VirtualRun", *" ".join(_NAMES.values()).split()]  # noqa: PLE0604
-
-# Every component imports this package, few need servants or ROS: these names are imported on first use.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__, {"._ros": "FakeRos"})  # few need its libraries

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from .._automaton import Transition
-from ..tree import Run, Tree
+from ..tree import Actor, Tree
 from .errors import UnknownName
 
 
@@ -56,28 +56,24 @@ class GuardTable:
         raise UnknownName(f"{what} {name!r}; there are {known}")
 
 
-def path_of(run: Run) -> str:
+def path_of(actor: Actor) -> str:
     """Return the states that own an automaton, from the root down; empty for the root."""
-    names: list[str] = []
-    above: Run | None = run
-    while above is not None and above.owner is not None:
-        names.append(above.owner.name)
-        above = above.parent
+    names = [each.owner.name for each in actor.chain() if each.owner is not None]
     return "/".join(reversed(names))
 
 
 def _named(tree: Tree) -> Iterator[tuple[str, Transition]]:
     taken: set[str] = set()
-    for run in tree.runs:
-        path = path_of(run)
-        names = [transition.name for transition in run.automaton.transitions]
-        for transition in run.automaton.transitions:
+    for actor in tree.actors:
+        path = path_of(actor)
+        names = [transition.name for transition in actor.automaton.transitions]
+        for transition in actor.automaton.transitions:
             if transition.guard is None:
                 continue
             unique = transition.name and names.count(transition.name) == 1
             name = transition.name if unique else f"{transition.name}#{transition.id}"
             full = f"{path}/{name}" if path else name
             if full in taken:  # several automata have the same path
-                full = f"{full}@{run.automaton.id}"
+                full = f"{full}@{actor.automaton.id}"
             taken.add(full)
             yield full, transition

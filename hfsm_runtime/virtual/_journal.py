@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from .._automaton import Event, Transition
 from ..observer import Observer
-from ..tree import ChangeKind, DropReason, Run
+from ..tree import Actor, ChangeKind, DropReason
 
 _SECOND: Final = 1_000_000_000
 _LONGEST_LINE: Final = 200  # characters
@@ -67,56 +67,58 @@ class Journal(Observer):
     def __init__(self, now: Callable[[], float], kept: int | None = None) -> None:
         self._now = now
         self._calls: deque[Call] = deque(maxlen=kept)
-        self._running: list[Run] = []
+        self._running: list[Actor] = []
         """The automata whose cycles run, the innermost last."""
-        self._firing: Run | None = None
+        self._firing: Actor | None = None
         self.fired_transitions: deque[Fired] = deque(maxlen=kept)
         self._lines: deque[str] = deque(maxlen=kept)
         self._written = 0
-        self._failures: deque[tuple[Run, Exception]] = deque(maxlen=kept)
+        self._failures: deque[tuple[Actor, Exception]] = deque(maxlen=kept)
 
-    def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
+    def cycle_began(self, actor: Actor, at: int) -> None:  # noqa: ARG002
         """Note the automaton whose code runs."""
-        self._running.append(run)
+        self._running.append(actor)
 
-    def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
+    def cycle_ended(self, actor: Actor, at: int) -> None:  # noqa: ARG002
         """Note that its code does not run any more."""
-        self._running.remove(run)
+        self._running.remove(actor)
 
-    def fired(self, run: Run, transition: Transition, at: int) -> None:
+    def fired(self, actor: Actor, transition: Transition, at: int) -> None:
         """Write down a transition."""
-        automaton = run.automaton
+        automaton = actor.automaton
         destination = automaton.state(transition.destination).name
-        time, origin = at / _SECOND, run.current.name
+        time, origin = at / _SECOND, actor.current.name
         fired = Fired(time, automaton.name, transition.name, transition.id, origin, destination)
         self.fired_transitions.append(fired)
-        self._firing = run
+        self._firing = actor
         name = transition.name or f"transition {transition.id}"
         what = f"{automaton.name}: {origin} -> {destination}  by {name}{_why(transition)}"
-        self._write(time, run.depth, what)
+        self._write(time, actor.depth, what)
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         """Write down a change that no transition of the automaton itself reported."""
-        if kind is ChangeKind.ENTERED and self._firing is run:
+        if kind is ChangeKind.ENTERED and self._firing is actor:
             self._firing = None  # `fired` has written it down
         else:
-            self._write(now / _SECOND, run.depth, f"{run.automaton.name}: {_VERBS[kind]} {run.current.name}")
+            self._write(
+                now / _SECOND, actor.depth, f"{actor.automaton.name}: {_VERBS[kind]} {actor.current.name}"
+            )
 
     def event_sent(self, event: Event, now: int) -> None:
         """Write down an event."""
         data = "" if event.data is None else f" with {event.data!r}"
         self._write(now / _SECOND, 0, f"event {event.name}{data}")
 
-    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+    def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Write down an event that fired nothing."""
-        what = f"{run.automaton.name}: drops event {event.name} in {run.current.name}: {reason}"
-        self._write(self._now(), run.depth, what)
+        what = f"{actor.automaton.name}: drops event {event.name} in {actor.current.name}: {reason}"
+        self._write(self._now(), actor.depth, what)
 
-    def code_failed(self, run: Run, error: Exception) -> None:
+    def code_failed(self, actor: Actor, error: Exception) -> None:
         """Write down an exception of user code."""
-        self._failures.append((run, error))
-        text = f"{run.automaton.name}: in {run.current.name} raises {type(error).__name__}: {error}"
-        self._write(self._now(), run.depth, text[:_LONGEST_LINE])
+        self._failures.append((actor, error))
+        text = f"{actor.automaton.name}: in {actor.current.name} raises {type(error).__name__}: {error}"
+        self._write(self._now(), actor.depth, text[:_LONGEST_LINE])
 
     def called(self, target: str, arguments: dict[str, Any], result: object, error: Exception | None) -> None:
         """Write down a call of the code that runs."""
@@ -131,7 +133,7 @@ class Journal(Observer):
         made = tuple(self._calls)  # which a paced execution may extend meanwhile
         return [call for call in made if target in (call.target, call.target.partition(".")[0])]
 
-    def take_failures(self) -> list[tuple[Run, Exception]]:
+    def take_failures(self) -> list[tuple[Actor, Exception]]:
         """Return the exceptions of user code since the last time, with their automata."""
         taken = list(self._failures)
         self._failures.clear()

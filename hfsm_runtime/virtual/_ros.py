@@ -13,7 +13,6 @@ from typing import Any, Final, TypeVar
 from zenoh_ice import Sample
 from zenoh_ros2 import CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
 
-from .._ros import End
 from ..component import Ros
 from .errors import UnknownName, says_it_all
 
@@ -65,7 +64,7 @@ class FakeRos:
         found.accept = accept
         return found
 
-    def make_end(self, declared: Ros, _qos: QoS, /) -> End:
+    def make_end(self, declared: Ros, _qos: QoS, /) -> _Used | _Publisher:
         """Return what the behavior uses."""
         kind, name = _KINDS.get(declared.kind, Topic), _full(declared.target)
         used = self._used.setdefault((kind, name), kind(self, name, declared.type))

@@ -30,7 +30,7 @@ from .._timeline import Timeline, slot_after, slot_at
 from ..component import Component
 from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused
 from ..observer import Observer
-from ..tree import ChangeKind, Replaced, Run, Tree
+from ..tree import Actor, ChangeKind, Replaced, Tree
 from .clock import NEVER, TaskClock
 
 _SECOND: Final = 1_000_000_000
@@ -64,8 +64,8 @@ class _Tracer(Observer):
     def __init__(self, kept: int | None) -> None:
         self.changes: MutableSequence[Change] = [] if kept is None else deque(maxlen=kept)
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
-        self.changes.append(Change(now / _SECOND, run.automaton.name, run.current.name, kind))
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
+        self.changes.append(Change(now / _SECOND, actor.automaton.name, actor.current.name, kind))
 
 
 class _Cycles(Code):
@@ -74,12 +74,12 @@ class _Cycles(Code):
     To begin a `Code` costs more than a short cycle.
     """
 
-    def __init__(self, virtual: VirtualRun, run: Run) -> None:
-        super().__init__(run.automaton.name, partial(_run_cycles, ref(self)), contextvars.copy_context())
+    def __init__(self, virtual: VirtualRun, actor: Actor) -> None:
+        super().__init__(actor.automaton.name, partial(_run_cycles, ref(self)), contextvars.copy_context())
         self._virtual: Final = virtual
         self._at = 0
         self._rests = True
-        self.run: Final = run
+        self.actor: Final = actor
         self.asleep = False
         """Whether it is in `self.sleep`, which ends when the cycle has to."""
         self.reports = 0
@@ -88,28 +88,28 @@ class _Cycles(Code):
     def begin(self, at: int) -> None:
         """Let a cycle run, which belongs to a component time in ns, until it sleeps or ends."""
         self._at, self._rests, self.reports = at, False, 0
-        self._virtual.cycles[self.run] = self
+        self._virtual.cycles[self.actor] = self
         self.go()
 
     def go(self, answer: Any = None) -> None:  # noqa: ANN401 - of `Code`
         """Let the cycle run; while it does, and when it has failed, it is the running one."""
         virtual = self._virtual
-        before, virtual.running = virtual.running, self.run
+        before, virtual.running = virtual.running, self.actor
         try:
             super().go(answer)
         finally:
             if self._rests or self.ended:
-                virtual.cycles.pop(self.run, None)
+                virtual.cycles.pop(self.actor, None)
         virtual.running = before
 
     def close(self, error: type[BaseException]) -> None:
         """End a cycle that sleeps."""
         super().close(error)
-        self._virtual.cycles.pop(self.run, None)
+        self._virtual.cycles.pop(self.actor, None)
 
     def run_one(self) -> None:
         """Run the cycle that has begun."""
-        self._virtual.run_cycle(self.run, self._at)
+        self._virtual.run_cycle(self.actor, self._at)
         self._rests = True
 
 
@@ -127,18 +127,18 @@ class _VirtualTree(Tree):
         super().__init__(root)
         self._virtual: Final = virtual
 
-    def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
+    def wait_for_cycles(self, actor: Actor, timeout: float) -> list[Actor]:
         """Wait until no automaton below the current state is in a cycle; return the ones that still are."""
         if len(self._virtual.cycles) == 1:  # that of the one who waits
             return []
-        below = {run for child in run.below for run in (child, *child.descendants())}
+        below = {actor for child in actor.below for actor in (child, *child.descendants())}
         return self._virtual.let_end(below, timeout)
 
     def wait_for_gap(self, timeout: float) -> bool:
         """Wait, under the lock, for a moment without any cycle; false if there is none."""
         if not self._virtual.is_driven_here:
             return super().wait_for_gap(timeout)
-        return not self._virtual.let_end(set(self.runs), 0.0)
+        return not self._virtual.let_end(set(self.actors), 0.0)
 
 
 class VirtualRun(ComponentRun):
@@ -179,13 +179,13 @@ class VirtualRun(ComponentRun):
         self._commands_accepted = commands_accepted
         self._retry_at: float | None = None
         """When the automata try again after a refused command, by the clock."""
-        self.running: Run | None = None
+        self.running: Actor | None = None
         """The automaton whose cycle runs, or has ended the component."""
-        self.cycles: dict[Run, _Cycles] = {}
+        self.cycles: dict[Actor, _Cycles] = {}
         """The automata in a cycle that has begun and not ended."""
-        self._kept: dict[Run, _Cycles] = {}
+        self._kept: dict[Actor, _Cycles] = {}
         """The code of the automata that have begun a cycle."""
-        self._followers: set[Run] = set()
+        self._followers: set[Actor] = set()
         """The automata that wait for another one's cycle, which sleeps."""
         self._driver = threading.get_ident()
         self._to_look = False
@@ -202,7 +202,9 @@ class VirtualRun(ComponentRun):
         tracer = _Tracer(kept)
         self.tree.observers += [tracer, *observers]
         self.trace = tracer.changes
-        self._due: list[tuple[int, int, Run]] = [(0, index, run) for index, run in enumerate(self.tree.runs)]
+        self._due: list[tuple[int, int, Actor]] = [
+            (0, index, actor) for index, actor in enumerate(self.tree.actors)
+        ]
         if starts:
             self.start()
 
@@ -280,22 +282,22 @@ class VirtualRun(ComponentRun):
                 self._on_end()
         self._move_to(end)
 
-    def run_cycle(self, run: Run, at: int) -> None:
+    def run_cycle(self, actor: Actor, at: int) -> None:
         """Run one cycle of an automaton, which belongs to a component time in ns; a ghost runs none."""
-        run_cycle(self.tree, run, at, self._supervision)
+        run_cycle(self.tree, actor, at, self._supervision)
 
     def look(self) -> None:
         """Let the cycles that have to end, and sleep by `self.sleep`, go on: their sleep ends."""
         self._to_look = False
         for cycle in tuple(self.cycles.values()):
-            if cycle.asleep and (self.ended.is_set() or not self.tree.may_go_on(cycle.run)):
+            if cycle.asleep and (self.ended.is_set() or not self.tree.may_go_on(cycle.actor)):
                 self._task_clock.wake(cycle)
 
-    def let_end(self, runs: set[Run], timeout: float) -> list[Run]:
+    def let_end(self, actors: set[Actor], timeout: float) -> list[Actor]:
         """Let the running cycles of some automata end, for at most `timeout` s; return those that do not."""
         self.look()
-        self._task_clock.wait_for(lambda: runs.isdisjoint(self.cycles), timeout)
-        return [run for run in self.tree.runs if run in runs and run in self.cycles]
+        self._task_clock.wait_for(lambda: actors.isdisjoint(self.cycles), timeout)
+        return [actor for actor in self.tree.actors if actor in actors and actor in self.cycles]
 
     def end_cycles(self) -> None:
         """End all code that sleeps or waits, since the component has ended."""
@@ -303,10 +305,9 @@ class VirtualRun(ComponentRun):
             self._task_clock.end_sleepers(ComponentStoppedError)
             self._kept.clear()
 
-    def retry(self, commands_accepted: Callable[[str], bool]) -> None:
-        """Do nothing: the automata try again as time passes."""
-
-    def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
+    def replace(
+        self, component: Component, actors: tuple[Actor, ...], apply: Callable[[int], Replaced]
+    ) -> float:
         """Replace the component with another version of it, see `ComponentRun`."""
 
         def apply_it(now: int) -> Replaced:
@@ -314,7 +315,7 @@ class VirtualRun(ComponentRun):
             self._schedule(now)
             return replaced
 
-        return super().replace(component, runs, apply_it)
+        return super().replace(component, actors, apply_it)
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
         """Return the states that an automaton has entered, the initial one included, each with its time."""
@@ -339,35 +340,35 @@ class VirtualRun(ComponentRun):
         """Run the next cycle that is scheduled, unless the automaton has to wait."""
         with self.tree.lock:
             schedule = self._due
-            due, index, run = heapq.heappop(schedule)
-        self._followers.discard(run)
+            due, index, actor = heapq.heappop(schedule)
+        self._followers.discard(actor)
         following = due
         try:
             now = max(due, self.component_time.now())
-            at: int | Run = slot_at(now, run.automaton.interval)
-            following = slot_after(now, run.automaton.interval)
-            if run in self.cycles:
+            at: int | Actor = slot_at(now, actor.automaton.interval)
+            following = slot_after(now, actor.automaton.interval)
+            if actor in self.cycles:
                 return
-            if self.cycles and run.active and not run.finished and run.next_slot <= now:
-                at = turn_of(run, now, now)
+            if self.cycles and actor.active and not actor.finished and actor.next_slot <= now:
+                at = turn_of(actor, now, now)
             if isinstance(at, int):
                 try:
-                    self._begin(run, at)
+                    self._begin(actor, at)
                 finally:
-                    following = self._next(run, due, at)
+                    following = self._next(actor, due, at)
             else:
-                following = (now if at.began is None else at.began) + patience(run, at)
-                self._followers.add(run)
+                following = (now if at.began is None else at.began) + patience(actor, at)
+                self._followers.add(actor)
         finally:  # Ctrl-C in a notebook, or a task that fails, must not end the cycles of an automaton
             with self.tree.lock:
                 if schedule is self._due:  # otherwise a reload has scheduled all automata
-                    heapq.heappush(schedule, (following, index, run))
+                    heapq.heappush(schedule, (following, index, actor))
 
-    def _begin(self, run: Run, at: int) -> None:
+    def _begin(self, actor: Actor, at: int) -> None:
         """Let a cycle begin, and run until it sleeps or ends."""
-        code = self._kept.get(run)
+        code = self._kept.get(actor)
         if code is None or code.ended:
-            code = self._kept[run] = _Cycles(self, run)
+            code = self._kept[actor] = _Cycles(self, actor)
         code.begin(at)
         if self._followers:
             self._let_late_ones_begin()
@@ -377,45 +378,47 @@ class VirtualRun(ComponentRun):
         with self.tree.lock:
             self._due[:] = [
                 (
-                    min(due, run.next_slot)
-                    if run.active and not run.finished and run not in self.cycles
+                    min(due, actor.next_slot)
+                    if actor.active and not actor.finished and actor not in self.cycles
                     else due,
                     index,
-                    run,
+                    actor,
                 )
-                for due, index, run in self._due
+                for due, index, actor in self._due
             ]
             heapq.heapify(self._due)
             self._followers.clear()
 
-    def _next(self, run: Run, due: int, at: int) -> int:
+    def _next(self, actor: Actor, due: int, at: int) -> int:
         """Return when an automaton is due again; at once if a pause came before its cycle."""
-        held = self.tree.held and run.active and not run.finished and run not in self.cycles
-        if held and run.last_slot < at:
+        held = self.tree.held and actor.active and not actor.finished and actor not in self.cycles
+        if held and actor.last_slot < at:
             return due
-        return max(run.next_slot, slot_after(at, run.automaton.interval))
+        return max(actor.next_slot, slot_after(at, actor.automaton.interval))
 
     def _schedule(self, now: int) -> None:
         """Let the next cycle of each automaton be the first after a time."""
-        runs = self.tree.runs
-        self._due = [(slot_after(now, run.automaton.interval), index, run) for index, run in enumerate(runs)]
+        actors = self.tree.actors
+        self._due = [
+            (slot_after(now, actor.automaton.interval), index, actor) for index, actor in enumerate(actors)
+        ]
         heapq.heapify(self._due)
 
-    def _step(self, runs: tuple[Run, ...]) -> None:
-        active = [run for run in runs if run.active and not run.finished]
+    def _step(self, actors: tuple[Actor, ...]) -> None:
+        active = [actor for actor in actors if actor.active and not actor.finished]
         if not self.component_time.paused or not active:
             return
-        duration = min(run.automaton.interval for run in active)
+        duration = min(actor.automaton.interval for actor in active)
         self.component_time.step(duration)
         self.clock.advance(duration / _SECOND)
         now = self.component_time.now()
-        for run in active:
-            if run in self.cycles:
+        for actor in active:
+            if actor in self.cycles:
                 continue
-            run.stepping = True
-            self._begin(run, now)
-            if self.let_end({run}, self._limits.step):
-                name, limit = run.automaton.name, self._limits.step
+            actor.stepping = True
+            self._begin(actor, now)
+            if self.let_end({actor}, self._limits.step):
+                name, limit = actor.automaton.name, self._limits.step
                 _logger.warning("the step of %s takes longer than %g s", name, limit)
         with self.tree.lock:
             self._schedule(now)
@@ -429,7 +432,7 @@ class VirtualRun(ComponentRun):
         end = clock.moment + round(seconds * _SECOND)
         while True:
             ended = self.ended.is_set()
-            if ended or not self.tree.may_go_on(cycle.run):
+            if ended or not self.tree.may_go_on(cycle.actor):
                 cycle.reports += 1
                 if cycle.reports > _REPORTED:
                     clock.rest_until(clock.moment + _RELUCTANT)

@@ -1,20 +1,49 @@
 """Stubs and stand-ins: servants that answer in place of those that nobody serves.
 
-A stub gives the answers of a test; a stand-in accepts every call and returns blank values, or black pictures.
+A stub gives the answers of a test. A stand-in accepts every call and returns blank values, filled at any
+depth, so that code can read them, or black pictures, since code that reads one fails if it is empty.
 """
 
 from __future__ import annotations
 
+import math
+import types
 from collections.abc import Callable, Mapping
-from typing import Any, Final
+from enum import EnumType
+from typing import Annotated, Any, Final, Union, get_args, get_origin
 
+import msgspec
+
+from interfaces.jderobot import (
+    CameraDescription,
+    CameraPrx,
+    ConfigurationNotExistException,
+    FloorPoint,
+    ImageData,
+    ImageDescription,
+    ImageProviderPrx,
+)
 from zenoh_ice import Object, ObjectPrx
 from zenoh_ice.interface import Interface, Operation
 
-from ._black_camera import black_camera
-from ._blank import blank
 from .errors import UnknownName
 from .network import VirtualNetwork
+
+MakeProxy = Callable[[type[ObjectPrx]], ObjectPrx | None]
+"""Returns a proxy of a type for a blank value, or None."""
+
+_NESTED: Final = 2
+"""Objects of one class within each other; what they refer to beyond that is null."""
+_WIDTH: Final = 320
+_HEIGHT: Final = 240
+_BLACK: Final = {
+    "RGB8": b"\0\0\0",
+    "BGR8": b"\0\0\0",
+    "GRAY8": b"\0",
+    "YUV422": b"\x10\x80",
+}
+"""The bytes of a pixel by pixel format; the first is that of the stream."""
+_STREAMED: Final = next(iter(_BLACK))
 
 
 def make_stub(
@@ -95,3 +124,103 @@ class StandIns:
             self._returned.add(interface)  # first: its operations may return proxies of it
             self.serve(identity, interface)
         return kind.uncheckedCast(self._network.communicator.stringToProxy(identity))
+
+
+def blank(struct: type[msgspec.Struct], proxy: MakeProxy = lambda _: None) -> tuple[object, ...]:
+    """Return blank values for the fields of a struct.
+
+    Numbers are zeros, texts and bytes are empty, an enumeration has its first value. Structs, classes and
+    optional values are there, with blank members or the defaults that are declared; sequences and
+    dictionaries have one blank element. `proxy` makes the proxies.
+    """
+    make = _Blanks(proxy)
+    return tuple(make.value(field.type) for field in msgspec.structs.fields(struct))
+
+
+class _Blanks:
+    """Makes blank values, and keeps track of the classes whose objects are being made."""
+
+    def __init__(self, proxy: MakeProxy) -> None:
+        self._proxy: Final = proxy
+        self._within: Final[list[type]] = []
+
+    def value(self, kind: Any) -> Any:  # noqa: ANN401 - any type
+        """Return the blank value of a type; None for a proxy or an object that is not made."""
+        origin, arguments = get_origin(kind), get_args(kind)
+        if origin is Annotated:
+            return self.value(arguments[0])
+        if origin in {Union, types.UnionType}:
+            return self.value(next(each for each in arguments if each is not types.NoneType))
+        if origin is list:
+            element = self.value(arguments[0])
+            return [] if element is None else [element]
+        if origin is dict:
+            key, element = map(self.value, arguments)
+            return {} if element is None else {key: element}
+        if isinstance(kind, EnumType):
+            return next(iter(kind))
+        if issubclass(kind, ObjectPrx):
+            return self._proxy(kind)
+        return self._struct(kind) if issubclass(kind, msgspec.Struct) else kind()
+
+    def _struct(self, kind: type[msgspec.Struct]) -> msgspec.Struct | None:
+        if self._within.count(kind) == _NESTED:
+            return None
+        self._within.append(kind)
+        fields = msgspec.structs.fields(kind)
+        made = kind(**{field.name: self._member(field) for field in fields})
+        self._within.pop()
+        return made
+
+    def _member(self, field: msgspec.structs.FieldInfo) -> object:
+        declared = field.default
+        return declared if isinstance(declared, int | float | str | bytes) else self.value(field.type)
+
+
+def gives_pictures(interface: Interface) -> bool:
+    """Return whether an interface is that of a camera, or extends it."""
+    return ImageProviderPrx.ice_interface in interface.lineage
+
+
+def black_camera(identity: str, interface: Interface) -> dict[str, Any]:
+    """Return what a camera that sees nothing answers, by operation; nothing for what is no camera."""
+    if not gives_pictures(interface):
+        return {}
+
+    def picture(format: str) -> ImageData:
+        pixel = _BLACK.get(format or _STREAMED)
+        if pixel is None:
+            known = ", ".join(_BLACK)
+            message = f"{identity} is a stand-in, which has no format {format[:64]!r}; it has {known}"
+            raise ConfigurationNotExistException(message)
+        pixels = pixel * (_WIDTH * _HEIGHT)
+        return ImageData(description=_shape(format or _STREAMED), pixelData=pixels)
+
+    answers: dict[str, Any] = {
+        "getImageDescription": _shape(_STREAMED),
+        "getImageFormat": [*_BLACK],
+        "getImageData": picture,
+    }
+    if CameraPrx.ice_interface in interface.lineage:
+        nowhere = FloorPoint(x=math.inf, y=math.inf, distance=math.inf)
+        answers |= {"getCameraDescription": _description(identity), "getFloorPoint": nowhere}
+    return answers
+
+
+def _shape(format: str) -> ImageDescription:
+    size = len(_BLACK[format]) * _WIDTH * _HEIGHT
+    return ImageDescription(width=_WIDTH, height=_HEIGHT, size=size, format=format)
+
+
+def _description(identity: str) -> CameraDescription:
+    return CameraDescription(
+        name=identity,
+        shortDescription="a stand-in, whose pictures are black",
+        width=_WIDTH,
+        height=_HEIGHT,
+        rate=10.0,
+        fdistx=_WIDTH,
+        fdisty=_WIDTH,
+        u0=(_WIDTH - 1) / 2,
+        v0=(_HEIGHT - 1) / 2,
+    )

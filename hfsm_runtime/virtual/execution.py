@@ -12,6 +12,7 @@ from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
 from .._limits import LIMITS, RuntimeLimits
+from .._recording.clocks import TimeModule
 from .._robot import Permission, stop_robot
 from .._supervision import UNAVAILABLE
 from .._variables import values_of
@@ -19,11 +20,10 @@ from ..component import Component, parameters_of, source_of
 from ..debugger.reload import Reloading
 from ..errors import OnRefused
 from ..source_map import locate
-from ..tree import Replaced, Run
+from ..tree import Actor, Replaced
 from ._guards import GuardTable, path_of
 from ._journal import Call, Fired
 from ._run import VirtualRun
-from ._time_module import TimeModule
 from .errors import BehaviorFailed, UnknownName, says_it_all
 from .world import VirtualWorld
 
@@ -133,7 +133,7 @@ class Execution(VirtualRun):
         """
         holds = self._condition(condition)
         end = self.clock.now() + limit  # the component's own time may stand still
-        step = min(run.automaton.period for run in self.tree.runs)
+        step = min(actor.automaton.period for actor in self.tree.actors)
         while True:
             over, late = self._why_over(), self.clock.now() >= end - 1e-9
             if holds():
@@ -158,8 +158,8 @@ class Execution(VirtualRun):
         """The paths of all states: `followBall/green`."""
         return [
             f"{path}/{state.name}" if path else state.name
-            for run, path in self._paths.items()
-            for state in run.automaton.states
+            for actor, path in self._paths.items()
+            for state in actor.automaton.states
         ]
 
     def state(self, automaton: str | int) -> str:
@@ -170,18 +170,18 @@ class Execution(VirtualRun):
         """Return whether an ancestor has left the state above an automaton."""
         return not self.automaton(automaton).active
 
-    def automaton(self, name: str | int) -> Run:
+    def automaton(self, name: str | int) -> Actor:
         """Return a running automaton; raises UnknownName when none, or more than one, matches."""
-        runs = self.tree.runs
-        found = [run for run, path in self._paths.items() if name in (run.automaton.id, path)]
+        actors = self.tree.actors
+        found = [actor for actor, path in self._paths.items() if name in (actor.automaton.id, path)]
         if not found:
-            found = [run for run in runs if run.automaton.name == name]
+            found = [actor for actor in actors if actor.automaton.name == name]
         if len(found) == 1:
             return found[0]
         if found:
-            paths = ", ".join(self._paths[run] for run in found)
+            paths = ", ".join(self._paths[actor] for actor in found)
             raise UnknownName(f"several automata are called {name!r}: name one by its path: {paths}")
-        known = ", ".join(dict.fromkeys(run.automaton.name for run in runs))
+        known = ", ".join(dict.fromkeys(actor.automaton.name for actor in actors))
         raise UnknownName(f"there is no automaton {name!r}; there are {known}")
 
     def variables(self, automaton: str | int) -> dict[str, Any]:
@@ -227,14 +227,14 @@ class Execution(VirtualRun):
 
     def force(self, automaton: str | int, transition: str | int) -> None:
         """Make a transition out of the current state fire in the next cycle, whatever its guard returns."""
-        run = self.automaton(automaton)
-        leaving = run.automaton.outgoing(run.current)
+        actor = self.automaton(automaton)
+        leaving = actor.automaton.outgoing(actor.current)
         found = [each for each in leaving if transition in (each.id, each.name)]
         if not found:
             known = ", ".join(each.name or str(each.id) for each in leaving) or "none"
-            raise UnknownName(f"no transition {transition!r} leaves {run.current.name}; there are {known}")
-        super().force(run.automaton.id, found[0].id)
-        self._journal.note(f"forces {found[0].name or found[0].id} of {run.automaton.name}")
+            raise UnknownName(f"no transition {transition!r} leaves {actor.current.name}; there are {known}")
+        super().force(actor.automaton.id, found[0].id)
+        self._journal.note(f"forces {found[0].name or found[0].id} of {actor.automaton.name}")
 
     @property
     def guards(self) -> tuple[str, ...]:
@@ -277,9 +277,11 @@ class Execution(VirtualRun):
         with self._time_module.shown_to(component):
             return tuple(self._reloading.exchange(component).notKept)
 
-    def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
+    def replace(
+        self, component: Component, actors: tuple[Actor, ...], apply: Callable[[int], Replaced]
+    ) -> float:
         """Replace the component with another version of it, see `ComponentRun`."""
-        held = super().replace(component, runs, apply)
+        held = super().replace(component, actors, apply)
         self._name_parts()
         return held
 
@@ -299,7 +301,7 @@ class Execution(VirtualRun):
 
     def _name_parts(self) -> None:
         self._guards = GuardTable(self.tree)
-        self._paths = {run: path_of(run) for run in self.tree.runs}
+        self._paths = {actor: path_of(actor) for actor in self.tree.actors}
 
     def _run_cycles(self, seconds: float) -> None:
         """Advance, while the code of the component sees virtual time; raises what ends the component."""
@@ -314,13 +316,13 @@ class Execution(VirtualRun):
 
     def _check(self) -> None:
         pauses = self.component._hfsm_on_refused is OnRefused.PAUSE
-        for run, error in self._journal.take_failures():
+        for actor, error in self._journal.take_failures():
             if pauses and isinstance(error, CommandRefusedException):
                 continue
             if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
                 location = self.errors[-1].location if self.errors else ""
                 raise BehaviorFailed(
-                    f"the code of {run.automaton.name} raised {type(error).__name__}: {error}"
+                    f"the code of {actor.automaton.name} raised {type(error).__name__}: {error}"
                     + (f"\n  at {location}" if location else "")
                     + f"\n{self.timeline}"
                 ) from error

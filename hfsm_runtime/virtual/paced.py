@@ -14,7 +14,7 @@ from .._robot import stop_robot
 from .._supervision import Refusal
 from ..component import Component
 from ..errors import ComponentStoppedError, ValueTypeError
-from ..tree import Run
+from ..tree import Actor
 from .clock import MOVE_PERIOD, PacedClock
 from .execution import Execution
 from .world import VirtualWorld
@@ -43,7 +43,7 @@ class PacedExecution(Execution):
     def __init__(self, component: Component, world: VirtualWorld, **options: Any) -> None:  # noqa: ANN401 - of Execution
         self._thread: Final = threading.Thread(target=self._drive, name=THREAD, daemon=True)
         self._one_step: Final = threading.Lock()
-        self._steps: Final = deque[tuple[tuple[Run, ...], threading.Event]]()
+        self._steps: Final = deque[tuple[tuple[Actor, ...], threading.Event]]()
         super().__init__(component, world, starts=False, **options)
         self.speed = 1.0
 
@@ -91,8 +91,8 @@ class PacedExecution(Execution):
         self.request_stop()
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(self._limits.stop)
-            if self._thread.is_alive() and (run := self.running) is not None:
-                self._abandon(run, self._limits.stop)
+            if self._thread.is_alive() and (actor := self.running) is not None:
+                self._abandon(actor, self._limits.stop)
 
     def close(self) -> None:
         """End the thread and the world."""
@@ -136,24 +136,24 @@ class PacedExecution(Execution):
         with self.tree.lock:
             return min(self._due[0][0], self._next_wake())
 
-    def _step(self, runs: tuple[Run, ...]) -> None:
+    def _step(self, actors: tuple[Actor, ...]) -> None:
         with self._one_step:
             done = threading.Event()
-            self._steps.append((runs, done))
+            self._steps.append((actors, done))
             self._wake()
             if not done.wait(self._limits.step):
                 _logger.warning("the step takes longer than %g s", self._limits.step)
 
     def _take_step(self) -> None:
-        runs, done = self._steps.popleft()
+        actors, done = self._steps.popleft()
         try:
             with self.clock.unpaced(), self._time_module.shown_to(self.component):
-                super()._step(runs)
+                super()._step(actors)
         finally:
             done.set()
 
-    def _frame(self, run: Run) -> FrameType | None:
-        if run is not self.running:
+    def _frame(self, actor: Actor) -> FrameType | None:
+        if actor is not self.running:
             return None
         return sys._current_frames().get(self._thread.ident or 0)
 

@@ -11,8 +11,7 @@ from zenoh_ice import Object
 
 from .._robot import ROBOT, servant_of
 from ..component import Component, proxies_of, ros_of
-from ._black_camera import gives_pictures
-from ._stubs import StandIns, make_stub
+from ._stubs import StandIns, gives_pictures, make_stub
 from .clock import TaskClock
 from .errors import UnknownName, says_it_all
 from .network import VirtualNetwork

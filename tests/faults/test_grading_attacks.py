@@ -471,7 +471,7 @@ JUDGES: Final = {
     ),
     "changes the time": "import time, builtins\ntime.time = time.monotonic = lambda: 1e6",
     "patches the automata": (
-        "import hfsm_runtime._automaton_run as run\nrun.Run.active_time = lambda self, now: 10**12"
+        "import hfsm_runtime._actor as run\nrun.Actor.active_time = lambda self, now: 10**12"
     ),
     "patches its transitions": (
         "import hfsm_runtime._cycle as cycle\ncycle._holds = lambda *arguments: True"
@@ -575,7 +575,7 @@ ANSWERS_WITH_ERRORS: Final = document(
             1,
             "attack",
             "if heard is None:\n"
-            "    import zenoh_ice, hfsm_runtime.contained._transport as transport\n"
+            "    import zenoh_ice, hfsm_runtime.contained._link as transport\n"
             "    heard = self.Head.getPose.subscribe(lambda pose: None)\n"
             "    def fails(inlet, sample):\n"
             "        raise (zenoh_ice.TimeoutException('late'), zenoh_ice.InterfaceMismatchException('x', 'y', 'z'),\n"

@@ -29,7 +29,7 @@ from hfsm_runtime._robot import connect
 from hfsm_runtime.debugger._breakpoints import Breakpoints
 from hfsm_runtime.recording_file import writer
 from hfsm_runtime.recording_file.messages import Action, Cycle, Mark, Reading, Result
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
@@ -508,7 +508,7 @@ class Sharing(Component, document="sharing.xml"):
         return Automaton(id=1, name="root", states=(state,))
 
 
-def end_cycle(run: Run, gate: Gate) -> None:
+def end_cycle(run: Actor, gate: Gate) -> None:
     """Let the call through for which a cycle waits, and wait for its end."""
     cycles = run.cycles
     gate.leave.release()
@@ -529,7 +529,7 @@ def test_code_that_waits_goes_on_where_it_did_between_the_cycles_of_others(tmp_p
                 for gate in gates:
                     assert gate.entered.acquire(timeout=EVENT_LIMIT)  # both wait
                 for each in (first, 1 - first):
-                    end_cycle(runtime.tree.runs[each], gates[each])
+                    end_cycle(runtime.tree.actors[each], gates[each])
                     ends.append(each + 1)
             runtime.request_stop()
             for gate in gates:

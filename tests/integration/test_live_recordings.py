@@ -101,11 +101,11 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with recording(walker, path) as recorder:
         runtime = RecordedRuntime(walker, clock, recorder)
         recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
-        root = f"automaton {runtime.run(1).automaton.name}"
+        root = f"automaton {runtime.actor(1).automaton.name}"
         runtime.start()
         try:
             for cycle in range(1, CYCLES + 1):
-                until(partial(lambda number: runtime.run(1).cycles == number, cycle))
+                until(partial(lambda number: runtime.actor(1).cycles == number, cycle))
                 clock.until_waiting(root)  # its cycle is counted before its time is taken
                 clock.advance(0.01)
         finally:

@@ -224,8 +224,8 @@ def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
 HASTY = """\
 import sys
 from pathlib import Path
-from hfsm_runtime._replay.__main__ import compare
-compare(*map(Path, sys.argv[1:]), hang_limit=1.0)
+from hfsm_runtime._replay.__main__ import replay
+replay(*map(Path, sys.argv[1:]), hang_limit=1.0)
 """
 """The process of a replay that soon loses its patience."""
 

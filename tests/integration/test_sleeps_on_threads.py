@@ -12,7 +12,7 @@ import pytest
 from hfsm_runtime import Automaton, Component, State
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, Run
+from hfsm_runtime.tree import Actor, ChangeKind
 from hfsm_runtime.virtual import Execution
 from tests.support.automata import after, automaton, component
 from zenoh_ice.clock import WALL
@@ -62,7 +62,7 @@ class Watch(Observer):
     def __init__(self) -> None:
         self.states: Entered = defaultdict(list)
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:
         if kind is ChangeKind.ENTERED:
             self.states[run.automaton.name].append((now / 1e9, run.current.name))
 

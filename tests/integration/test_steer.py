@@ -75,12 +75,12 @@ class Shell:
             raise result.exception
 
     def current(self, automaton: int = 1) -> str:
-        return self.runtime.run(automaton).current.name
+        return self.runtime.actor(automaton).current.name
 
     def variable(self, automaton: int, name: str) -> int:
         from hfsm_runtime._variables import values_of
 
-        return int(str(values_of(self.runtime.run(automaton).automaton)[name]))
+        return int(str(values_of(self.runtime.actor(automaton).automaton)[name]))
 
 
 @pytest.fixture
@@ -146,11 +146,11 @@ def test_a_step_of_a_ghost_reports_that_nothing_ran(shell: Shell) -> None:
     shell("force", "walker", "enough")
     until(lambda: shell.current() == "dance")
     shell.call("pause")
-    before = shell.runtime.run(2).cycles
+    before = shell.runtime.actor(2).cycles
     result = shell.result("step", "walker", "follow")
     assert result.stderr == "nothing ran: follow is a ghost\n"
     assert "walker paused at" in result.stdout
-    assert shell.runtime.run(2).cycles == before
+    assert shell.runtime.actor(2).cycles == before
 
 
 def test_step_needs_a_pause(shell: Shell) -> None:
@@ -242,7 +242,7 @@ def test_what_is_almost_json_is_no_text(shell: Shell, value: str, problem: str) 
 
 
 def test_why_not(shell: Shell) -> None:
-    until(lambda: shell.runtime.run(2).cycles > 3)
+    until(lambda: shell.runtime.actor(2).cycles > 3)
     out = shell("why", "walker")
     assert "walker is in follow\n  1. enough to dance: no event ball_lost has come" in out
     assert "follow is in red\n  1. to green to green: its guard `corner < 0` was false" in out

@@ -9,7 +9,7 @@ import hfsm_runtime as runtime
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from visualhfsm.simulation._loading import load_component
 
 __all__ = ["Visits", "commanded", "run"]
@@ -22,10 +22,10 @@ class Visits(Observer):
         self.first: dict[int, int] = {}
         self.fired_: set[int] = set()
 
-    def cycle_ended(self, run: Run, at: int) -> None:
+    def cycle_ended(self, run: Actor, at: int) -> None:
         self.first.setdefault(run.current.id, at)
 
-    def fired(self, run: Run, transition: runtime.Transition, at: int) -> None:
+    def fired(self, run: Actor, transition: runtime.Transition, at: int) -> None:
         self.fired_.add(transition.id)
 
 

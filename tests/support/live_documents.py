@@ -9,7 +9,7 @@ from codegen.hfsm.document import Document
 from hfsm_runtime import Transition
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime._timeline import slot_from
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from tests.support.automata import component
 from tests.support.model_documents import Script, ScriptedDocument
 from zenoh_ice import WallClock
@@ -40,12 +40,12 @@ class LivePlayer(ScriptedDocument):
         super().__init__(document, script.guard, script.events)
         self.runtime = Runtime(component(self.root), clock)
         self._tree = self.runtime.tree
-        self._shortest = min(run.automaton.interval for run in self._tree.runs)
+        self._shortest = min(run.automaton.interval for run in self._tree.actors)
         self._happened: list[tuple[str, int, int]] = []
         self._length: int | None = None
         """How much had happened when the first cycle was missed."""
-        self._expected: dict[Run, int] = {}
-        self._began: dict[Run, tuple[int, int]] = {}
+        self._expected: dict[Actor, int] = {}
+        self._began: dict[Actor, tuple[int, int]] = {}
         self._tree.observers.append(self)
 
     @property
@@ -66,9 +66,9 @@ class LivePlayer(ScriptedDocument):
     @property
     def cycles(self) -> int:
         """The number of cycles."""
-        return sum(run.cycles for run in self._tree.runs)
+        return sum(run.cycles for run in self._tree.actors)
 
-    def cycle_began(self, run: Run, at: int) -> None:
+    def cycle_began(self, run: Actor, at: int) -> None:
         super().cycle_began(run, at)
         with self._tree.lock:
             interval = run.automaton.interval
@@ -77,15 +77,15 @@ class LivePlayer(ScriptedDocument):
             self._expected[run] = at + interval
             self._began[run] = self.runtime.component_time.now(), len(self._happened)
 
-    def fired(self, run: Run, transition: Transition, at: int) -> None:
+    def fired(self, run: Actor, transition: Transition, at: int) -> None:
         self._happened.append(("transition", run.automaton.id, transition.id))
 
-    def cycle_ended(self, run: Run, at: int) -> None:
+    def cycle_ended(self, run: Actor, at: int) -> None:
         with self._tree.lock:
             began, length = self._began[run]
             if self.runtime.component_time.now() - began >= self._shortest:
                 self._end_at(length)
-            found = [("state", each.automaton.id, each.current.id) for each in self._tree.runs if each.active]
+            found = [("state", each.automaton.id, each.current.id) for each in self._tree.actors if each.active]
             self._happened += found
 
     def _end_at(self, length: int) -> None:

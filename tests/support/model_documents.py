@@ -31,7 +31,7 @@ from codegen.hfsm.model_checker.expressions import parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED, Configuration
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from tests.support.automata import component
 
 __all__ = [
@@ -271,7 +271,7 @@ class ScriptedDocument(Observer):
         """The time of the running cycle of each automaton."""
         self.root = self._build(self.model.automata[0].index)
 
-    def cycle_began(self, run: Run, at: int) -> None:
+    def cycle_began(self, run: Actor, at: int) -> None:
         self._now[run.automaton.id] = at
         run.queue.extend(runtime.Event(name) for name in self._present(at, run.automaton.id))
         run.due = len(run.queue)
@@ -329,16 +329,16 @@ class Player(ScriptedDocument):
         self._runs = [
             (run, {item.source.id: item.index for item in model.states})
             for model in self.model.automata
-            if (run := self.virtual.tree.run(model.source.id)) is not None
+            if (run := self.virtual.tree.actor(model.source.id)) is not None
         ]
         """The automata in the order of the model, and the indices of their states by id."""
         self.virtual.tree.observers.append(self)
         self.seen.append((0, self._configuration()))
 
-    def cycle_ended(self, run: Run, at: int) -> None:
+    def cycle_ended(self, run: Actor, at: int) -> None:
         self.seen.append((at, self._configuration()))
 
-    def fired(self, run: Run, transition: runtime.Transition, at: int) -> None:
+    def fired(self, run: Actor, transition: runtime.Transition, at: int) -> None:
         self.fired_.append(Fired(at, run.automaton.id, transition.id))
 
     @property

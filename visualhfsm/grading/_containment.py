@@ -28,7 +28,6 @@ from hfsm_runtime.contained.protocol import (
     PrintedTooMuch,
     RunCode,
     Variables,
-    state_of_random,
 )
 from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.source_map import PLACE
@@ -230,16 +229,8 @@ class _Code:
         requests = self._requests = Requests(self.behavior, session.ask)
         session.serve = requests.serve
         values: dict[str, Any] = parameter_values(component)
-        begin = Begin(
-            requests.now,
-            self._file,
-            self._text,
-            self._walls.include,
-            values,
-            state_of_random(),
-            session.limits,
-            self._shows,
-        )
+        include, limits = self._walls.include, session.limits
+        begin = Begin(requests.now, self._file, self._text, include, values, limits, self._shows)
         session.ask(begin, Done, "its variables")
 
     def run(self, part: str, automaton: int, id: int, where: str, event: Event | None) -> bool:

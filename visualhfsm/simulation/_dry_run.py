@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
@@ -56,9 +56,8 @@ def dry_run(realm: Communicator, *, body: Body, **options: Any) -> Iterator[Worl
             component: Component,
             _clock: Clock,
             on_error: OnError | None = None,
-            _servers_present: Callable[[], bool] | None = None,
-            *,
             on_refused: OnRefused | None = None,
+            **_servers_present: object,
         ) -> PacedExecution:
             made = PacedExecution(component, world, on_error=on_error, on_refused=on_refused, **options)
             made.joints = lambda: robot.joints

@@ -11,7 +11,7 @@ from codegen.hfsm.document import Property
 from codegen.hfsm.model_checker.expressions import ExpressionError, Holds, parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 
 from ._behavior import Behavior
 from ._loading import DocumentInvalid, read
@@ -53,7 +53,7 @@ class Stated:
 
     def start(self, b: Behavior) -> Check:
         """Return the check for a run."""
-        runs = [b.tree.run(automaton.source.id) for automaton in self._model.automata]
+        runs = [b.tree.actor(automaton.source.id) for automaton in self._model.automata]
         seen = False
 
         def check(b: Behavior) -> bool:
@@ -69,7 +69,7 @@ class Stated:
 
         return self._name, check
 
-    def _local(self, index: int, run: Run | None) -> tuple[int, int, int]:
+    def _local(self, index: int, run: Actor | None) -> tuple[int, int, int]:
         if run is None:
             return 0, 0, 0
         states = self._model.automata[index].states

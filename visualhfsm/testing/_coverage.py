@@ -20,7 +20,7 @@ from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.reader import looks_like_document
 from hfsm_runtime import Transition
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, Run, Tree
+from hfsm_runtime.tree import Actor, ChangeKind, Tree
 from visualhfsm._document.places import Located, Locator, spots
 from visualhfsm.simulation._loading import DocumentInvalid, read
 
@@ -46,7 +46,7 @@ class Hits(Counter[_Key]):
         `document` returns their file, which changes with a reload.
         """
         counter = _Counter(self, document)
-        for run in tree.runs:
+        for run in tree.actors:
             if run.active:
                 counter.changed(0, run, ChangeKind.ENTERED)
         tree.observers.append(counter)
@@ -57,17 +57,17 @@ class _Counter(Observer):
         self._counts = counts
         self._document = document
 
-    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:  # noqa: ARG002
+    def guard_evaluated(self, run: Actor, transition: Transition, value: bool, at: int) -> None:  # noqa: ARG002
         self._count(run, "true" if value else "false", transition.id)
 
-    def fired(self, run: Run, transition: Transition, at: int) -> None:  # noqa: ARG002
+    def fired(self, run: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
         self._count(run, "fired", transition.id)
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+    def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         if kind is ChangeKind.ENTERED:
             self._count(run, "entered", run.current.id)
 
-    def _count(self, run: Run, what: str, id: int) -> None:
+    def _count(self, run: Actor, what: str, id: int) -> None:
         document = str((self._document() or Path()).resolve())
         self._counts[document, run.automaton.id, what, id] += 1
 

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 
 from codegen.hfsm.model_checker.model import read_model
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from hfsm_runtime.virtual.errors import BehaviorFailed, says_it_all
 from hfsm_runtime.virtual.execution import name_of
 from visualhfsm.simulation import Behavior
@@ -108,7 +108,7 @@ class _Examination(Observer):
                 raise BehaviorFailed(f"{failure}\nsteps:{_listed(steps[:number])}") from failure.__cause__
             self._check(steps[:number])
 
-    def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
+    def cycle_ended(self, run: Actor, at: int) -> None:  # noqa: ARG002
         """Check the properties."""
         self._look()
 

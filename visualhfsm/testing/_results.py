@@ -78,7 +78,7 @@ class Results:
     def _current(self) -> Iterator[Hit]:
         for behavior in self._behaviors:
             path = str((behavior.document or Path()).resolve())
-            for run in behavior.tree.runs:
+            for run in behavior.tree.actors:
                 if run.active:
                     yield Hit(path, run.automaton.id, "entered", run.current.id, 1)
 

@@ -138,7 +138,7 @@ def _facts(document: str | Path) -> _Facts:
 def _read_facts(path: Path, changed: int) -> _Facts:  # noqa: ARG001
     document = read(path)
     b = Behavior(abstract_component(document, path)())
-    automata = [run.automaton for run in b.tree.runs]
+    automata = [run.automaton for run in b.tree.actors]
     transitions = [transition for automaton in automata for transition in automaton.transitions]
     declared = [event.name for event in document.events]
     return _Facts(

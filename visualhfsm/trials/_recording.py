@@ -25,7 +25,7 @@ from hfsm_runtime.recording_file.messages import (
     World,
 )
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
-from hfsm_runtime.tree import ChangeKind, Run
+from hfsm_runtime.tree import Actor, ChangeKind
 from naoserver.body import write_body
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.pictures import encode_jpeg
@@ -69,11 +69,11 @@ class BehaviorRecording(Observer):
         behavior.tree.observers.append(self)
         self.look()
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+    def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Note that a change is to be shown."""
         self._changed = True
 
-    def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
+    def cycle_ended(self, run: Actor, at: int) -> None:  # noqa: ARG002
         """Show a change once its cycle has ended."""
         if self._changed:
             self._changed = False

@@ -16,7 +16,7 @@ import numpy as np
 
 from codegen.reasons import reason
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, Run
+from hfsm_runtime.tree import Actor, ChangeKind
 from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName
 from naoserver.errors import RobotError
 from visualhfsm.simulation import Behavior, simulate
@@ -278,11 +278,11 @@ class _Observed(Observer):
         self._note(0.0)
         behavior.tree.observers.append(self)
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+    def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Note the states."""
         self._note(now / 1e9)
 
-    def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
+    def cycle_ended(self, run: Actor, at: int) -> None:  # noqa: ARG002
         """Count the cycle, and check the properties."""
         self.cycles += 1
         for name, holds in self._checks:

@@ -10,16 +10,16 @@ import ast
 import io
 import re
 import textwrap
-import threading
 import tokenize
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, Literal, overload
+from typing import Final
 
 from ...messages import Message
+from ...parsing import parse_python
 from ...reasons import reason
 from ..document import Text
 
@@ -49,27 +49,6 @@ __all__ = [
     "split",
     "without_warnings",
 ]
-
-_ONE_AT_A_TIME = threading.Lock()
-# Until Python 3.13 all threads share a counter of the tree's depth: if another thread runs while a tree is
-# built, `ast.parse` fails with `SystemError: AST constructor recursion depth mismatch`.
-
-
-@overload
-def parse_python(source: str | bytes, filename: str = ..., *, mode: Literal["exec"] = ...) -> ast.Module: ...
-
-
-@overload
-def parse_python(source: str | bytes, filename: str = ..., *, mode: Literal["eval"]) -> ast.Expression: ...
-
-
-def parse_python(source: str | bytes, filename: str = "<unknown>", *, mode: str = "exec") -> ast.AST:
-    """Return the tree of a text. Raises the same errors as `ast.parse`."""
-    with _ONE_AT_A_TIME:
-        try:
-            return ast.parse(source, filename, mode)
-        except SystemError:  # garbage was collected meanwhile, and its end used the counter, too
-            return ast.parse(source, filename, mode)
 
 
 @lru_cache(maxsize=8192)

@@ -11,7 +11,7 @@ import pytest
 from hfsm_runtime import Automaton, State, Transition
 from hfsm_runtime._cycle import run_cycle
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run, Tree
+from hfsm_runtime.tree import Actor, Tree
 from tests.support.automata import after, automaton, when
 
 PERIOD = 100_000_000
@@ -29,16 +29,16 @@ class Supervisor:
     def now(self) -> int:
         return self.time
 
-    def refused(self, run: Run, error: Exception) -> bool:
+    def refused(self, run: Actor, error: Exception) -> bool:
         return False
 
-    def failed(self, run: Run, error: Exception) -> None:
+    def failed(self, run: Actor, error: Exception) -> None:
         raise error
 
-    def succeeded(self, run: Run) -> None:
+    def succeeded(self, run: Actor) -> None:
         pass
 
-    def not_handed_over(self, run: Run, late: list[Run]) -> None:
+    def not_handed_over(self, run: Actor, late: list[Actor]) -> None:
         raise AssertionError(late)
 
 
@@ -73,7 +73,7 @@ class PauseIn(Observer):
         self.name = name
         self.entries = 0
 
-    def entered(self, run: Run, transition: Transition | None) -> bool:
+    def entered(self, run: Actor, transition: Transition | None) -> bool:
         self.entries += 1
         return run.current.name == self.name
 

@@ -16,7 +16,7 @@ from hfsm_runtime import Automaton, Output, State, VirtualRun, run
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.errors import DefinitionError
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from tests.support.automata import Code, after, automaton, component, finished, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
@@ -265,7 +265,7 @@ def test_a_cycle_that_pauses_in_between_hands_nothing_up() -> None:
     child, above = Child(), Above()
 
     class Pause(Observer):
-        def entered(self, run: Run, transition: object) -> bool:
+        def entered(self, run: Actor, transition: object) -> bool:
             if run.current.name == "y":
                 virtual.pause()
             return run.current.name == "y"
@@ -309,7 +309,7 @@ class Watch(Observer):
         self.seen: list[tuple[int, int]] = []
         """The time of each cycle of automaton 1, and how many of automaton 2 it knew of."""
 
-    def cycle_ended(self, run: Run, at: int) -> None:
+    def cycle_ended(self, run: Actor, at: int) -> None:
         if run.automaton.id == 2:
             self.below.append(at)
         else:
@@ -368,7 +368,7 @@ def test_an_end_is_not_seen_before_the_last_outputs_even_while_a_condition_hangs
 
     def until_the_end() -> bool:
         if above.taken == {"n": 0}:  # so long that the automaton below does not wait any more
-            until(lambda: runtime.run(2).finished)
+            until(lambda: runtime.actor(2).finished)
         return False
 
     states = [State(id=1, name="x"), State(id=2, name="end", final=True, entry=child.let(n=1))]

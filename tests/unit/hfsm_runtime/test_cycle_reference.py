@@ -17,10 +17,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Event, Input, State, Transition, VirtualRun
-from hfsm_runtime._automaton_run import CAPACITY
+from hfsm_runtime._actor import CAPACITY
 from hfsm_runtime._cycle import Supervisor, run_cycle
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, DropReason, Run, Tree
+from hfsm_runtime.tree import Actor, ChangeKind, DropReason, Tree
 from tests.support.automata import component
 from tests.support.examples import examples
 
@@ -366,10 +366,10 @@ class Recorder(Observer):
         now = 0.0 if self.virtual is None else self.virtual.time
         self.trace.append((round(now * 1000), name, what))
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:
         self._note_change(run.automaton.name, run.current.name, kind)
 
-    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+    def event_dropped(self, run: Actor, event: Event, reason: DropReason) -> None:
         self._note(run.automaton.name, f"drops {event.data}: {reason}")
 
     def _note_change(self, name: str, state: str, kind: ChangeKind) -> None:
@@ -489,12 +489,12 @@ def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
 ) -> None:
     entries, paused = count(), False
 
-    def entered(run: Run, transition: Transition | None) -> bool:
+    def entered(run: Actor, transition: Transition | None) -> bool:
         nonlocal paused
         paused = pauses[next(entries) % len(pauses)]
         return paused
 
-    def run_to_its_end(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+    def run_to_its_end(tree: Tree, run: Actor, now: int, supervisor: Supervisor) -> None:
         nonlocal paused
         run_cycle(tree, run, now, supervisor)
         while paused:

@@ -122,7 +122,7 @@ def test_children_are_ghosts_before_exit_code_runs() -> None:
     virtual: VirtualRun
     child = automaton(2, "child", [State(id=1, name="x")])
     states = [
-        State(id=1, name="a", children=(child,), exit=lambda: active.append(virtual.tree.runs[1].active)),
+        State(id=1, name="a", children=(child,), exit=lambda: active.append(virtual.tree.actors[1].active)),
         State(id=2, name="b"),
     ]
     virtual = VirtualRun(component(automaton(1, "root", states, [after(0.1, 1, 2)])))
@@ -167,7 +167,7 @@ def test_an_entry_that_a_lost_server_cuts_short_is_owed_and_run_first_when_it_is
     virtual = VirtualRun(component(root))
     virtual.advance(0.2)
     assert (virtual.active, log.take()) == ("b/x", [])
-    assert not virtual.tree.runs[1].active
+    assert not virtual.tree.actors[1].active
     virtual.advance(0.1)
     assert log.take() == ["entry b", "guard", "b", "entry x", "x"]
 
@@ -256,7 +256,7 @@ def test_a_final_state_runs_its_entry_code_and_nothing_else(log: Log) -> None:
 
 def test_an_automaton_that_has_finished_runs_no_more_cycles() -> None:
     virtual = run(component(automaton(1, "root", [State(id=1, name="a", children=(ends(2),))])), 1)
-    child = virtual.tree.runs[1]
+    child = virtual.tree.actors[1]
     assert (child.finished, child.cycles, virtual.active) == (True, 3, "a/end")
 
 
@@ -311,7 +311,7 @@ def test_a_finished_child_stays_finished_when_the_state_above_it_is_resumed_and_
     middle = automaton(3, "middle", [State(id=1, name="m", children=(ends(2, log),))])
     virtual = run(component(by_turns(lambda i, n, c: State(id=i, name=n, children=c), middle)), 1.4)
     assert virtual.changes("child 2") == [(0, "x"), (0.2, "end")]
-    assert virtual.tree.runs[2].finished
+    assert virtual.tree.actors[2].finished
 
 
 # Restart.

@@ -8,7 +8,7 @@ from collections import deque
 import pytest
 
 from hfsm_runtime import Automaton, Component, Event, State, Transition, VirtualRun, run
-from hfsm_runtime._automaton_run import CAPACITY, DropReason
+from hfsm_runtime._actor import CAPACITY, DropReason
 from hfsm_runtime.errors import DefinitionError, EventError
 from tests.support.automata import Code, after, automaton, component, on, when
 from zenoh_ice.exceptions import ConnectionLostException
@@ -240,8 +240,8 @@ def test_a_ghost_receives_no_events_and_drops_those_that_waited() -> None:
         virtual.send("go")
     virtual.advance(2)
     assert virtual.changes("child") == [(0, "x")]
-    assert virtual.tree.runs[1].last_dropped == (Event("go"), DropReason.GHOST, 500_000_000)
-    assert virtual.tree.runs[1].dropped == 1
+    assert virtual.tree.actors[1].last_dropped == (Event("go"), DropReason.GHOST, 500_000_000)
+    assert virtual.tree.actors[1].dropped == 1
 
 
 def test_children_that_wake_at_a_transition_receive_no_event_sent_before() -> None:
@@ -266,7 +266,7 @@ def test_a_finished_automaton_receives_no_events() -> None:
     child = automaton(2, "child", [State(id=1, name="x", final=True)], [on("go", 1, 1)])
     virtual = run(component(automaton(1, "root", [State(id=1, name="a", children=(child,))])), 0.1)
     virtual.send("go")
-    assert virtual.tree.runs[1].queue == deque()
+    assert virtual.tree.actors[1].queue == deque()
 
 
 def test_an_automaton_that_finishes_drops_what_waited() -> None:
@@ -276,7 +276,7 @@ def test_an_automaton_that_finishes_drops_what_waited() -> None:
     for number in range(2):
         virtual.send("go", number)
     virtual.advance(0)
-    assert virtual.tree.runs[1].last_dropped == (Event("go", 1), DropReason.FINISHED, 0)
+    assert virtual.tree.actors[1].last_dropped == (Event("go", 1), DropReason.FINISHED, 0)
 
 
 def test_of_more_events_than_may_wait_the_oldest_is_dropped_and_that_is_an_error(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hfsm_runtime import Event, State, Transition, VirtualRun
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, Run
+from hfsm_runtime.tree import Actor, ChangeKind
 from tests.support.automata import automaton, component, on, when
 
 
@@ -14,31 +14,31 @@ class Notes(Observer):
     def __init__(self) -> None:
         self.lines: list[str] = []
 
-    def cycle_began(self, run: Run, at: int) -> None:
+    def cycle_began(self, run: Actor, at: int) -> None:
         self.lines.append(
             f"cycle began {at // 1_000_000} {','.join(event.name for event in run.queue)}".strip()
         )
 
-    def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
+    def guard_evaluated(self, run: Actor, transition: Transition, value: bool, at: int) -> None:
         self.lines.append(f"guard {transition.event or 'plain'} {value} in {run.current.name}")
 
-    def fired(self, run: Run, transition: Transition, at: int) -> None:
+    def fired(self, run: Actor, transition: Transition, at: int) -> None:
         self.lines.append(f"fired {transition.event} in {run.current.name}")
 
-    def entered(self, run: Run, transition: Transition | None) -> bool:
+    def entered(self, run: Actor, transition: Transition | None) -> bool:
         self.lines.append(f"may pause in {run.current.name} after {transition.event if transition else None}")
         return False
 
-    def cycle_ended(self, run: Run, at: int) -> None:
+    def cycle_ended(self, run: Actor, at: int) -> None:
         self.lines.append(f"cycle ended {at // 1_000_000}")
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:
         self.lines.append(f"{kind} {run.current.name}")
 
     def event_sent(self, event: Event, now: int) -> None:
         self.lines.append(f"sent {event.name} {event.data}")
 
-    def code_failed(self, run: Run, error: Exception) -> None:
+    def code_failed(self, run: Actor, error: Exception) -> None:
         self.lines.append(f"failed {error}")
 
 
@@ -87,7 +87,7 @@ def test_an_observer_is_notified_of_ghosts_and_of_those_that_have_finished() -> 
 
 def test_an_observer_pauses_where_a_state_is_entered_and_its_code_runs_in_the_next_cycle() -> None:
     class Stop(Observer):
-        def entered(self, run: Run, transition: Transition | None) -> bool:
+        def entered(self, run: Actor, transition: Transition | None) -> bool:
             return run.current.name == "b"
 
     ran: list[float] = []
@@ -105,7 +105,7 @@ class Entries(Observer):
     def __init__(self) -> None:
         self.transitions: list[str | None] = []
 
-    def entered(self, run: Run, transition: Transition | None) -> bool:
+    def entered(self, run: Actor, transition: Transition | None) -> bool:
         self.transitions.append(transition.name if transition else None)
         return False
 
@@ -143,7 +143,7 @@ def test_a_cycle_that_continues_after_a_pause_has_the_events_of_the_one_before()
     class PauseOnce(Observer):
         paused = False
 
-        def entered(self, run: Run, transition: Transition | None) -> bool:
+        def entered(self, run: Actor, transition: Transition | None) -> bool:
             first, self.paused = not self.paused, True
             return first
 

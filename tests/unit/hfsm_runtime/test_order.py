@@ -10,12 +10,12 @@ from contextlib import contextmanager
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
-from hfsm_runtime._automaton_run import ChangeKind
+from hfsm_runtime._actor import ChangeKind
 from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime._order import turn_of
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run, Tree
+from hfsm_runtime.tree import Actor, Tree
 from tests.support.automata import after, automaton, component, finished, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import running
@@ -56,13 +56,13 @@ class Entered(Observer):
         self.times: dict[str, int] = {}
         self._clock = clock
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:
         if kind is ChangeKind.ENTERED:
             self.times[run.current.name] = self.times.get(run.current.name, 0) + 1
 
     def never(self, name: str, runtime: Runtime) -> bool:
         """Return whether a state was not entered, as is promised unless the machine stops a thread for long."""
-        was_stopped = self._clock.later > MUCH_LATER or any(run.overruns for run in runtime.tree.runs)
+        was_stopped = self._clock.later > MUCH_LATER or any(run.overruns for run in runtime.tree.actors)
         return name not in self.times or was_stopped
 
     def often(self, name: str) -> bool:
@@ -150,8 +150,8 @@ def test_a_parent_that_hangs_does_not_hold_up_its_child(where: str) -> None:
     ways = [when(hang, 1, 2)] if where == "guard" else []
     with running(automaton(1, "root", states, ways, period=0.02)) as runtime:
         assert hangs.wait(EVENT_LIMIT)
-        cycles = runtime.run(2).cycles
-        until(lambda: runtime.run(2).cycles > cycles + 3)
+        cycles = runtime.actor(2).cycles
+        until(lambda: runtime.actor(2).cycles > cycles + 3)
         release.set()
 
 
@@ -168,8 +168,8 @@ def test_a_parent_that_sleeps_does_not_hold_up_its_child() -> None:
 
     with running(root) as runtime:
         assert sleeps.wait(EVENT_LIMIT)
-        cycles = runtime.run(2).cycles
-        until(lambda: runtime.run(2).cycles > cycles + 3)
+        cycles = runtime.actor(2).cycles
+        until(lambda: runtime.actor(2).cycles > cycles + 3)
 
 
 def test_a_child_that_hangs_does_not_keep_its_parent_from_leaving() -> None:
@@ -195,7 +195,7 @@ def test_automata_side_by_side_do_not_wait_for_each_other() -> None:
     right = automaton(3, "right", [State(id=1, name="x")], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", children=(left, right))], period=0.02)
     with running_late(root, "left", FOREVER) as (runtime, _):
-        until(lambda: runtime.run(3).cycles > runtime.run(2).cycles + 5)
+        until(lambda: runtime.actor(3).cycles > runtime.actor(2).cycles + 5)
 
 
 def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late_parent() -> None:
@@ -209,19 +209,21 @@ def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late
         assert clock.waits.wait(EVENT_LIMIT)
         runtime.pause()
         until(lambda: not runtime.in_cycle)
-        cycles = [run.cycles for run in runtime.tree.runs]
+        cycles = [run.cycles for run in runtime.tree.actors]
         runtime.step(0)
-        assert [run.cycles for run in runtime.tree.runs] == [each + 1 for each in cycles]
+        assert [run.cycles for run in runtime.tree.actors] == [each + 1 for each in cycles]
         runtime.resume()
         # A child whose turn it is not wakes the one whose turn it is.
-        until(lambda: all(run.cycles > each + 3 for run, each in zip(runtime.tree.runs, cycles, strict=True)))
+        until(
+            lambda: all(run.cycles > each + 3 for run, each in zip(runtime.tree.actors, cycles, strict=True))
+        )
     finally:
         runtime.stop()
     assert not any(thread.name.startswith("automaton") for thread in threading.enumerate())
 
 
 @pytest.fixture
-def chain() -> tuple[Tree, Run, Run]:
+def chain() -> tuple[Tree, Actor, Actor]:
     """Return an active tree of two automata: periods of 0.4 s and 0.1 s, both with a guard."""
     inner = automaton(
         2, "child", [State(id=1, name="x"), State(id=2, name="y")], [when(lambda: False, 1, 2)], period=0.1
@@ -229,12 +231,12 @@ def chain() -> tuple[Tree, Run, Run]:
     states = [State(id=1, name="a", children=(inner,)), State(id=2, name="b")]
     tree = Tree(automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.4))
     tree.start(0)
-    root, child = tree.runs
+    root, child = tree.actors
     return tree, root, child
 
 
 def test_the_turn_is_that_of_the_earlier_time_and_of_the_parent_at_the_same_time(
-    chain: tuple[Tree, Run, Run],
+    chain: tuple[Tree, Actor, Actor],
 ) -> None:
     tree, root, child = chain
     assert turn_of(child, 0, 0) is root
@@ -246,7 +248,7 @@ def test_the_turn_is_that_of_the_earlier_time_and_of_the_parent_at_the_same_time
     assert turn_of(child, 400 * MS, 400 * MS) == 300 * MS
 
 
-def test_a_late_child_runs_the_last_cycle_before_that_of_its_parent(chain: tuple[Tree, Run, Run]) -> None:
+def test_a_late_child_runs_the_last_cycle_before_that_of_its_parent(chain: tuple[Tree, Actor, Actor]) -> None:
     tree, root, child = chain
     tree.decide(root, 0)
     assert turn_of(child, 950 * MS, 950 * MS) == 300 * MS
@@ -254,7 +256,7 @@ def test_a_late_child_runs_the_last_cycle_before_that_of_its_parent(chain: tuple
     assert turn_of(child, 950 * MS, 750 * MS) == 700 * MS
 
 
-def test_a_cycle_that_lasts_longer_than_a_period_is_not_waited_for(chain: tuple[Tree, Run, Run]) -> None:
+def test_a_cycle_that_lasts_longer_than_a_period_is_not_waited_for(chain: tuple[Tree, Actor, Actor]) -> None:
     _, root, child = chain
     root.began = 0
     assert turn_of(child, 100 * MS - 1, 100 * MS - 1) is root
@@ -269,13 +271,13 @@ def test_a_short_period_leaves_a_cycle_a_tenth_of_a_second() -> None:
     states = [State(id=1, name="a", children=(inner,)), State(id=2, name="b")]
     tree = Tree(automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.02))
     tree.start(0)
-    root, child = tree.runs
+    root, child = tree.actors
     root.began = 0
     assert turn_of(child, 100 * MS - 1, 100 * MS - 1) is root
     assert turn_of(child, 100 * MS, 100 * MS) == 100 * MS
 
 
-def test_a_ghost_is_not_waited_for(chain: tuple[Tree, Run, Run]) -> None:
+def test_a_ghost_is_not_waited_for(chain: tuple[Tree, Actor, Actor]) -> None:
     tree, root, child = chain
     tree.decide(root, 0)
     assert turn_of(root, 400 * MS, 400 * MS) is child
@@ -287,7 +289,7 @@ def test_a_ghost_is_not_waited_for(chain: tuple[Tree, Run, Run]) -> None:
     assert turn_of(root, 400 * MS, 400 * MS) == 400 * MS
 
 
-def test_a_parent_waits_for_late_children_for_one_period(chain: tuple[Tree, Run, Run]) -> None:
+def test_a_parent_waits_for_late_children_for_one_period(chain: tuple[Tree, Actor, Actor]) -> None:
     tree, root, child = chain
     tree.decide(root, 0)
     assert turn_of(root, 800 * MS - 1, 800 * MS - 1) is child
@@ -301,7 +303,7 @@ def test_a_parent_that_is_late_does_not_overtake_the_cycles_below() -> None:
     states = [State(id=1, name="a", children=(below,)), State(id=2, name="b")]
     tree = Tree(automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.05))
     tree.start(0)
-    root, child = tree.runs
+    root, child = tree.actors
     tree.decide(root, 0)
     tree.decide(child, 0)
     assert turn_of(child, 130 * MS, 130 * MS) is root
@@ -318,7 +320,7 @@ def test_nobody_waits_for_a_cycle_in_which_no_timer_has_expired() -> None:
 
     tree = Tree(timed(1, "root", 0.4, timed(2, "child", 0.1)))
     tree.start(0)
-    root, child = tree.runs
+    root, child = tree.actors
     assert turn_of(child, 0, 0) == 0
     tree.decide(root, 0)
     tree.decide(child, 300 * MS)
@@ -331,7 +333,7 @@ def test_an_entry_and_a_final_state_are_waited_for() -> None:
     states = [State(id=1, name="a", children=(entering, finishing)), State(id=2, name="b")]
     tree = Tree(automaton(1, "root", states, [finished(1, 2)], period=0.4))
     tree.start(0)
-    root, first, second = tree.runs
+    root, first, second = tree.actors
     tree.decide(root, 0)
     assert turn_of(root, 400 * MS, 400 * MS) is second
     tree.decide(second, 300 * MS)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pytest
 
 from hfsm_runtime import Component, Ros, ros_message, ros_tf
-from hfsm_runtime._ros import Endpoints, stop_ends, types_of
+from hfsm_runtime._ros import Endpoints, make_end, stop_ends, types_of
 from hfsm_runtime.errors import ComponentError, NotConnectedError
 from hfsm_runtime.virtual._ros import FakeRos
-from zenoh_ros2 import CallError, MessageError
+from tests.support.limits import EVENT_LIMIT
+from tests.support.ros_nodes import two_nodes
+from zenoh_ros2 import ActionServer, CallError, MessageError, Status
 
 # As codegen writes them: each after those that it needs.
 TYPES = {"my_msgs/msg/Color": "string name\n", "my_msgs/msg/Ball": "Color color\nfloat64 x\n"}
@@ -42,6 +45,18 @@ def test_types_of_the_project_are_there_with_those_that_they_need() -> None:
 def test_fields_that_are_none_are_named() -> None:
     with pytest.raises(MessageError, match=r"color\.name"):
         connected(fake()).ball.publish(color={"name": 3})
+
+
+def test_goals_need_no_limit_of_their_own() -> None:
+    with two_nodes() as (robot, tool):
+        ActionServer(
+            robot, "example_interfaces/action/Fibonacci", "/count", lambda _goal: {"sequence": [1, 2]}
+        )
+        player = Player()
+        Endpoints(partial(make_end, tool), tool.types).connect(player)
+        goal = player.count.send(order=2, timeout=EVENT_LIMIT)
+        assert goal.result().sequence.tolist() == [1, 2]
+        assert (goal.done, goal.status) == (True, Status.SUCCEEDED)
 
 
 def test_without_a_connection_the_error_names_the_interface() -> None:

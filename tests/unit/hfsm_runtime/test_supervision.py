@@ -255,7 +255,7 @@ def test_a_refusal_that_no_guard_lets_through_is_dropped_and_older_events_are_ke
     virtual.advance(0.25)
     virtual.send("go")
     virtual.advance(0.1)
-    (run,) = virtual.tree.runs
+    (run,) = virtual.tree.actors
     assert run.last_dropped is not None
     assert (virtual.active, run.last_dropped[0].data, run.dropped) == ("end", HEARD, 1)
 

@@ -46,7 +46,7 @@ def test_automata_that_wake_later_in_their_slots_keep_the_times_of_the_slots() -
     ]
     with running(automaton(1, "root", states, [finished(1, 2)], period=0.02)) as runtime:
         assert runtime.ended.wait(EVENT_LIMIT)
-    entered = [run.entered for run in runtime.tree.runs]
+    entered = [run.entered for run in runtime.tree.actors]
     assert all(time is not None and time > 0 and time % 20_000_000 == 0 for time in entered)
 
 
@@ -92,7 +92,7 @@ def test_a_step_runs_one_cycle_and_moves_time_on_by_one_period() -> None:
     )
     with running(root) as runtime:
         runtime.pause()
-        until(lambda: not any(run.in_cycle for run in runtime.tree.runs))
+        until(lambda: not any(run.in_cycle for run in runtime.tree.actors))
         ran.clear()
         now = runtime.component_time.now()
         runtime.step(2)
@@ -177,10 +177,10 @@ def test_an_exception_halts_all_automata() -> None:
         assert runtime.ended.wait(EVENT_LIMIT)
         assert runtime.failed
         assert runtime.status is ComponentStatus.Halted
-        until(lambda: not any(run.in_cycle for run in runtime.tree.runs))
-        cycles = [run.cycles for run in runtime.tree.runs]
+        until(lambda: not any(run.in_cycle for run in runtime.tree.actors))
+        cycles = [run.cycles for run in runtime.tree.actors]
         time.sleep(0.1)
-        assert [run.cycles for run in runtime.tree.runs] == cycles
+        assert [run.cycles for run in runtime.tree.actors] == cycles
 
 
 @pytest.mark.parametrize(("code", "failed"), [(0, False), (3, True), (None, False)])
@@ -219,7 +219,7 @@ def test_events_reach_automata_from_other_threads_and_from_each_other() -> None:
         )
 
     with running(root) as runtime:
-        until(lambda: runtime.tree.runs[1].active)
+        until(lambda: runtime.tree.actors[1].active)
         runtime.send("go", 7)
         until(lambda: next(runtime.tree.root.paths()) == "b")
 
@@ -356,17 +356,17 @@ def test_an_automaton_that_wakes_after_a_pause_is_not_kept_waiting(monkeypatch: 
     root = automaton(1, "root", states, [when(lambda: False, 1, 2), when(lambda: False, 2, 1)], period=0.02)
     forth, back = root.transitions
     with running(root, limits=RuntimeLimits(idle=FOREVER, paused=FOREVER)) as runtime:
-        until(lambda: runtime.run(2).cycles > 0)
+        until(lambda: runtime.actor(2).cycles > 0)
         runtime.pause()
         until(lambda: not runtime.in_cycle)
         runtime.force(1, forth.id)
         runtime.step(1)
         assert alarm_rests.wait(EVENT_LIMIT)
         runtime.resume()
-        until(lambda: runtime.run(3).cycles > 5)
-        before = runtime.run(2).cycles
+        until(lambda: runtime.actor(3).cycles > 5)
+        before = runtime.actor(2).cycles
         runtime.force(1, back.id)
-        until(lambda: runtime.run(2).cycles > before)
+        until(lambda: runtime.actor(2).cycles > before)
 
 
 def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
@@ -392,7 +392,7 @@ def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
         def __getattr__(self, name: str) -> object:
             return getattr(threading, name)
 
-    monkeypatch.setattr("hfsm_runtime._threads.threading", Threading())
+    monkeypatch.setattr("hfsm_runtime._runtime.threading", Threading())
     root = automaton(1, "root", [State(id=1, name="a")], period=60)
     with running(root, limits=RuntimeLimits(idle=FOREVER, stop=EVENT_LIMIT)) as runtime:
         until(lambda: runtime.tree.root.cycles == 1)
@@ -414,7 +414,7 @@ def test_a_step_of_many_ends_when_the_component_does(caplog: pytest.LogCaptureFi
     child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", code=code, children=(child,))], period=0.02)
     with running(root) as runtime:
-        until(lambda: runtime.run(2).cycles > 0)
+        until(lambda: runtime.actor(2).cycles > 0)
         runtime.pause()
         until(lambda: not runtime.in_cycle)
         paused.set()

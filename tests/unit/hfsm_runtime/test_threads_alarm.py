@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from hfsm_runtime._threads import Alarm
+from hfsm_runtime._runtime import Alarm
 from hfsm_runtime._timeline import Timeline
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import WallClock

@@ -99,7 +99,7 @@ def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_h
     order: list[str] = []
     release = threading.Event()
     with running(slow_hand_over(order, release), limits=PATIENT) as runtime:
-        until(lambda: not runtime.tree.runs[1].active)
+        until(lambda: not runtime.tree.actors[1].active)
         assert (order, runtime.tree.root.current.name) == (["child begins"], "a")
         release.set()
         until(lambda: len(order) > 3)
@@ -149,8 +149,8 @@ def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_co
     with running(root, limits=HASTY) as runtime:
         until(lambda: runtime.tree.root.current.name == "b")
         left.set()
-        until(lambda: not runtime.tree.runs[1].in_cycle)
-    assert runtime.tree.runs[1].current.name == "x"
+        until(lambda: not runtime.tree.actors[1].in_cycle)
+    assert runtime.tree.actors[1].current.name == "x"
     assert ran == []
 
 
@@ -171,7 +171,7 @@ def cuts_short(build: Callable[[Component, Code], Automaton]) -> list[str]:
 
     with running(root, limits=PATIENT) as runtime:
         until(lambda: next(runtime.tree.root.paths()) == "b")
-        assert not any(run.in_cycle for run in runtime.tree.runs[1:])
+        assert not any(run.in_cycle for run in runtime.tree.actors[1:])
         assert runtime.errors == ()
     return after_sleep
 
@@ -226,7 +226,7 @@ def test_the_exit_code_of_children_that_restart_waits_for_their_running_cycles()
     ]
     change = when(lambda: "first begins" in order, 1, 2, code=lambda: order.append("fired"))
     with running(automaton(1, "root", states, [change], period=0.02), limits=PATIENT) as runtime:
-        until(lambda: not any(run.active for run in runtime.tree.runs[1:]))
+        until(lambda: not any(run.active for run in runtime.tree.actors[1:]))
         assert order == ["first begins"]
         release.set()
         until(lambda: "b" in order)
@@ -254,7 +254,7 @@ def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_tha
     states = [State(id=1, name="a", children=(child,), restart=True), State(id=2, name="b")]
     changes = [when(leaving.is_set, 1, 2), after(0.02, 2, 1)]
     with running(automaton(1, "root", states, changes, period=60), limits=HASTY) as runtime:
-        late = runtime.tree.runs[1]
+        late = runtime.tree.actors[1]
         assert leaving.wait(EVENT_LIMIT)
         runtime.pause()
         runtime.step(1)  # to b, and the child is late
@@ -272,7 +272,7 @@ def test_an_automaton_that_blocks_delays_no_other() -> None:
     stuck = automaton(3, "stuck", [State(id=1, name="x", code=lambda: release.wait(FOREVER))], period=0.01)
     root = automaton(1, "root", [State(id=1, name="a", children=(stuck, free))], period=0.01)
     with running(root, limits=PATIENT) as runtime:
-        run = runtime.tree.run(2)
+        run = runtime.tree.actor(2)
         assert run is not None
         until(lambda: run.cycles > 20)
         release.set()
@@ -285,7 +285,7 @@ def test_what_was_left_for_good_is_not_left_again_by_who_had_not_woken_it_since(
     def cross() -> None:
         if "lowest leaves" in order:
             crossing.set()
-            until(lambda: not runtime.run(2).active)
+            until(lambda: not runtime.actor(2).active)
 
     lowest = automaton(3, "lowest", [State(id=1, name="x", exit=lambda: order.append("lowest leaves"))])
     middle = automaton(

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from hfsm_runtime import Automaton, Event, State, Transition
-from hfsm_runtime._automaton_run import CAPACITY, Run
+from hfsm_runtime._actor import CAPACITY, Actor
 from hfsm_runtime.errors import DefinitionError, UnknownElementError
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Tree
@@ -26,7 +26,7 @@ def started() -> Tree:
 
 def test_a_ghost_begins_no_cycle() -> None:
     tree = started()
-    assert [tree.begin_cycle(run) for run in tree.runs] == [True, True, False]
+    assert [tree.begin_cycle(run) for run in tree.actors] == [True, True, False]
 
 
 def test_while_the_tree_is_held_no_cycle_begins_but_one_of_an_automaton_that_is_to_step() -> None:
@@ -50,7 +50,7 @@ def test_a_running_cycle_is_to_end_early_when_the_tree_is_held() -> None:
 
 def test_automata_are_found_by_their_ids() -> None:
     tree = started()
-    assert [tree.run(number) for number in (1, 2, 3, 4)] == [*tree.runs, None]
+    assert [tree.actor(number) for number in (1, 2, 3, 4)] == [*tree.actors, None]
 
 
 def test_two_automata_of_one_id_are_refused() -> None:
@@ -71,7 +71,7 @@ def test_a_state_that_is_begun_at_is_the_first_one_with_those_above() -> None:
     tree.begin_at(2, 2)
     tree.start(0)
     assert next(tree.root.paths()) == "there/b"
-    assert [run.active for run in tree.runs] == [True, True]
+    assert [run.active for run in tree.actors] == [True, True]
 
 
 def test_what_was_begun_at_is_the_first_one_once() -> None:
@@ -101,14 +101,14 @@ def test_what_is_not_there_cannot_be_begun_at(number: int, state: int, reported:
 # -- events ----------------------------------------------------------------------------------------------
 
 
-def waiting() -> tuple[Tree, Run, Event]:
+def waiting() -> tuple[Tree, Actor, Event]:
     """Return a tree, an automaton below its root in a cycle, and the event that it handles."""
     child = automaton(2, "child", [State(id=1, name="x"), State(id=2, name="y")], [on("go", 1, 2)])
     tree = Tree(automaton(1, "root", [State(id=1, name="a", children=(child,))]))
     tree.start(0)
-    assert all(tree.begin_cycle(run) for run in tree.runs)
+    assert all(tree.begin_cycle(run) for run in tree.actors)
     tree.end_cycle(tree.root)
-    run = tree.runs[1]
+    run = tree.actors[1]
     tree.send(Event("go"), 0)
     assert tree.next_event(run, 0) is None, "it came after the cycle had begun"
     tree.end_cycle(run)
@@ -159,7 +159,7 @@ def test_an_event_that_nothing_waits_for_makes_way_for_the_next_one() -> None:
 # -- activations -----------------------------------------------------------------------------------------
 
 
-def go(tree: Tree, run: Run, transition: Transition) -> None:
+def go(tree: Tree, run: Actor, transition: Transition) -> None:
     """Run a cycle of an automaton that fires a transition."""
     assert tree.begin_cycle(run)
     assert tree.leave(run, 0)
@@ -172,10 +172,10 @@ def test_activations_are_counted() -> None:
     tree = nested()
     tree.start(0)
     back, there = tree.root.automaton.transitions
-    counted = [tree.runs[1].activations]
+    counted = [tree.actors[1].activations]
     for transition in (there, back, there):
         go(tree, tree.root, transition)
-        counted.append(tree.runs[1].activations)
+        counted.append(tree.actors[1].activations)
     assert counted == [0, 1, 1, 2]
 
 
@@ -183,7 +183,7 @@ def test_an_automaton_that_restarts_has_made_no_transition() -> None:
     tree = nested()
     tree.begin_at(2, 2)
     tree.start(0)
-    child = tree.runs[1]
+    child = tree.actors[1]
     go(tree, child, child.automaton.transitions[0])
     assert child.last_transition == child.automaton.transitions[0].id
     for transition in tree.root.automaton.transitions:
@@ -198,10 +198,10 @@ def test_what_a_final_state_owns_stays_asleep_when_the_automaton_resumes() -> No
     states = [State(id=1, name="here", children=(child,)), State(id=2, name="there")]
     tree = Tree(automaton(1, "root", states, [after(1.0, 1, 2), after(1.0, 2, 1)]))
     tree.start(0)
-    go(tree, tree.runs[1], tree.runs[1].automaton.transitions[0])
+    go(tree, tree.actors[1], tree.actors[1].automaton.transitions[0])
     for transition in tree.root.automaton.transitions:
         go(tree, tree.root, transition)
-    assert [run.active for run in tree.runs] == [True, True, False]
+    assert [run.active for run in tree.actors] == [True, True, False]
 
 
 def test_an_automaton_that_moves_below_one_that_resumes_goes_on_as_it_was() -> None:
@@ -223,11 +223,11 @@ def test_an_automaton_that_moves_below_one_that_resumes_goes_on_as_it_was() -> N
     tree.start(0)
     for transition in tree.root.automaton.transitions:
         go(tree, tree.root, transition)
-    run = tree.run(4)
+    run = tree.actor(4)
     assert run is not None
     before = run.activations
     with tree.lock:
-        tree.replace(version(3, three=(moved,)).runs, 0)
+        tree.replace(version(3, three=(moved,)).actors, 0)
     assert (run.active, run.activations) == (True, before)
 
 
@@ -255,7 +255,7 @@ def test_a_new_period_counts_at_once(old: float, new: float, slot: int) -> None:
     tree.start(0)
     tree.root.next_slot = 5 * PERIOD
     with tree.lock:
-        tree.replace(version(new).runs, 5 * PERIOD // 2)
+        tree.replace(version(new).actors, 5 * PERIOD // 2)
     assert tree.root.next_slot == slot * PERIOD
 
 
@@ -268,7 +268,7 @@ class Changes(Observer):
     def __init__(self) -> None:
         self.kinds: list[ChangeKind] = []
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:
         self.kinds.append(kind)
 
 

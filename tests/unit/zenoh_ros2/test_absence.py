@@ -9,7 +9,7 @@ from contextlib import closing
 import pytest
 
 from tests.support.waiting import until
-from zenoh_ros2._absence import AbsenceWarning
+from zenoh_ros2._node import AbsenceWarning
 
 HERE = ["tcp/127.0.0.1:7447"]
 DELAY = 0.3

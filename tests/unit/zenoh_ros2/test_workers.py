@@ -9,8 +9,13 @@ from functools import partial
 import pytest
 
 from tests.support.limits import EVENT_LIMIT
+from zenoh_ice.in_process import Pool
 from zenoh_ros2 import RosError
-from zenoh_ros2._workers import Job, Line, Workers
+from zenoh_ros2._workers import Job, Line, make_pool
+
+
+def line_of(pool: Pool, most: int) -> Line[Job]:
+    return Line(pool, most, lambda job: job())
 
 
 def hold(held: threading.Event, free: threading.Event) -> None:
@@ -19,14 +24,14 @@ def hold(held: threading.Event, free: threading.Event) -> None:
 
 
 @pytest.fixture
-def workers() -> Iterator[Workers]:
-    made = Workers("test", most=2)
+def pool() -> Iterator[Pool]:
+    made = make_pool(2, "test")
     yield made
-    made.close()
+    assert made.close(EVENT_LIMIT)
 
 
-def test_a_line_keeps_its_order(workers: Workers) -> None:
-    line, seen, end = Line(workers, 1000), list[int](), threading.Event()
+def test_a_line_keeps_its_order(pool: Pool) -> None:
+    line, seen, end = line_of(pool, 1000), list[int](), threading.Event()
     for number in range(500):
         line.put(partial(seen.append, number))
     line.put(end.set)
@@ -34,17 +39,17 @@ def test_a_line_keeps_its_order(workers: Workers) -> None:
     assert seen == list(range(500))
 
 
-def test_lines_run_beside_each_other(workers: Workers) -> None:
+def test_lines_run_beside_each_other(pool: Pool) -> None:
     held, free, passed = threading.Event(), threading.Event(), threading.Event()
-    Line(workers, 10).put(partial(hold, held, free))
+    line_of(pool, 10).put(partial(hold, held, free))
     assert held.wait(EVENT_LIMIT)
-    Line(workers, 10).put(passed.set)
+    line_of(pool, 10).put(passed.set)
     assert passed.wait(EVENT_LIMIT)
     free.set()
 
 
-def test_the_oldest_job_is_dropped(workers: Workers) -> None:
-    line, held, free = Line(workers, 2), threading.Event(), threading.Event()
+def test_the_oldest_job_is_dropped(pool: Pool) -> None:
+    line, held, free = line_of(pool, 2), threading.Event(), threading.Event()
     seen: list[str] = []
     line.put(partial(hold, held, free))
     assert held.wait(EVENT_LIMIT)
@@ -58,28 +63,19 @@ def test_the_oldest_job_is_dropped(workers: Workers) -> None:
     assert seen == ["newer"]
 
 
-def test_a_failing_job_ends_no_other(workers: Workers, caplog: pytest.LogCaptureFixture) -> None:
-    line, end = Line(workers, 10), threading.Event()
+def test_a_failing_job_ends_no_other(pool: Pool, caplog: pytest.LogCaptureFixture) -> None:
+    line, end = line_of(pool, 10), threading.Event()
     line.put(lambda: 1 / 0)
     line.put(end.set)
     assert end.wait(EVENT_LIMIT)
     assert "a callback failed" in caplog.text
 
 
-def test_after_the_end_nothing_runs(workers: Workers) -> None:
-    workers.close()
+def test_after_the_end_nothing_runs(pool: Pool) -> None:
+    assert pool.close(EVENT_LIMIT)
     ran = threading.Event()
-    workers.submit(ran.set)
+    line_of(pool, 10).put(ran.set)
     assert not ran.is_set()
-
-
-def test_a_failing_job_ends_no_thread(workers: Workers, caplog: pytest.LogCaptureFixture) -> None:
-    for _ in range(2):  # as many as there are threads
-        workers.submit(lambda: 1 / 0)
-    ran = threading.Event()
-    workers.submit(ran.set)
-    assert ran.wait(EVENT_LIMIT)
-    assert "a callback failed" in caplog.text
 
 
 @pytest.fixture
@@ -94,45 +90,31 @@ def no_threads() -> Iterator[pytest.MonkeyPatch]:
         yield patch
 
 
-def test_a_line_goes_on_when_there_is_a_thread_again(
-    workers: Workers, no_threads: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+def test_the_first_thread_runs_jobs_when_there_is_no_other(
+    pool: Pool, request: pytest.FixtureRequest
 ) -> None:
-    line, seen, end = Line(workers, 10), list[int](), threading.Event()
-    line.put(partial(seen.append, 1))
-    assert "callbacks are late: can't start new thread" in caplog.text
-    no_threads.undo()
-    line.put(end.set)
-    Line(workers, 10).put(partial(seen.append, 2))
-    assert end.wait(EVENT_LIMIT)
-    assert seen[0] == 1
-
-
-def test_a_thread_that_is_there_at_once_runs_jobs_when_there_is_no_other(
-    request: pytest.FixtureRequest,
-) -> None:
-    workers, ran = Workers("test", 1, at_once=True), threading.Event()
     request.getfixturevalue("no_threads")
-    Line(workers, 10).put(ran.set)
+    ran = threading.Event()
+    line_of(pool, 10).put(ran.set)
     assert ran.wait(EVENT_LIMIT)
-    workers.close()
 
 
 @pytest.mark.usefixtures("no_threads")
-def test_a_thread_that_cannot_be_there_at_once_is_an_error() -> None:
+def test_a_thread_that_cannot_be_there_is_an_error() -> None:
     with pytest.raises(RosError, match="test: can't start new thread"):
-        Workers("test", at_once=True)
+        make_pool(8, "test")
 
 
 def test_a_callback_may_close_its_threads() -> None:
-    workers, ran = Workers("test"), list[threading.Thread]()
+    pool, ran = make_pool(8, "test"), list[threading.Thread]()
     closed = threading.Event()
 
     def close() -> None:
         ran.append(threading.current_thread())
-        workers.close()
+        pool.close(EVENT_LIMIT)
         closed.set()
 
-    workers.submit(close)
+    pool.submit(close)
     assert closed.wait(EVENT_LIMIT)
     ran[0].join(EVENT_LIMIT)
     assert not ran[0].is_alive()

@@ -24,7 +24,7 @@ class Explained:
         self.timeline = Timeline(self.run.clock)
 
     def why(self, automaton: int = 1) -> Explanation:
-        found = self.run.tree.run(automaton)
+        found = self.run.tree.actor(automaton)
         assert found is not None
         return explain(self.run.tree, found, self.timeline)
 

@@ -150,7 +150,7 @@ def test_ghosts_keep_their_state_and_their_timers() -> None:
         return timed("follow", "dance", children={"follow": colors})
 
     run = running(version(), 12.0)
-    ghost = run.tree.runs[1]
+    ghost = run.tree.actors[1]
     assert (run.active, ghost.active, ghost.current.name) == ("dance", False, "green")
     assert reload(run, version()) == ()
     assert (run.active, ghost.active, ghost.current.name) == ("dance", False, "green")
@@ -169,14 +169,14 @@ def test_automata_that_are_new_run_and_those_that_are_gone_do_not() -> None:
     run = running(timed("follow", "dance", children={"follow": child(2, "old")}), 1.0)
     assert set(ran) == {"old"}
     ran.clear()
-    old = run.tree.runs[1]
+    old = run.tree.actors[1]
     (reported,) = reload(run, timed("follow", "dance", children={"follow": child(3, "new")}))
     assert not run.tree.begin_cycle(old)  # as its thread may ask at this very moment
     run.advance(1.0)
     assert reported == "automaton 2 (old) is gone, which was in a"
     assert ran == ["new"] * 10
-    assert [run.automaton.id for run in run.tree.runs] == [1, 3]
-    assert run.tree.run(2) is None
+    assert [run.automaton.id for run in run.tree.actors] == [1, 3]
+    assert run.tree.actor(2) is None
 
 
 def test_an_automaton_that_moves_below_another_state_goes_on() -> None:
@@ -184,7 +184,7 @@ def test_an_automaton_that_moves_below_another_state_goes_on() -> None:
     run = running(timed("follow", "dance", children={"follow": colors}), 4.0)
     assert run.active == "follow/green"
     reload(run, timed("follow", "dance", children={"dance": colors}))
-    assert (run.active, run.tree.runs[1].active) == ("follow", False)
+    assert (run.active, run.tree.actors[1].active) == ("follow", False)
     run.advance(6.5)
     assert run.active == "dance/green"
 

@@ -8,7 +8,9 @@ from typing import Any
 
 import pytest
 
-from hfsm_runtime._recording.ros import AskedNode
+from hfsm_runtime._recording.ros import Asked, Differs
+from hfsm_runtime._recording.values import readable
+from hfsm_runtime._ros import KINDS
 from hfsm_runtime.component import Ros
 from hfsm_runtime.virtual._ros import FakeRos
 from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
@@ -41,10 +43,18 @@ def ros() -> FakeRos:
     return FakeRos(lambda: 0.0, lambda holds, _limit: holds())
 
 
+def used(
+    ros: FakeRos, declared: Ros, ask: Any, differs: Differs = lambda *_: None, end: object = None
+) -> Any:
+    """Return what user code uses, with a genuine end or without."""
+    made = KINDS[declared.kind](end, ros.types, declared)
+    made.do = Asked(declared, ros.types, ask, differs)
+    return made
+
+
 def recording(ros: FakeRos, tape: Tape, declared: Ros) -> Any:
-    """Return an end whose readings are recorded."""
-    genuine = ros.make_end(declared, QoS())
-    return AskedNode(ros.types, tape.record).make_end(declared, genuine=genuine)
+    """Return what user code uses while its readings are recorded."""
+    return used(ros, declared, tape.record, end=ros.make_end(declared, QoS()))
 
 
 def test_samples_are_replayed_as_they_were_read(ros: FakeRos) -> None:
@@ -61,7 +71,7 @@ def test_samples_are_replayed_as_they_were_read(ros: FakeRos) -> None:
         seen += [read(recorded), read(recorded)]
     assert [kind for kind, _ in tape.readings].count("ros /text latest") == 5
     assert {"same": True} in [value for _, value in tape.readings]
-    replayed = AskedNode(ros.types, tape.replay).make_end(HEARD)
+    replayed = used(ros, HEARD, tape.replay)
     assert [read(replayed) for _ in seen] == seen
     assert read(replayed)[0] == "two"  # nothing more was recorded: the newest
 
@@ -74,7 +84,7 @@ def test_errors_are_replayed(ros: FakeRos) -> None:
         client.call(request, timeout=0.0)
     ros.service("/set", lambda _request: {"message": "done"})
     client.call(request, timeout=0.0)
-    again: Any = AskedNode(ros.types, tape.replay).make_end(SET)
+    again = used(ros, SET, tape.replay)
     with pytest.raises(CallTimeoutError, match="no server"):
         again.call(request, timeout=0.0)
     assert again.call(request, timeout=0.0).message == "done"
@@ -86,8 +96,7 @@ def test_what_is_sent_otherwise_is_reported(ros: FakeRos) -> None:
     tape, found = Tape(), list[tuple[str, object, object]]()
     make = ros.types.make
     recording(ros, tape, SAID).publish(make(STRING, data="one"))
-    node = AskedNode(ros.types, tape.replay, lambda *difference: found.append(difference))
-    replayed: Any = node.make_end(SAID)
+    replayed = used(ros, SAID, tape.replay, lambda *difference: found.append(difference))
     replayed.publish(make(STRING, data="two"))
     assert found == [("/text.publish", {"data": "one"}, {"data": "two"})]
 
@@ -100,7 +109,7 @@ def test_large_messages_are_left_out_and_reach_the_code_that_is_recorded(ros: Fa
     assert sample is not None
     assert len(sample.value.data) == 1 << 20
     assert len(str(tape.readings)) < 200
-    replayed: Any = AskedNode(ros.types, tape.replay).make_end(HEARD)
+    replayed = used(ros, HEARD, tape.replay)
     with pytest.raises(MessageError, match="1048585 bytes were too large to be recorded"):
         replayed.latest()
 
@@ -117,12 +126,24 @@ def test_large_messages_are_left_out_and_reach_the_code_that_is_recorded(ros: Fa
     ],
 )
 def test_malformed_recordings_are_refused(ros: FakeRos, reading: dict[str, object]) -> None:
-    replayed: Any = AskedNode(ros.types, lambda *_: reading).make_end(HEARD)
+    replayed = used(ros, HEARD, lambda *_: reading)
     with pytest.raises(RosError):
         replayed.latest()
 
 
 def test_readings_of_a_goal_have_their_types(ros: FakeRos) -> None:
-    client: Any = AskedNode(ros.types, lambda *_: "malformed").make_end(COUNT)
+    client = used(ros, COUNT, lambda *_: "malformed")
     goal = client.send(ros.types.make(f"{COUNT.type}_Goal"), timeout=0.0)
     assert (goal.status, goal.done, goal.feedback) == (Status(0), True, None)
+
+
+def test_variables_that_hold_goals_and_responses_are_the_same_as_in_older_recordings(ros: FakeRos) -> None:
+    tape = Tape()
+    ros.make_end(COUNT, QoS())
+    ros.action("/count")
+    for code in (recording(ros, tape, COUNT), used(ros, COUNT, tape.replay)):
+        assert readable(code.send()) == "<hfsm_runtime._recording.ros._Goal object>"
+    ros.make_end(SET, QoS())
+    ros.service("/set", lambda _request: {})
+    for code in (recording(ros, tape, SET), used(ros, SET, tape.replay)):
+        assert readable(code.call_async()) == "<_Response state=pending>"

@@ -15,7 +15,7 @@ import pytest
 from hfsm_runtime import Automaton, Component, State
 from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime.errors import ReloadRefusedError, ValueTypeError, VariablesError
-from hfsm_runtime.tree import Run
+from hfsm_runtime.tree import Actor
 from hfsm_runtime.virtual import BehaviorFailed, PacedClock, PacedExecution, VirtualWorld
 from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException
@@ -261,7 +261,7 @@ def test_a_reload_right_after_a_cycle_doubles_none() -> None:
     class Late(PacedExecution):
         """An execution that is reloaded by another thread between a cycle and what comes after it."""
 
-        def run_cycle(self, run: Run, at: int) -> None:
+        def run_cycle(self, run: Actor, at: int) -> None:
             super().run_cycle(run, at)
             if len(times) == 3 and not self.reloads:
                 reload = threading.Thread(target=self.exchange, args=(component(root),))

@@ -160,7 +160,7 @@ def test_an_argument_goes_to_the_automaton_that_is_named(tmp_path: Path) -> None
     made = load(compile_to(tmp_path, text))
     seen: list[int] = []
     vars(made)["seen"] = seen
-    _, first, second = run(made, 0).tree.runs
+    _, first, second = run(made, 0).tree.actors
     assert (first.automaton.id, second.automaton.id) == (2, 3)
     assert seen == [1, 5]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from hfsm_runtime._parsing import parse_expression
+from codegen.parsing import parse_python
 from hfsm_runtime.debugger._expressions import Expression, values_in
 from tests.support.memory import freeze
 
@@ -45,7 +45,7 @@ def test_garbage_that_parses_at_its_end_disturbs_no_parser(
     leave_garbage: Callable[[], None], count: int
 ) -> None:
     leave_garbage()
-    body = parse_expression(f"[{'x, ' * count}]").body
+    body = parse_python(f"[{'x, ' * count}]", mode="eval").body
     assert isinstance(body, ast.List)
     assert len(body.elts) == count
 

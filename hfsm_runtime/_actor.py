@@ -45,15 +45,15 @@ class DropReason(StrEnum):
 
 
 @dataclass(eq=False, repr=False, slots=True)
-class Run:
-    """An automaton while it runs. Its fields change only through `Tree`, and under its lock."""
+class Actor:
+    """An automaton at run time. Its fields change only through `Tree`, and under its lock."""
 
     automaton: Automaton
-    parent: Run | None
+    parent: Actor | None
     owner: State | None
     """The state of the parent that owns it."""
     depth: int
-    children: dict[int, tuple[Run, ...]] = field(default_factory=dict)
+    children: dict[int, tuple[Actor, ...]] = field(default_factory=dict)
     """The automata below it, by the id of the state that owns them."""
     current: State = field(init=False)
     first: State | None = None
@@ -142,7 +142,7 @@ class Run:
         return self.active and not (self.owed or self.waking or self.current.final)
 
     @property
-    def below(self) -> tuple[Run, ...]:
+    def below(self) -> tuple[Actor, ...]:
         """The automata that the current state owns."""
         return self.children.get(self.current.id, ())
 
@@ -221,7 +221,14 @@ class Run:
         self.forced = None
         return left if entered is not None else None
 
-    def descendants(self) -> Iterator[Run]:
+    def chain(self) -> Iterator[Actor]:
+        """Yield this automaton and those above it, up to the root."""
+        each: Actor | None = self
+        while each is not None:
+            yield each
+            each = each.parent
+
+    def descendants(self) -> Iterator[Actor]:
         """Yield all automata below this one."""
         for children in self.children.values():
             for child in children:
@@ -244,15 +251,15 @@ def wake_next(followers: OrderedDict[threading.Event, None]) -> None:
         followers.popitem(last=False)[0].set()
 
 
-def grow(root: Automaton) -> tuple[Run, ...]:
+def grow(root: Automaton) -> tuple[Actor, ...]:
     """Return the runs of the automata of a tree, each before its children. Raises DefinitionError."""
-    runs = tuple(_grow(root, None, None, 0))
-    if len({run.automaton.id for run in runs}) != len(runs):
+    actors = tuple(_grow(root, None, None, 0))
+    if len({actor.automaton.id for actor in actors}) != len(actors):
         raise DefinitionError("two automata have one id")
     for declared in root.inputs:
         if declared.default is REQUIRED:
             raise DefinitionError(f"nothing sets the input {declared.name!r} of the root: give it a default")
-    return runs
+    return actors
 
 
 def _counterpart(state: State, automaton: Automaton) -> State | None:
@@ -267,17 +274,17 @@ def owes(state: State) -> bool:
     return state.entry is not None or (state.arguments is not None and not state.final)
 
 
-def _grow(automaton: Automaton, parent: Run | None, owner: State | None, depth: int) -> Iterator[Run]:
-    run = Run(automaton, parent, owner, depth)
-    yield run
+def _grow(automaton: Automaton, parent: Actor | None, owner: State | None, depth: int) -> Iterator[Actor]:
+    actor = Actor(automaton, parent, owner, depth)
+    yield actor
     for state in automaton.states:
-        below: list[Run] = []
+        below: list[Actor] = []
         for child in state.children:
-            grown = list(_grow(child, run, state, depth + 1))
+            grown = list(_grow(child, actor, state, depth + 1))
             below.append(grown[0])
             yield from grown
         if below:
-            run.children[state.id] = tuple(below)
+            actor.children[state.id] = tuple(below)
 
 
 def make_event(name: str, data: object = None) -> Event:
