@@ -146,6 +146,6 @@ def _without_docs(value: Any) -> Any:  # noqa: ANN401 - data for JSON
             return {
                 key: [*each] if key == "exceptions" else _without_docs(each) for key, each in kept.items()
             }
-        case list():
+        case tuple():
             return [_without_docs(each) for each in value]
     return value
