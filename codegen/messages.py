@@ -12,8 +12,6 @@ import string
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
-__all__ = ["NO_MESSAGE", "Catalog", "Message", "Value", "all_of", "any_of", "joined", "number", "template"]
-
 Value = str | int | float
 """A value of a message, itself a `Message` where it has words."""
 

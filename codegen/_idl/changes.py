@@ -15,8 +15,6 @@ from codegen.diagnostics import Location
 from . import ast
 from .schema import canonical_members, fingerprint, members_of, schema_entry
 
-__all__ = ["Change", "Refusal", "changes", "refusals"]
-
 _NOT_SENT: Final = (ast.Constant,)
 """Definitions that are part of no interface's canonical form."""
 

@@ -13,8 +13,6 @@ from .code.names import RESERVED, docstring, identifier, literal, quoted, unique
 from .code.text import INDENT, CodeText
 from .document import Automaton, Parameter, State, Transition
 
-__all__ = ["AutomatonWriter", "CodeLines", "Line", "Method"]
-
 _LONGEST_LINE: Final = 110
 _EVENT: Final = "event: Event"
 _OURS: Final = RESERVED | {"Event", "Input", "Output", "bool", "float", "int", "object", "str"}

@@ -12,8 +12,6 @@ from collections.abc import Iterator
 from .code.text import bound_names, own_nodes, parse_python
 from .source_map import SourceMap
 
-__all__ = ["ambiguous_names"]
-
 
 def ambiguous_names(text: str, source_map: SourceMap) -> Iterator[str]:
     """Yield the names in the text of a component that a generated line binds and another line binds, too.

@@ -15,8 +15,6 @@ from ..reasons import reason
 from .code.names import camel_case, component_name, identifier
 from .code.text import parse_python
 
-__all__ = ["Extension", "component_path", "extension_path", "find_extension"]
-
 
 @dataclass(frozen=True, slots=True)
 class Extension:

@@ -14,8 +14,6 @@ from ._automaton_writer import CodeLines, Line
 from .document import Annotation, Automaton, Document, Node, State, Text, Transition
 from .source_map import FILE, SourceMap, SourceRow, TableRow, end_mark, only_mark, start_mark
 
-__all__ = ["MarkedLines"]
-
 
 class _Place(NamedTuple):
     """Where an element begins; `path` is None in the document itself."""

@@ -42,19 +42,6 @@ from .code.text import (
 )
 from .document import Argument, Automaton, Document, Library, State, Text, Transition
 
-__all__ = [
-    "Access",
-    "Analysis",
-    "AutomatonCode",
-    "CodeProblem",
-    "LibraryImport",
-    "Part",
-    "Piece",
-    "analyze",
-    "imported_names",
-    "library_names",
-]
-
 _DEEPEST_TREE: Final = 150
 """The greatest depth of trees that are analyzed: the checks recurse into them."""
 

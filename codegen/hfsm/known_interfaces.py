@@ -23,15 +23,6 @@ from ..messages import Message
 from ..reasons import reason
 from .ros import RosTypes
 
-__all__ = [
-    "DescriptionError",
-    "KnownInterface",
-    "KnownInterfaces",
-    "Operation",
-    "find_interfaces",
-    "interface_directories",
-]
-
 _PACKAGE: Final = "interfaces"
 _OURS: Final = Path(__file__).resolve().parents[2]
 """The directory of the package `interfaces` that is installed beside this one."""

@@ -25,8 +25,6 @@ from .known_interfaces import KnownInterfaces, find_interfaces
 if TYPE_CHECKING:
     from .model_checker import ModelReport  # slow to import, and not needed for generating
 
-__all__ = ["LoadedDocument", "check_document", "compile_document", "load_document"]
-
 _HEAD: Final = 4000
 """Characters at the beginning of a component that contain the note from what it was generated."""
 

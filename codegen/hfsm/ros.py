@@ -19,8 +19,6 @@ from ..messages import Message
 if TYPE_CHECKING:
     from zenoh_ros2 import Types
 
-__all__ = ["FOLDERS", "TF", "RosTypes", "is_ros_name", "parse_qos", "stops"]
-
 TF: Final = "tf"
 """The module of ROS 1 of which old documents with topics get the parts that they use."""
 FOLDERS: Final[Mapping[str, Literal["msg", "srv", "action"]]] = {

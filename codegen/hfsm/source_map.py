@@ -23,18 +23,6 @@ from typing import Final, NamedTuple
 from .code.names import quoted
 from .code.text import parse_python
 
-__all__ = [
-    "FILE",
-    "SOURCE_MAP",
-    "SourceMap",
-    "SourceRow",
-    "TableRow",
-    "end_mark",
-    "only_mark",
-    "start_mark",
-    "written",
-]
-
 SOURCE_MAP: Final = "SOURCE_MAP"
 """The name of the table in the component."""
 

@@ -10,8 +10,6 @@ from ..codes import Code
 from ..document import ANNOTATION_COLORS, ANNOTATION_KINDS, SMALLEST_ANNOTATION, Annotation, Automaton
 from .report import Report
 
-__all__ = ["check_annotations"]
-
 _LARGEST_ANNOTATION: Final = 1e6  # pixels: no canvas is larger
 
 

@@ -16,8 +16,6 @@ from ..codes import Code
 from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces, Operation
 from .report import Report
 
-__all__ = ["STREAM", "check_attributes", "check_call"]
-
 _BEGIN: Final = "begin"
 """Calls an operation without waiting, with the same parameters."""
 

@@ -25,8 +25,6 @@ from ..document import State, Transition
 from .report import Report
 from .scope import Above
 
-__all__ = ["check_flow"]
-
 _MISSING_NAME = frozenset({"NameError", "UnboundLocalError", "Exception", "BaseException"})
 
 

@@ -25,8 +25,6 @@ from ..codes import Code
 from .report import Report
 from .scope import Above
 
-__all__ = ["check_names", "check_reserved", "check_start", "check_variables"]
-
 _DOUBTFUL: Final = (
     messages.AssertTuple,
     messages.IfTuple,

@@ -12,8 +12,6 @@ from ..code.text import all_nodes
 from ..codes import Code
 from .report import Report
 
-__all__ = ["check_old_names"]
-
 
 def check_old_names(analysis: Analysis, report: Report) -> None:
     """Report each such name once, at its first use: people who did not expect it may have mistyped."""

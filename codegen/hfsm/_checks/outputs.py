@@ -16,8 +16,6 @@ from ..document import Automaton, Parameter, Result, State
 from .inputs import named, problem_of, target_of
 from .report import Report
 
-__all__ = ["check_outputs", "check_results", "check_taken"]
-
 _KIND_OF_TYPE: Final[Mapping[str, str]] = {"int": "number", "float": "number", "bool": "truth", "str": "text"}
 _KINDS: Final[Mapping[type, str]] = {int: "number", float: "number", bool: "truth", str: "text"}
 """Kinds of values: a variable that begins as another one is probably a mistake."""

@@ -17,8 +17,6 @@ from ..analysis import Analysis, AutomatonCode, Piece
 from ..codes import Code
 from .report import Report, state_label
 
-__all__ = ["Above"]
-
 
 @dataclass(eq=False)
 class Above:

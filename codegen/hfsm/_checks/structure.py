@@ -12,8 +12,6 @@ from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, State, Transition
 from .report import Report, state_label, transition_label
 
-__all__ = ["check_automaton", "check_tree"]
-
 _MAX_DEPTH: Final = 64
 """Levels of nested automata: far more than a person draws, far fewer than Python's stack allows."""
 

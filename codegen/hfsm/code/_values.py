@@ -11,18 +11,6 @@ from typing import Any, Final
 from ...messages import Message
 from ..document import Text
 
-__all__ = [
-    "EXAMPLES",
-    "INPUT_TYPES",
-    "PARAMETER_TYPES",
-    "ValueTextError",
-    "delay",
-    "milliseconds",
-    "parse_value",
-    "seconds",
-    "truth",
-]
-
 PARAMETER_TYPES: Final = ("int", "float", "bool", "str")
 """The types of parameters, which a command line can set."""
 

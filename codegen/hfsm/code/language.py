@@ -20,19 +20,6 @@ from ..document import Automaton, Document, State, Text, Transition
 from .python2 import fix_python2, python2_mark
 from .text import parse_piece
 
-__all__ = [
-    "CPP",
-    "CodeText",
-    "change_code",
-    "code_of",
-    "first_foreign",
-    "is_foreign",
-    "is_mostly_cpp",
-    "is_undeclared_cpp",
-    "notes_about",
-    "report_foreign",
-]
-
 CPP: Final = "C++"
 _PYTHON: Final = ("", "python", "py", "python3")
 

@@ -16,8 +16,6 @@ from .text import all_nodes, binds, parse_piece
 if TYPE_CHECKING:
     from fissix.refactor import RefactoringTool
 
-__all__ = ["bound_names", "fix_python2", "python2_mark"]
-
 _SYNTAX: Final = ("except", "exec", "ne", "numliterals", "print", "raise", "repr", "throw")
 _RENAMED: Final = ("dict", "filter", "has_key", "itertools", "map", "next", "renames", "types", "zip")
 _METHODS: Final = frozenset(("has_key", "iteritems", "iterkeys", "itervalues"))

@@ -23,33 +23,6 @@ from ...messages import Message
 from ...reasons import reason
 from ..document import Text
 
-__all__ = [
-    "FUTURE",
-    "INDENT",
-    "CodeError",
-    "CodeText",
-    "all_nodes",
-    "as_class",
-    "as_function",
-    "binds",
-    "bound_names",
-    "child_nodes",
-    "compile_source",
-    "definitions",
-    "dotted",
-    "evaluated_at_once",
-    "own_nodes",
-    "parse",
-    "parse_expression",
-    "parse_import",
-    "parse_piece",
-    "parse_python",
-    "refuse_code",
-    "refuse_functions",
-    "split",
-    "without_warnings",
-]
-
 _ONE_AT_A_TIME = threading.Lock()
 # Until Python 3.13 all threads share a counter of the tree's depth: if another thread runs while a tree is
 # built, `ast.parse` fails with `SystemError: AST constructor recursion depth mismatch`.

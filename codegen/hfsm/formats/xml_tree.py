@@ -17,8 +17,6 @@ from ...reasons import known_text, reason
 from ..codes import Code
 from ..document import Comment, Text
 
-__all__ = ["MAX_SIZE", "XmlElement", "new_leaf", "parse_xml", "read_bytes"]
-
 MAX_SIZE: Final = 16 << 20
 """The largest document in bytes."""
 

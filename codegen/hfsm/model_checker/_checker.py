@@ -30,8 +30,6 @@ from ._solitary import Obstacle, remedy
 from .model import AutomatonModel, Model, StateModel, TransitionModel, condition_of, read_model
 from .properties import PropertyResult, Verdict, check_property
 
-__all__ = ["ASSUMPTIONS", "DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model", "report_model"]
-
 ASSUMPTIONS: Final = Message(
     "Proofs, and what is called impossible, hold as long as cycles begin and end within their periods, "
     "automata side by side change on time, code raises no errors, libraries use only what code passes to "

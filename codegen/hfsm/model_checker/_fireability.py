@@ -18,8 +18,6 @@ from ..document import REFUSED, Text
 from ._guards import Conjunction, satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
 
-__all__ = ["Events", "Fireability", "analyze", "events_of"]
-
 
 @dataclass(frozen=True)
 class Events:

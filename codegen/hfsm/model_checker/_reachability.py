@@ -13,16 +13,6 @@ from ._solitary import Obstacle, Solitary
 from .model import AutomatonModel, Model, StateModel, TransitionModel
 from .transition_system import TransitionSystem
 
-__all__ = [
-    "Reachability",
-    "StateResult",
-    "TransitionResult",
-    "WhyNever",
-    "find_reachable",
-    "state_results",
-    "transition_results",
-]
-
 
 class Reachability(StrEnum):
     """Whether a state can be entered, or a transition can fire."""

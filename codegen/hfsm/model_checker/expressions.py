@@ -21,11 +21,8 @@ from typing import Final
 
 from ...diagnostics import Misspelt, did_you_mean
 from ...messages import Message, any_of
-from ._exploration import Holds
 from .model import AutomatonModel, Model
-from .transition_system import ACTIVE, FINISHED
-
-__all__ = ["Expression", "ExpressionError", "Holds", "parse"]
+from .transition_system import ACTIVE, FINISHED, Holds
 
 _TOKEN: Final = re.compile(
     r"""
