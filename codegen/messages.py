@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import string
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, Self
 
 Value = str | int | float
 """A value of a message, itself a `Message` where it has words."""
@@ -111,6 +111,19 @@ class Message(str):
             return _make(data["template"], data["plural"], values)
         except (AttributeError, IndexError, KeyError, TypeError) as error:
             raise ValueError(f"not a message: {error}") from error
+
+
+class MessageError(Exception):
+    """The base of errors whose text is a message."""
+
+    def __init__(self, message: Message) -> None:
+        super().__init__(message)
+        self.message = message
+
+    @classmethod
+    def because(cls, template: str, /, **values: Value) -> Self:
+        """Return an error with a `Message` of a template, which is a literal, and its values."""
+        return cls(Message(template, **values))
 
 
 class _Number(float):

@@ -64,7 +64,7 @@ def generate(analysis: Analysis, interfaces: KnownInterfaces) -> GeneratedCompon
     return _Generator(analysis, interfaces).component()
 
 
-def check_component(component: GeneratedComponent, analysis: Analysis, diagnostics: Diagnostics) -> None:
+def check_generated(component: GeneratedComponent, analysis: Analysis, diagnostics: Diagnostics) -> None:
     """Report errors that Python finds in the text of a component, and names with two meanings.
 
     Each piece of code compiles by itself, but may conflict with the code around it.

@@ -19,7 +19,7 @@ from .analysis import analyze
 from .codes import Code
 from .document import Document
 from .formats.reader import read_document
-from .generator import GENERATED_BY, check_component, generate
+from .generator import GENERATED_BY, check_generated, generate
 from .known_interfaces import KnownInterfaces, find_interfaces
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def load_document(
     if len(diagnostics.errors) > errors:
         return None
     component = generate(analysis, interfaces)
-    check_component(component, analysis, diagnostics)
+    check_generated(component, analysis, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     return LoadedDocument(document, effects, interfaces, component.text)

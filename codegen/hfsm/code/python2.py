@@ -58,7 +58,7 @@ def fix_python2(code: str, bound: Collection[str] = ()) -> str | None:
     if tree is None:
         return None
     fixed = _IMPORT.sub(_renamed_module, fixed)
-    names = bound_names(tree).union(bound)
+    names = defined_names(tree).union(bound)
     used = {node.id for node in all_nodes(tree) if isinstance(node, ast.Name)} & _BUILTINS.keys() - names
     methods = {node.attr for node in all_nodes(tree) if isinstance(node, ast.Attribute)} & _METHODS
     if fixed != code or used or methods:
@@ -72,7 +72,7 @@ def python2_mark(code: str) -> re.Match[str] | None:
     return _MARK.search(code)
 
 
-def bound_names(tree: ast.Module) -> frozenset[str]:
+def defined_names(tree: ast.Module) -> frozenset[str]:
     """Return the names that code defines, in any scope."""
     names = {name for node in all_nodes(tree) for name in binds(node)}
     for node in all_nodes(tree):

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final, Literal, overload
 
-from ...messages import Message
+from ...messages import Message, MessageError
 from ...reasons import reason
 from ..document import Text
 
@@ -128,12 +128,11 @@ FUTURE: Final = "from __future__ import annotations"
 _ESCAPED: Final = re.compile("&(?:lt|gt|amp);")
 
 
-class CodeError(Exception):
+class CodeError(MessageError):
     """A piece of code is unusable; `line` and `column` are those in the document."""
 
     def __init__(self, message: Message, line: int, column: int = 1) -> None:
         super().__init__(message)
-        self.message = message
         self.line = line
         self.column = column
 

@@ -86,7 +86,7 @@ class Fireability:
         return transition.index in self.transitions[automaton]
 
 
-def analyze(model: Model, outside: frozenset[str]) -> Fireability:
+def fireability_of(model: Model, outside: frozenset[str]) -> Fireability:
     """Return the most that the automata of a model can do when events arrive from `outside`.
 
     What they need from each other, events and finished children, grows from nothing to a fixed point.
