@@ -12,9 +12,8 @@ from dataclasses import replace
 from codegen.diagnostics import Diagnostics, did_you_mean
 
 from . import ast
-from .codes import Code
 from .constants import ConstantChecker
-from .report import note_at
+from .report import Code, note_at
 from .resolver import Resolver, Scope, declared_kind, with_article
 
 _DEEPEST_TYPE = 100

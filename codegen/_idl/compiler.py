@@ -12,7 +12,6 @@ from codegen.files import GeneratedFile, read_regular
 
 from . import ast
 from .checker import check
-from .codes import Code
 from .dependencies import ModuleGraph, cycles
 from .lexer import Source
 from .names import Package, exported_names, module_package, slice_module
@@ -27,7 +26,7 @@ from .packages import (
 from .parser import parse
 from .preprocessor import Preprocessor
 from .python_writer import write_module
-from .report import Report, note_at
+from .report import Code, Report, note_at
 from .resolver import declared_kind
 
 

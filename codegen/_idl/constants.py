@@ -7,8 +7,7 @@ import math
 from codegen.diagnostics import did_you_mean
 
 from . import ast
-from .codes import Code
-from .report import note_at
+from .report import Code, note_at
 from .resolver import Resolver, Scope, declared_kind, with_article
 
 _INTEGER_RANGES = {

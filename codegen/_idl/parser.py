@@ -8,9 +8,8 @@ from typing import NoReturn, TypeVar
 from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
 from . import ast
-from .codes import Code
 from .lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
-from .report import Report, note_at
+from .report import Code, Report, note_at
 
 _TYPE_KEYWORDS = frozenset({*ast.BUILTIN_TYPES, "LocalObject", "Object", "Value"})
 _NEVER_LOCAL = frozenset({"const", "module"})

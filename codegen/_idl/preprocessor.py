@@ -17,9 +17,8 @@ from pathlib import Path
 from codegen.diagnostics import Diagnostics, Location, Note
 
 from ..reasons import reason
-from .codes import Code
 from .lexer import Kind, Source, Token
-from .report import Report, note_at
+from .report import Code, Report, note_at
 
 EXTENSIONS = (".idl", ".ice")
 

@@ -10,9 +10,8 @@ from itertools import chain, islice
 from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
 from . import ast
-from .codes import Code
 from .lexer import Token
-from .report import Report, note_at
+from .report import Code, Report, note_at
 
 # Searching similar names is slow; after this many undefined names there are no more suggestions.
 _MOST_PROPOSALS = 30

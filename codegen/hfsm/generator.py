@@ -5,6 +5,7 @@ It ends with a source map, from the lines of people's code to their places in th
 
 from __future__ import annotations
 
+import ast
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -15,7 +16,6 @@ from typing import Final
 from ..diagnostics import Diagnostics, Location
 from ..messages import Message
 from ._automaton_writer import AutomatonWriter, CodeLines, Line, Method
-from ._bindings import ambiguous_names
 from ._checks.component import ON_ERROR, ON_REFUSED
 from ._map_writer import MarkedLines
 from ._old_names import LOCK
@@ -32,7 +32,16 @@ from .code.names import (
     reserved_names,
     unique,
 )
-from .code.text import FUTURE, CodeError, CodeText, compile_source, definitions
+from .code.text import (
+    FUTURE,
+    CodeError,
+    CodeText,
+    bound_names,
+    compile_source,
+    definitions,
+    own_nodes,
+    parse_python,
+)
 from .codes import Code
 from .known_interfaces import KnownInterface, KnownInterfaces
 from .ros import TF, parse_qos, stops
@@ -78,11 +87,40 @@ def check_generated(component: GeneratedComponent, analysis: Analysis, diagnosti
     if SourceMap.read(component.text).rows != component.source_map.rows:
         _report_marks(component, diagnostics)
     declared = (*analysis.document.all_interfaces, *analysis.document.parameters)
-    for name in ambiguous_names(component.text, component.source_map):
+    for name in _ambiguous_names(component.text, component.source_map):
         node = next((each for each in declared if each.name == name), analysis.document)
         place = Location(node.path or path, node.line, max(1, node.column))
         message = Message("`{name}` would have two meanings in the component: choose another name", name=name)
         diagnostics.error(Code.RESERVED_NAME, message, place)
+
+
+def _ambiguous_names(text: str, source_map: SourceMap) -> Iterator[str]:
+    """Yield the names in the text of a component that a generated line binds and another line binds, too.
+
+    In its class, they are also those that a generated line reads after a line of the class has bound them:
+    it means what the file has imported. Names that only people's code binds twice may be so on purpose.
+    """
+    tree = parse_python(text)
+    scopes: list[ast.Module | ast.ClassDef] = [tree]
+    scopes += (node for node in tree.body if isinstance(node, ast.ClassDef))
+    for scope in scopes:
+        generated: set[str] = set()
+        written: set[str] = set()
+        for statement in scope.body:
+            bound = bound_names(ast.Module([statement], []))
+            if source_map.find(statement.lineno) is not None:
+                yield from sorted(bound & generated)
+                written |= bound
+            else:
+                used = bound if scope is tree else bound | _read_at_once(statement)
+                yield from sorted(used & (generated | written))
+                generated |= bound
+
+
+def _read_at_once(statement: ast.stmt) -> set[str]:
+    """Return the names that a statement reads at once."""
+    nodes = own_nodes(ast.Module([statement], []))
+    return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
 
 
 def _report_marks(component: GeneratedComponent, diagnostics: Diagnostics) -> None:

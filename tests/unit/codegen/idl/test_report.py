@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from codegen._idl.codes import Code
 from codegen._idl.lexer import Source
-from codegen._idl.report import Report, note_at
+from codegen._idl.report import Code, Report, note_at
 from codegen.diagnostics import Diagnostics, Location
 
 
