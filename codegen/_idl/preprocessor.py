@@ -9,13 +9,13 @@ from __future__ import annotations
 import errno
 import os
 import re
-import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
+from ..files import read_regular
 from ..reasons import reason
 from .lexer import Kind, Source, Token
 from .report import Code, Report, note_at
@@ -84,12 +84,10 @@ class Preprocessor:
         try:
             if not path.name.isprintable():  # it becomes part of the generated code
                 raise OSError(errno.EINVAL, "its name has unprintable characters")
-            status = path.stat()
-            if not stat.S_ISREG(status.st_mode):
-                raise OSError(errno.EINVAL, "not a regular file")
-            if status.st_size > _LARGEST_FILE:
-                raise OSError(errno.EFBIG, f"{status.st_size} bytes are more than {_LARGEST_FILE}")
-            content = path.read_bytes()
+            content = read_regular(path, _LARGEST_FILE + 1)
+            if len(content) > _LARGEST_FILE:
+                size = path.stat().st_size
+                raise OSError(errno.EFBIG, f"{size} bytes are more than {_LARGEST_FILE}")
         except OSError as error:
             self._report.error(Code.UNREADABLE_FILE, f"{path} cannot be read: {reason(error)}", requested_at)
             return None

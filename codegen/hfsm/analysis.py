@@ -78,6 +78,13 @@ class Piece:
         line, column = self.code.place(line, self.code.column(line, offset))
         return Location(self.path, line, column, max(1, length))
 
+    def place_of_store(self, name: str) -> Location | None:
+        """Return the first place where it assigns a name, in any scope, or None."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store):
+                return self.place(node, len(name))
+        return None
+
     @property
     def is_expression(self) -> bool:
         """Whether it is an expression, not statements."""
