@@ -10,13 +10,13 @@ from pathlib import Path
 from codegen.diagnostics import Diagnostics, Location
 from codegen.files import GeneratedFile, read_regular
 
+from ..python_layout import GENERATED_BY
 from . import ast
 from .checker import check
 from .dependencies import ModuleGraph, cycles
 from .lexer import Source
 from .names import Package, exported_names, module_package, slice_module
 from .packages import (
-    GENERATED_BY,
     GeneratedModule,
     ModuleSummary,
     earlier_modules,

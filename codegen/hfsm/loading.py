@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
 from ..messages import Message
+from ..python_layout import GENERATED_BY
 from ..reasons import reason
 from ._checks import check
 from ._effects import CodeEffects
@@ -19,7 +20,7 @@ from .analysis import analyze
 from .codes import Code
 from .document import Document
 from .formats.reader import read_document
-from .generator import GENERATED_BY, check_generated, generate
+from .generator import check_generated, generate
 from .known_interfaces import KnownInterfaces, find_interfaces
 
 if TYPE_CHECKING:

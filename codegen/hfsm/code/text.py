@@ -20,6 +20,7 @@ from functools import lru_cache
 from typing import Final, Literal, overload
 
 from ...messages import Message, MessageError
+from ...python_layout import INDENT
 from ...reasons import reason
 from ..document import Text
 
@@ -121,7 +122,6 @@ def parse_piece(source: str) -> ast.Module | None:
     return None
 
 
-INDENT: Final = " " * 4
 FUTURE: Final = "from __future__ import annotations"
 """The first line of a component, which changes what Python accepts in an annotation."""
 
