@@ -174,19 +174,17 @@ class Resolver:
             if before.name == definition.name:
                 return True
         elif declared_kind(definition) in _DECLARABLE and declared_kind(before) in _DECLARABLE:
+            note = note_at("first declared here", before.token)
             if declared_kind(definition) is not declared_kind(before):
-                note = note_at("first declared here", before.token)
                 message = f"`{definition.name}` was declared as {with_article(declared_kind(before).kind)}"
                 self.report.error(Code.REDEFINITION, message, definition.token, note)
                 return False
             if definition.local != before.local:
-                note = note_at("first declared here", before.token)
                 message = f"`{definition.name}` is local in only one of its declarations"
                 self.report.error(Code.REDEFINITION, message, definition.token, note)
                 return False
             if ast.ForwardDeclaration in {type(definition), type(before)}:
                 if before.name != definition.name:
-                    note = note_at("first declared here", before.token)
                     message = f"`{definition.name}` differs only in case from `{before.name}`"
                     self.report.warning(Code.DOUBTFUL_CAPITALIZATION, message, definition.token, note)
                 return True

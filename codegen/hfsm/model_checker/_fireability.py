@@ -101,7 +101,7 @@ def fireability_of(model: Model, outside: frozenset[str]) -> Fireability:
                 model.automata[automaton.parent].states[automaton.owner] if automaton.parent >= 0 else None
             )
             if owner is None or (not owner.final and owner.index in states[automaton.parent]):
-                alone = _Solitary(model, automaton, finished, coming)
+                alone = _Possible(model, automaton, finished, coming)
                 states.append(alone.states)
                 transitions.append(alone.transitions)
             else:
@@ -127,7 +127,7 @@ _Entry = tuple[int, bool]
 _Candidates = list[tuple[TransitionModel, Conjunction]]
 
 
-class _Solitary:
+class _Possible:
     """The `states` and `transitions` that are possible in an automaton."""
 
     def __init__(
