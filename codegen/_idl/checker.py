@@ -356,10 +356,7 @@ class _Checker:
         for operation in operations.values():
             other = operations.get(f"{operation.name}Publisher")
             if operation.streamed and other is not None and (operation in own or other in own):
-                note = note_at(
-                    f"it is generated for the stream `{operation.name}`",
-                    operation.token,
-                )
+                note = note_at(f"it is generated for the stream `{operation.name}`", operation.token)
                 message = f"operation `{other.name}` has the name of a generated method"
                 self._error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
 

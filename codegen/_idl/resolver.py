@@ -193,10 +193,7 @@ class Resolver:
 
     def _report_taken(self, definition: ast.Definition, before: ast.Definition) -> None:
         kind = declared_kind(before).kind
-        note = note_at(
-            f"first defined here, as {with_article(kind)}",
-            before.token,
-        )
+        note = note_at(f"first defined here, as {with_article(kind)}", before.token)
         self._report_same_name(definition, before, note, "is defined again")
 
     def _report_same_name(

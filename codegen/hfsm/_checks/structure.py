@@ -29,6 +29,8 @@ _MAX_DEPTH: Final = 64
 _TRIGGERS: Final = ("time", "condition", "event", "finished")
 """The types of transitions."""
 
+_LARGEST_ANNOTATION: Final = 1e6  # pixels: no canvas is larger
+
 _HISTORIES: Final = ("resume", "restart")
 """What the automata of a state do when it is entered again; the first is the default."""
 
@@ -313,8 +315,6 @@ def _number(transition: Transition) -> int | None:
 
 
 # Notes and frames: whatever is wrong with one, the component is generated.
-
-_LARGEST_ANNOTATION: Final = 1e6  # pixels: no canvas is larger
 
 
 def _check_annotations(automaton: Automaton, report: Report) -> None:
