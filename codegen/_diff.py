@@ -26,8 +26,6 @@ from .options import (
 if TYPE_CHECKING:
     from codegen._idl.changes import Change, Refusal
 
-__all__ = ["app"]
-
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
 
 _EPILOG: Final = """Examples:

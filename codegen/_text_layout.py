@@ -10,8 +10,6 @@ from bisect import bisect_right
 from collections.abc import Iterable
 from typing import NamedTuple
 
-__all__ = ["Mark", "Place", "TextLayout"]
-
 
 class Place(NamedTuple):
     """A line and a column, from 1."""

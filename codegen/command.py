@@ -27,8 +27,6 @@ from .options import (
     show,
 )
 
-__all__ = ["app"]
-
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False)
 
 _EPILOG = """Examples:

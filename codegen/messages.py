@@ -10,9 +10,7 @@ from __future__ import annotations
 import re
 import string
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final, Protocol
-
-__all__ = ["NO_MESSAGE", "Catalog", "Message", "Value", "all_of", "any_of", "joined", "number", "template"]
+from typing import Any, Final, Protocol, Self
 
 Value = str | int | float
 """A value of a message, itself a `Message` where it has words."""
@@ -113,6 +111,19 @@ class Message(str):
             return _make(data["template"], data["plural"], values)
         except (AttributeError, IndexError, KeyError, TypeError) as error:
             raise ValueError(f"not a message: {error}") from error
+
+
+class MessageError(Exception):
+    """The base of errors whose text is a message."""
+
+    def __init__(self, message: Message) -> None:
+        super().__init__(message)
+        self.message = message
+
+    @classmethod
+    def because(cls, template: str, /, **values: Value) -> Self:
+        """Return an error with a `Message` of a template, which is a literal, and its values."""
+        return cls(Message(template, **values))
 
 
 class _Number(float):

@@ -13,9 +13,6 @@ from typing import Final
 
 from .messages import Message, Value, template
 
-__all__ = ["known_text", "reason"]
-
-
 _SYNTAX: Final = (
     Message("invalid syntax"),
     Message("invalid syntax. Perhaps you forgot a comma?"),

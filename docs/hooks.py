@@ -246,7 +246,7 @@ def _tree(below: dict[str, list[ast.ClassDef]], parent: str, depth: int) -> Iter
 
 def diagnostics() -> str:
     """Return a table of the codes of all diagnostics, each with its page."""
-    from codegen._idl.codes import Code as InterfaceCode
+    from codegen._idl.report import Code as InterfaceCode
     from codegen.hfsm.codes import Code as DocumentCode
 
     headings = {}

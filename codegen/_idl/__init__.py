@@ -2,8 +2,8 @@
 
 The stages, each a module: `lexer` (tokens), `preprocessor` (includes, guards), `parser` (the tree of `ast`),
 `checker` with `resolver` and `constants` (names, types, values, rules), `packages` and `dependencies` (which
-Python module a definition goes to), `python_writer` with `names` and `layout`, and `schema` (fingerprints,
-`schema.json`). `compiler` runs them; `codes` has the codes of all diagnostics; `changes` compares versions.
+Python module a definition goes to), `python_writer` with `names`, and `schema` (fingerprints,
+`schema.json`). `compiler` runs them; `report` has the codes of all diagnostics; `changes` compares versions.
 """
 
 from __future__ import annotations

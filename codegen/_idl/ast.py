@@ -309,3 +309,23 @@ class Module(Definition):
             yield self, definition
             if isinstance(definition, Module):
                 yield from definition.walk()
+
+
+def types_in(definition: Definition) -> list[Type]:
+    """Return the types that a definition names: of its bases, members, operations, elements or value."""
+    named: list[Type | None] = []
+    match definition:
+        case Interface():
+            named += definition.bases
+            for each in definition.operations:
+                named += [each.returns, *(parameter.type for parameter in each.parameters), *each.throws]
+        case Struct() | Derivable():
+            named += [member.type for member in definition.members]
+            named += [definition.base] if isinstance(definition, Derivable) else []
+        case Sequence():
+            named = [definition.element]
+        case Dictionary():
+            named = [definition.key, definition.value]
+        case Constant():
+            named = [definition.type]
+    return [kind for kind in named if kind is not None]

@@ -15,8 +15,6 @@ from codegen.diagnostics import Location
 from . import ast
 from .schema import canonical_members, fingerprint, members_of, schema_entry
 
-__all__ = ["Change", "Refusal", "changes", "refusals"]
-
 _NOT_SENT: Final = (ast.Constant,)
 """Definitions that are part of no interface's canonical form."""
 
@@ -146,6 +144,6 @@ def _without_docs(value: Any) -> Any:  # noqa: ANN401 - data for JSON
             return {
                 key: [*each] if key == "exceptions" else _without_docs(each) for key, each in kept.items()
             }
-        case list():
+        case tuple():
             return [_without_docs(each) for each in value]
     return value

@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from codegen.diagnostics import Diagnostics, Note, did_you_mean
+from codegen.diagnostics import Diagnostics, did_you_mean
 
-from ..messages import Message
 from . import ast
-from .codes import Code
 from .constants import ConstantChecker
+from .report import Code, note_at
 from .resolver import Resolver, Scope, declared_kind, with_article
 
 _DEEPEST_TYPE = 100
@@ -40,7 +39,7 @@ def check(root: ast.Module, diagnostics: Diagnostics) -> None:
 class _Checker:
     def __init__(self, diagnostics: Diagnostics) -> None:
         self._resolver = Resolver(diagnostics)
-        self._error, self._warning = self._resolver.error, self._resolver.warning
+        self._error, self._warning = self._resolver.report.error, self._resolver.report.warning
         self._constants = ConstantChecker(self._resolver)
         self._depths: dict[str, int] = {}
         self._compact_ids: dict[int, ast.Literal] = {}
@@ -113,19 +112,14 @@ class _Checker:
         for metadata in definition.metadata:
             text = metadata.text
             if text == "stream" and not is_operation:
-                self._error(
-                    Code.BAD_STREAM,
-                    Message("only operations can be streamed, not {kind}", kind=kind),
-                    metadata.token,
-                )
+                self._error(Code.BAD_STREAM, f"only operations can be streamed, not {kind}", metadata.token)
             elif text == "stop" and not is_operation:
-                message = Message('["stop"] is for operations, not for {kind}', kind=kind)
-                self._error(Code.BAD_STOP, message, metadata.token)
+                self._error(Code.BAD_STOP, f'["stop"] is for operations, not for {kind}', metadata.token)
             elif text == "amd":
-                message = Message('["amd"] has no effect: a servant answers a call when its method returns')
+                message = '["amd"] has no effect: a servant answers a call when its method returns'
                 self._warning(Code.IGNORED_AMD, message, metadata.token)
             elif ":" not in text and text not in _METADATA:
-                message = Message('unknown metadata ["{text}"] is ignored', text=text)
+                message = f'unknown metadata ["{text}"] is ignored'
                 self._warning(Code.UNKNOWN_METADATA, message, metadata.token, *did_you_mean(text, _METADATA))
 
     def _limit_depth(self, definition: ast.Definition) -> None:
@@ -136,11 +130,7 @@ class _Checker:
             if part is None or isinstance(part, ast.ForwardDeclaration):
                 continue
             if self._depths.get(part.scoped, 0) >= _DEEPEST_TYPE:
-                message = Message(
-                    "`{named}` is nested too deeply: more than {deepest_type} levels",
-                    named=named.name,
-                    deepest_type=_DEEPEST_TYPE,
-                )
+                message = f"`{named.name}` is nested too deeply: more than {_DEEPEST_TYPE} levels"
                 self._error(Code.TOO_DEEP, message, named.token)
                 named.definition = None
             else:
@@ -169,9 +159,8 @@ class _Checker:
     def _member(self, member: ast.Member, owner: ast.Definition, scope: Scope, inherited: _Inherited) -> None:
         if isinstance(owner, ast.Struct):
             if member.tag is not None:
-                message = Message("member `{member}` cannot be optional in a struct", member=member.name)
-                note = Note(Message("use a class or an exception"))
-                self._error(Code.BAD_TAG, message, member.tag.token, note)
+                message = f"member `{member.name}` cannot be optional in a struct"
+                self._error(Code.BAD_TAG, message, member.tag.token, note_at("use a class or an exception"))
         elif member.tag is not None:
             self._constants.check_number(member.tag, _TAG, scope)
         if not self._resolver.data_type(member.type, scope):
@@ -186,11 +175,7 @@ class _Checker:
             and isinstance(member.type, ast.NamedType)
             and member.type.definition is owner
         ):
-            self._error(
-                Code.CONTAINS_ITSELF,
-                Message("struct `{owner}` contains itself", owner=owner.name),
-                member.type.token,
-            )
+            self._error(Code.CONTAINS_ITSELF, f"struct `{owner.name}` contains itself", member.type.token)
             member.type.definition = None
         self._resolver.warn_of_deprecated_type(member.type)
         if new:
@@ -210,7 +195,7 @@ class _Checker:
         self._unique_number(number, "compact id", self._compact_ids)
         if not definition.local and (definition.implements or definition.operations):
             what = "operations" if definition.operations else "implemented interfaces"
-            message = Message("{what} of a class are deprecated and ignored; use an interface", what=what)
+            message = f"{what} of a class are deprecated and ignored; use an interface"
             self._warning(Code.DEPRECATED, message, definition.token)
 
     # Dictionaries
@@ -229,17 +214,11 @@ class _Checker:
         reason = _why_not_a_key(dictionary.key)
         token = dictionary.key.token
         if reason:
-            message = Message(
-                "the key of dictionary `{dictionary}` {reason}", dictionary=dictionary.name, reason=reason
-            )
-            note = Note(
-                Message("a key can be a bool, an integer, a string, an enumeration, or a struct of these")
-            )
+            message = f"the key of dictionary `{dictionary.name}` {reason}"
+            note = note_at("a key can be a bool, an integer, a string, an enumeration, or a struct of these")
             self._error(Code.BAD_DICTIONARY_KEY, message, token, note)
         elif _holds_sequence(dictionary.key):
-            message = Message(
-                "sequences in the key of dictionary `{dictionary}` are deprecated", dictionary=dictionary.name
-            )
+            message = f"sequences in the key of dictionary `{dictionary.name}` are deprecated"
             self._warning(Code.DEPRECATED, message, token)
 
     # Interfaces, and what classes implement
@@ -273,13 +252,9 @@ class _Checker:
             for name, operation in _names_in([base]).items():
                 other = inherited.setdefault(name, operation)
                 if other is not operation and isinstance(operation, ast.Operation):
-                    notes = [Note(Message("one is here"), other.token.location)]
-                    notes.append(Note(Message("the other is here"), operation.token.location))
-                    message = Message(
-                        "`{derived}` inherits `{operation}` from two unrelated interfaces",
-                        derived=derived.name,
-                        operation=operation.name,
-                    )
+                    notes = [note_at("one is here", other.token)]
+                    notes.append(note_at("the other is here", operation.token))
+                    message = f"`{derived.name}` inherits `{operation.name}` from two unrelated interfaces"
                     self._error(Code.AMBIGUOUS_OPERATION, message, derived.token, *notes)
         return inherited
 
@@ -293,16 +268,10 @@ class _Checker:
         new = self._resolver.declare_inside(operation, scope)
         self._resolver.report_inherited(operation, inherited)
         if operation.name.lower() == owner.name.lower():
-            message = Message(
-                "operation `{operation}` has the name of its {kind}",
-                operation=operation.name,
-                kind=owner.kind,
-            )
+            message = f"operation `{operation.name}` has the name of its {owner.kind}"
             self._error(Code.REDEFINITION, message, operation.token)
         if operation.streamed and operation.returns is None and not operation.outputs:
-            message = Message(
-                "operation `{operation}` is streamed but returns nothing", operation=operation.name
-            )
+            message = f"operation `{operation.name}` is streamed but returns nothing"
             self._error(Code.BAD_STREAM, message, operation.token)
         if new:
             self._resolver.introduce(operation.name, scope, operation.token, operation)
@@ -322,19 +291,15 @@ class _Checker:
             if self._resolver.declare_inside(parameter, scope):
                 self._resolver.introduce(parameter.name, scope, parameter.token, parameter)
             if before is not None and before.out and not parameter.out:
-                note = Note(Message("the out parameter is here"), before.token.location)
-                message = Message(
-                    "in parameter `{parameter}` comes after an out parameter", parameter=parameter.name
-                )
+                note = note_at("the out parameter is here", before.token)
+                message = f"in parameter `{parameter.name}` comes after an out parameter"
                 self._error(Code.OUT_BEFORE_IN, message, parameter.token, note)
             self._unique_number(parameter.tag, "tag", tags)
             before = parameter
 
     def _never_local(self, exception: ast.ExceptionType | None, named: ast.NamedType) -> None:
         if exception is not None and exception.local:
-            self._error(
-                Code.LOCAL, Message("`{named}` is local: it is never sent", named=named.name), named.token
-            )
+            self._error(Code.LOCAL, f"`{named.name}` is local: it is never sent", named.token)
 
     def _unique_number(self, number: ast.Literal | None, what: str, used: dict[int, ast.Literal]) -> None:
         """Report a tag or a compact id that is in `used`, or add it."""
@@ -342,13 +307,8 @@ class _Checker:
             return
         first = used.setdefault(number.value, number)
         if first is not number:
-            note = Note(Message("first used here"), first.token.location)
-            self._error(
-                Code.BAD_TAG,
-                Message("{what} {number} is used twice", what=what, number=number.value),
-                number.token,
-                note,
-            )
+            note = note_at("first used here", first.token)
+            self._error(Code.BAD_TAG, f"{what} {number.value} is used twice", number.token, note)
 
     def _throws(self, operation: ast.Operation, scope: Scope) -> None:
         thrown: dict[str, ast.NamedType] = {}
@@ -358,23 +318,16 @@ class _Checker:
                 self._never_local(exception, named)
             first = thrown.setdefault(exception.scoped, named) if exception else named
             if first is not named:
-                note = Note(Message("first named here"), first.token.location)
-                self._error(
-                    Code.BAD_THROWS,
-                    Message("`{named}` is in `throws` twice", named=named.name),
-                    named.token,
-                    note,
-                )
+                note = note_at("first named here", first.token)
+                self._error(Code.BAD_THROWS, f"`{named.name}` is in `throws` twice", named.token, note)
 
     def _stops(self, owner: ast.Interface) -> None:
         """Report stop operations that cannot be called without further information, or several of them."""
         marked = [operation for operation in owner.operations if operation.stop]
         for operation in marked:
             if operation is not marked[0]:
-                note = Note(Message("the first is here"), marked[0].token.location)
-                message = Message(
-                    '`{owner}` has two operations marked ["stop"]; one must stop everything', owner=owner.name
-                )
+                note = note_at("the first is here", marked[0].token)
+                message = f'`{owner.name}` has two operations marked ["stop"]; one must stop everything'
                 self._error(Code.BAD_STOP, message, operation.token, note)
             problems = []
             if operation.returns is not None or operation.outputs:
@@ -384,11 +337,7 @@ class _Checker:
             if not operation.idempotent:
                 problems.append("is not idempotent")
             if problems:
-                message = Message(
-                    'operation `{operation}` is marked ["stop"] but {problems}',
-                    operation=operation.name,
-                    problems=" and ".join(problems),
-                )
+                message = f'operation `{operation.name}` is marked ["stop"] but {" and ".join(problems)}'
                 self._error(Code.BAD_STOP, message, operation.token)
 
     def _generated_names(self, interface: ast.Interface, inherited: _Inherited) -> None:
@@ -396,24 +345,19 @@ class _Checker:
         own = interface.operations
         for operation in own:
             if operation.name.startswith("ice_"):
-                message = Message(
-                    "operation `{operation}`: names with `ice_` are reserved", operation=operation.name
-                )
+                message = f"operation `{operation.name}`: names with `ice_` are reserved"
                 self._error(Code.RESERVED_NAME, message, operation.token)
             for parameter in operation.outputs:
                 if parameter.name == "returnValue" and operation.returns is not None:
-                    message = Message("`returnValue` is reserved: it is the return value in the protocol")
+                    message = "`returnValue` is reserved: it is the return value in the protocol"
                     self._error(Code.RESERVED_NAME, message, parameter.token)
         operations = {each.name: each for each in inherited.values() if isinstance(each, ast.Operation)}
         operations |= {operation.name: operation for operation in own}
         for operation in operations.values():
             other = operations.get(f"{operation.name}Publisher")
             if operation.streamed and other is not None and (operation in own or other in own):
-                note = Note(
-                    Message("it is generated for the stream `{operation}`", operation=operation.name),
-                    operation.token.location,
-                )
-                message = Message("operation `{other}` has the name of a generated method", other=other.name)
+                note = note_at(f"it is generated for the stream `{operation.name}`", operation.token)
+                message = f"operation `{other.name}` has the name of a generated method"
                 self._error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-from codegen.diagnostics import Note, did_you_mean
+from codegen.diagnostics import did_you_mean
 
-from ..messages import Message
 from . import ast
-from .codes import Code
+from .report import Code, note_at
 from .resolver import Resolver, Scope, declared_kind, with_article
 
 _INTEGER_RANGES = {
@@ -26,7 +25,7 @@ class ConstantChecker:
 
     def __init__(self, resolver: Resolver) -> None:
         self._resolver = resolver
-        self._error = resolver.error
+        self._error = resolver.report.error
 
     def check_value(self, literal: ast.Literal, kind: ast.Type, what: str, scope: Scope) -> None:
         """Set the value of a constant or a member of some type; `what` names it in messages."""
@@ -37,9 +36,7 @@ class ConstantChecker:
         elif isinstance(kind, ast.BuiltinType) and kind.name in _VALUE_TYPES:
             self._check_builtin(literal, kind.name, what, scope)
         else:
-            message = Message(
-                "{what} cannot have a value: its type is neither built in nor an enumeration", what=what
-            )
+            message = f"{what} cannot have a value: its type is neither built in nor an enumeration"
             self._error(Code.BAD_CONSTANT, message, kind.token)
 
     def _resolve(self, literal: ast.Literal, scope: Scope) -> bool:
@@ -49,12 +46,8 @@ class ConstantChecker:
         if target is None:  # perhaps an enumerator of the expected type
             return True
         if not isinstance(target, ast.Constant | ast.Enumerator):
-            note = Note(Message("`{target}` is defined here", target=target.name), target.token.location)
-            message = Message(
-                "`{name}` is {with_article}, which has no value",
-                name=name,
-                with_article=with_article(declared_kind(target).kind),
-            )
+            note = note_at(f"`{target.name}` is defined here", target.token)
+            message = f"`{name}` is {with_article(declared_kind(target).kind)}, which has no value"
             self._error(Code.BAD_CONSTANT, message, literal.token, note)
             return False
         self._resolver.introduce(name, scope, literal.token, target)
@@ -67,14 +60,8 @@ class ConstantChecker:
             self._report_undefined(literal.name, literal, scope)
             return
         if target is not None and isinstance(_enumerator_or_constant(target), ast.Enumerator):
-            note = Note(
-                Message("`{literal}` is defined here", literal=str(literal.name)), target.token.location
-            )
-            message = Message(
-                "the value of {what} is an enumerator, not {with_article}",
-                what=what,
-                with_article=with_article(kind),
-            )
+            note = note_at(f"`{literal.name}` is defined here", target.token)
+            message = f"the value of {what} is an enumerator, not {with_article(kind)}"
             self._error(Code.BAD_CONSTANT, message, literal.token, note)
             return
         if isinstance(target, ast.Constant):
@@ -83,42 +70,24 @@ class ConstantChecker:
         if value is None:  # already reported
             return
         if not _fits(kind, value):
-            message = Message(
-                "the value of {what} is {described}, not {with_article}",
-                what=what,
-                described=_described(value),
-                with_article=with_article(kind),
-            )
+            message = f"the value of {what} is {_described(value)}, not {with_article(kind)}"
             self._error(Code.BAD_CONSTANT, message, literal.token)
         elif kind in _INTEGER_RANGES and isinstance(value, int):
             lowest, highest = _INTEGER_RANGES[kind]
             if not lowest <= value <= highest:
-                message = Message(
-                    "{what} is out of range: {with_article} must be between {lowest} and {highest}",
-                    what=what,
-                    with_article=with_article(kind),
-                    lowest=lowest,
-                    highest=highest,
+                message = (
+                    f"{what} is out of range: {with_article(kind)} must be between {lowest} and {highest}"
                 )
                 self._error(Code.OUT_OF_RANGE, message, literal.token)
         elif kind in {"float", "double"} and isinstance(value, int | float):
             literal.value = _as_float(value)
             if math.isinf(literal.value):
-                self._error(
-                    Code.OUT_OF_RANGE,
-                    Message("{what} is out of range for a {kind}", what=what, kind=kind),
-                    literal.token,
-                )
+                self._error(Code.OUT_OF_RANGE, f"{what} is out of range for a {kind}", literal.token)
 
     def _check_enumerator(self, literal: ast.Literal, enumeration: ast.Enumeration, what: str) -> None:
         """Resolve an enumeration's value: an enumerator, scoped or not, or a constant of the type."""
         if literal.name is None:
-            message = Message(
-                "{what} must be an enumerator of `{enumeration}`, not {described}",
-                what=what,
-                enumeration=enumeration.name,
-                described=_described(literal.value),
-            )
+            message = f"{what} must be an enumerator of `{enumeration.name}`, not {_described(literal.value)}"
             self._error(Code.BAD_CONSTANT, message, literal.token)
             return
         target = _enumerator_or_constant(literal.target)
@@ -134,11 +103,7 @@ class ConstantChecker:
             return
         literal.target = None
         notes = did_you_mean(literal.name, [each.name for each in enumeration.enumerators])
-        message = Message(
-            "`{literal}` is not an enumerator of `{enumeration}`",
-            literal=literal.name,
-            enumeration=enumeration.name,
-        )
+        message = f"`{literal.name}` is not an enumerator of `{enumeration.name}`"
         self._error(Code.BAD_CONSTANT, message, literal.token, *notes)
 
     # Enumerations
@@ -158,9 +123,7 @@ class ConstantChecker:
                 literal.value = target.literal.value
         if not isinstance(literal.value, int) or isinstance(literal.value, bool):
             literal.value = None
-            message = Message(
-                "the value of enumerator `{enumerator}` is not an integer", enumerator=enumerator.name
-            )
+            message = f"the value of enumerator `{enumerator.name}` is not an integer"
             self._error(Code.BAD_ENUMERATION, message, literal.token)
 
     def number_enumerators(self, enumeration: ast.Enumeration) -> None:
@@ -177,20 +140,11 @@ class ConstantChecker:
                 value = enumerator.literal.value
             enumerator.value = value
             if not 0 <= value <= _HIGHEST_INT:
-                message = Message(
-                    "the value {value} of `{enumerator}` is not between 0 and {highest_int}",
-                    value=value,
-                    enumerator=enumerator.name,
-                    highest_int=_HIGHEST_INT,
-                )
+                message = f"the value {value} of `{enumerator.name}` is not between 0 and {_HIGHEST_INT}"
                 self._error(Code.BAD_ENUMERATION, message, place)
             elif value in used:
-                note = Note(Message("first used here"), used[value].token.location)
-                message = Message(
-                    "`{enumerator}` has the same value as `{used}`",
-                    enumerator=enumerator.name,
-                    used=used[value].name,
-                )
+                note = note_at("first used here", used[value].token)
+                message = f"`{enumerator.name}` has the same value as `{used[value].name}`"
                 self._error(Code.BAD_ENUMERATION, message, place, note)
             used.setdefault(value, enumerator)
 
@@ -208,14 +162,10 @@ class ConstantChecker:
         value = number.value
         if isinstance(value, bool) or not isinstance(value, int):
             if value is not None or number.name is not None:
-                self._error(Code.BAD_TAG, Message("{what} is not an integer", what=what), number.token)
+                self._error(Code.BAD_TAG, f"{what} is not an integer", number.token)
             number.value = None
         elif not 0 <= value <= _HIGHEST_INT:
-            message = Message(
-                "{what} is out of range: it must be between 0 and {highest_int}",
-                what=what,
-                highest_int=_HIGHEST_INT,
-            )
+            message = f"{what} is out of range: it must be between 0 and {_HIGHEST_INT}"
             self._error(Code.BAD_TAG, message, number.token)
 
     def _named_number(
@@ -226,20 +176,16 @@ class ConstantChecker:
         if isinstance(target, ast.Constant | ast.Enumerator):
             return target
         if target is not None:
-            note = Note(Message("`{target}` is defined here", target=target.name), target.token.location)
-            message = Message(
-                "`{name}` is {with_article}, not a constant",
-                name=name,
-                with_article=with_article(declared_kind(target).kind),
-            )
+            note = note_at(f"`{target.name}` is defined here", target.token)
+            message = f"`{name}` is {with_article(declared_kind(target).kind)}, not a constant"
             self._error(Code.BAD_TAG, message, number.token, note)
             return None
         enumerators = self._resolver.symbols.enumerators(name, scope.name)
         if len(enumerators) == 1:
             return enumerators[0]
         if enumerators:
-            notes = [Note(Message("this is one of them"), each.token.location) for each in enumerators]
-            message = Message("`{name}` is an enumerator of more than one enumeration", name=name)
+            notes = [note_at("this is one of them", each.token) for each in enumerators]
+            message = f"`{name}` is an enumerator of more than one enumeration"
             self._error(Code.UNDEFINED_NAME, message, number.token, *notes)
         else:
             self._report_undefined(name, number, scope)
@@ -247,7 +193,7 @@ class ConstantChecker:
 
     def _report_undefined(self, name: str, literal: ast.Literal, scope: Scope) -> None:
         notes = self._resolver.symbols.help(name, scope.name, (ast.Constant, ast.Enumerator))
-        self._error(Code.UNDEFINED_NAME, Message("`{name}` is not defined", name=name), literal.token, *notes)
+        self._error(Code.UNDEFINED_NAME, f"`{name}` is not defined", literal.token, *notes)
 
 
 def _enumerator_or_constant(

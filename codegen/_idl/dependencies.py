@@ -188,17 +188,8 @@ def _executed_with(definition: ast.Definition) -> Iterator[ast.Definition]:
 def _named_in(definition: ast.Definition) -> Iterator[ast.Definition]:
     """Yield what the Python of a definition names, in annotations, too."""
     yield from _executed_with(definition)
-    match definition:
-        case ast.Struct() | ast.Derivable():
-            for member in definition.members:
-                yield from _in_type(member.type)
-        case ast.Interface():
-            for operation in definition.operations:
-                for kind in (operation.returns, *(parameter.type for parameter in operation.parameters)):
-                    if kind is not None:
-                        yield from _in_type(kind)
-        case ast.Constant():
-            yield from _in_type(definition.type)
+    for kind in ast.types_in(definition):
+        yield from _in_type(kind)
 
 
 def _in_type(kind: ast.Type) -> Iterator[ast.Definition]:

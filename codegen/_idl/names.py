@@ -10,8 +10,8 @@ from collections import defaultdict
 from collections.abc import Iterable
 from pathlib import Path
 
+from ..python_layout import LINE_LENGTH, bracketed, source_order
 from . import ast
-from .layout import LINE_LENGTH, bracketed, source_order
 
 Package = tuple[str, ...]
 """The path of a package, from the directory that is generated into."""

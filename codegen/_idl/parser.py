@@ -7,19 +7,17 @@ from typing import NoReturn, TypeVar
 
 from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
-from ..messages import Message
-from ..reasons import reason
 from . import ast
-from .codes import Code
 from .lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
+from .report import Code, Report, note_at
 
 _TYPE_KEYWORDS = frozenset({*ast.BUILTIN_TYPES, "LocalObject", "Object", "Value"})
 _NEVER_LOCAL = frozenset({"const", "module"})
 _RESERVED_SUFFIXES = ("Helper", "Holder", "Prx", "Ptr")
 _DEEPEST_MODULE = 50
 
-_NO_OPERATIONS = Message("a struct or exception cannot have operations; use an interface")
-_NO_MEMBERS = Message("an interface cannot have data members; use a struct or class")
+_NO_OPERATIONS = "a struct or exception cannot have operations; use an interface"
+_NO_MEMBERS = "an interface cannot have data members; use a struct or class"
 
 _Item = TypeVar("_Item")
 
@@ -39,6 +37,7 @@ class _Parser:
         self._next = 0
         self._token = tokens[0]
         self._diagnostics = diagnostics
+        self._report = Report(diagnostics)
         self._depth = 0
         self._sources_with_modules: set[Source] = set()
         self._well_spelled: set[str] = set()
@@ -74,7 +73,7 @@ class _Parser:
         read = self._readers.get(token.text) if token.kind is Kind.KEYWORD else None
         if read is None or (local and token.text in _NEVER_LOCAL):
             notes = did_you_mean(token.text, self._readers) if token.kind is Kind.NAME else ()
-            self._fail(Message("expected a definition, found {shown}", shown=_shown(token)), *notes)
+            self._fail(f"expected a definition, found {_shown(token)}", *notes)
         self._advance()
         definition = read()
         definition.doc = doc or self._previous.trailing_doc
@@ -88,21 +87,18 @@ class _Parser:
         self._strings("metadata of the file")
         self._expect("]]", "after metadata of the file")
         if opening.source in self._sources_with_modules:
-            message = Message("metadata of the file must come before all definitions")
-            self._diagnostics.error(Code.SYNTAX, message, opening.location)
+            self._report.error(Code.SYNTAX, "metadata of the file must come before all definitions", opening)
 
     def _module(self) -> ast.Module:
         if self._token.kind is Kind.KEYWORD:
-            self._fail(
-                Message("the keyword `{token}` cannot be the name of a module", token=self._token.text)
-            )
+            self._fail(f"the keyword `{self._token.text}` cannot be the name of a module")
         name = self._name("a module")
         self._sources_with_modules.add(name.source)
         module = ast.Module(name.text, name)
         self._depth += 1
         if self._depth > _DEEPEST_MODULE:
             self._depth -= 1
-            self._fail(Message("modules are nested too deeply"), token=name)
+            self._fail("modules are nested too deeply", token=name)
         try:
             module.definitions += self._block(self._definition, f"module {name.text}")
         finally:
@@ -115,7 +111,7 @@ class _Parser:
         found_before = len(self._diagnostics)
         members, _ = self._body(f"struct {name.text}", operations=False)
         if not members and len(self._diagnostics) == found_before:
-            self._report_empty(Message("struct `{name}` has no member", name=name.text), name)
+            self._report_empty(f"struct `{name.text}` has no member", name)
         self._accept(";")
         return ast.Struct(name.text, name, members=members)
 
@@ -175,7 +171,7 @@ class _Parser:
                     self._advance()
         self._advance()
         if not enumeration.enumerators and len(self._diagnostics) == found_before:
-            self._report_empty(Message("enumeration `{name}` has no enumerator", name=name.text), name)
+            self._report_empty(f"enumeration `{name.text}` has no enumerator", name)
         self._accept(";")
         return enumeration
 
@@ -184,17 +180,14 @@ class _Parser:
         name = self._name("an enumerator")
         literal = self._literal() if self._accept("=") else None
         if not (self._at(",") or self._at("}") or self._at_end()):
-            self._fail(
-                Message("expected `,` or `}}` after an enumerator, found {shown}", shown=_shown(self._token))
-            )
+            self._fail(f"expected `,` or `}}` after an enumerator, found {_shown(self._token)}")
         doc = doc or self._previous.trailing_doc
         if self._at(","):
             doc = doc or self._token.trailing_doc
         return ast.Enumerator(name.text, name, doc, literal=literal, enumeration=enumeration)
 
-    def _report_empty(self, message: Message, name: Token) -> None:
-        note = Note(Message("it starts here"), name.location)
-        self._diagnostics.error(Code.NO_MEMBER, message, self._previous.location, [note])
+    def _report_empty(self, message: str, name: Token) -> None:
+        self._report.error(Code.NO_MEMBER, message, self._previous, note_at("it starts here", name))
 
     def _sequence(self) -> ast.Sequence:
         self._expect("<", "after `sequence`")
@@ -221,9 +214,7 @@ class _Parser:
         metadata, _ = self._metadata()
         kind = self._type("the type of a constant")
         if self._token.kind is Kind.KEYWORD:
-            self._fail(
-                Message("the keyword `{token}` cannot be the name of a constant", token=self._token.text)
-            )
+            self._fail(f"the keyword `{self._token.text}` cannot be the name of a constant")
         name = self._name("a constant")
         self._expect("=", "after the name of a constant")
         literal = self._literal()
@@ -257,7 +248,7 @@ class _Parser:
         if self._at("void") and not operations:
             self._fail(_NO_OPERATIONS)
         if self._at("void") and tag is not None:
-            self._fail(Message("`void` cannot be optional"))
+            self._fail("`void` cannot be optional")
         kind = None if self._accept("void") else self._type(f"the type of {what}")
         name = self._name(what)
         if self._at("("):
@@ -273,11 +264,7 @@ class _Parser:
         if not members and (self._at(";") or self._at("=")):
             self._fail(_NO_MEMBERS, token=name)
         if kind is None or idempotent or not members:
-            self._fail(
-                Message(
-                    "expected `(` after the name of an operation, found {shown}", shown=_shown(self._token)
-                )
-            )
+            self._fail(f"expected `(` after the name of an operation, found {_shown(self._token)}")
         default = self._literal() if self._accept("=") else None
         end = self._expect_end_of_statement("a member")
         doc = doc or end.trailing_doc
@@ -291,15 +278,10 @@ class _Parser:
             if not self._accept(","):
                 break
             if self._at(")"):
-                self._fail(
-                    Message("expected a parameter after `,`, found {shown}", shown=_shown(self._token))
-                )
+                self._fail(f"expected a parameter after `,`, found {_shown(self._token)}")
         if not self._at(")"):
-            begin = Note(Message("the parameters start here"), opening.location)
-            self._fail(
-                Message("expected `,` or `)` after a parameter, found {shown}", shown=_shown(self._token)),
-                begin,
-            )
+            begin = note_at("the parameters start here", opening)
+            self._fail(f"expected `,` or `)` after a parameter, found {_shown(self._token)}", begin)
         self._advance()
         return parameters
 
@@ -320,17 +302,14 @@ class _Parser:
         token = self._token
         if token.kind is Kind.KEYWORD:
             if token.text == "Value" and what in {"a member", "a parameter", "a member or an operation"}:
-                message = Message("`Value` is a keyword of Ice since 3.7")
-                self._diagnostics.warning(Code.TOLERATED_KEYWORD, message, token.location)
+                self._report.warning(Code.TOLERATED_KEYWORD, "`Value` is a keyword of Ice since 3.7", token)
                 return self._advance()
-            note = Note(Message("a backslash makes it a name: `\\{token}`", token=token.text))
-            message = Message(
-                "the keyword `{token}` cannot be the name of {what}", token=token.text, what=what
-            )
-            self._diagnostics.error(Code.KEYWORD_AS_NAME, message, token.location, [note])
+            note = note_at(f"a backslash makes it a name: `\\{token.text}`")
+            message = f"the keyword `{token.text}` cannot be the name of {what}"
+            self._report.error(Code.KEYWORD_AS_NAME, message, token, note)
             return self._advance()
         if token.kind is not Kind.NAME:
-            self._fail(Message("expected the name of {what}, found {shown}", what=what, shown=_shown(token)))
+            self._fail(f"expected the name of {what}, found {_shown(token)}")
         self._check_spelling(token)
         return self._advance()
 
@@ -346,9 +325,7 @@ class _Parser:
         else:
             self._well_spelled.add(name)
             return
-        self._diagnostics.error(
-            Code.RESERVED_NAME, Message("`{name}`: {reason}", name=name, reason=reason), token.location
-        )
+        self._report.error(Code.RESERVED_NAME, f"`{name}`: {reason}", token)
 
     def _scoped_name(self, what: str) -> tuple[str, Token]:
         """Parse `A`, `A::B` or `::A::B`; return it with its last token, for the place of errors."""
@@ -358,10 +335,7 @@ class _Parser:
             token = self._token
             if token.kind is not Kind.NAME and not (token.kind is Kind.KEYWORD and parts):
                 notes = did_you_mean(token.text, _TYPE_KEYWORDS) if token.kind is Kind.KEYWORD else ()
-                self._fail(
-                    Message("expected the name of {what}, found {shown}", what=what, shown=_shown(token)),
-                    *notes,
-                )
+                self._fail(f"expected the name of {what}, found {_shown(token)}", *notes)
             parts.append(self._advance().text)
             if not self._accept("::"):
                 break
@@ -369,9 +343,7 @@ class _Parser:
         if len(parts) > 1 and token.source is start.source:
             written = start.source.text[start.offset : end]
             if any(character.isspace() for character in written):
-                self._diagnostics.error(
-                    Code.SYNTAX, Message("a name with `::` cannot contain spaces"), start.location
-                )
+                self._report.error(Code.SYNTAX, "a name with `::` cannot contain spaces", start)
         self._check_spelling(token)
         return "::".join(parts), token
 
@@ -391,7 +363,7 @@ class _Parser:
         elif token.kind is Kind.NAME or self._at("::"):
             kind = ast.NamedType(*self._scoped_name("a type"))
         else:
-            self._fail(Message("expected {what}, found {shown}", what=what, shown=_shown(token)))
+            self._fail(f"expected {what}, found {_shown(token)}")
         if isinstance(kind, ast.BuiltinType) and kind.name != "Object":
             return kind
         star = self._accept("*")
@@ -412,9 +384,7 @@ class _Parser:
         while True:
             token = self._token
             if token.kind is not Kind.STRING:
-                self._fail(
-                    Message("expected {what} in quotes, found {shown}", what=what, shown=_shown(token))
-                )
+                self._fail(f"expected {what} in quotes, found {_shown(token)}")
             text = self._string()
             while self._token.kind is Kind.STRING:
                 text += self._string()
@@ -427,14 +397,13 @@ class _Parser:
         try:
             text, unknown = parse_string(token.text)
         except LiteralError as error:
-            self._diagnostics.error(Code.BAD_LITERAL, reason(error), token.location)
+            self._report.error(Code.BAD_LITERAL, str(error), token)
             return ""
         if "\N{REPLACEMENT CHARACTER}" in text and "\N{REPLACEMENT CHARACTER}" not in token.text:
-            message = Message("the escapes of this string are not UTF-8; invalid bytes are replaced")
-            self._diagnostics.warning(Code.NOT_UTF8_ESCAPES, message, token.location)
+            message = "the escapes of this string are not UTF-8; invalid bytes are replaced"
+            self._report.warning(Code.NOT_UTF8_ESCAPES, message, token)
         for escape in unknown:
-            message = Message("unknown escape `{escape}` is kept", escape=escape)
-            self._diagnostics.warning(Code.UNKNOWN_ESCAPE, message, token.location)
+            self._report.warning(Code.UNKNOWN_ESCAPE, f"unknown escape `{escape}` is kept", token)
         return text
 
     def _tag(self) -> ast.Literal | None:
@@ -443,9 +412,9 @@ class _Parser:
         if token is None:
             return None
         if not self._accept("("):
-            self._fail(Message("`optional` needs the number of its tag: `optional(1)`"), token=token)
+            self._fail("`optional` needs the number of its tag: `optional(1)`", token=token)
         if self._at(")"):
-            self._fail(Message("`optional` needs the number of its tag: `optional(1)`"))
+            self._fail("`optional` needs the number of its tag: `optional(1)`")
         tag = self._number("the number of the tag")
         self._expect(")", "after the tag")
         return tag
@@ -453,7 +422,7 @@ class _Parser:
     def _number(self, what: str) -> ast.Literal:
         """Parse an integer, or the name of a constant or an enumerator."""
         if self._token.kind not in {Kind.INTEGER, Kind.NAME} and not self._at("::"):
-            self._fail(Message("expected {what}, found {shown}", what=what, shown=_shown(self._token)))
+            self._fail(f"expected {what}, found {_shown(self._token)}")
         return self._literal()
 
     def _literal(self) -> ast.Literal:
@@ -465,7 +434,7 @@ class _Parser:
             if token.kind is Kind.FLOAT:
                 return ast.Literal(self._advance(), parse_float(token.text))
         except LiteralError as error:
-            self._diagnostics.error(Code.BAD_LITERAL, reason(error), token.location)
+            self._report.error(Code.BAD_LITERAL, str(error), token)
             return ast.Literal(token)
         if token.kind is Kind.STRING:
             return ast.Literal(token, self._string())
@@ -474,7 +443,7 @@ class _Parser:
         if token.kind is Kind.NAME or self._at("::"):
             name, last = self._scoped_name("a constant or an enumerator")
             return ast.Literal(last, name=name)
-        return self._fail(Message("expected a value, found {shown}", shown=_shown(token)))
+        return self._fail(f"expected a value, found {_shown(token)}")
 
     # Tokens
 
@@ -502,14 +471,7 @@ class _Parser:
 
     def _expect(self, text: str, where: str) -> Token:
         if not self._at(text):
-            self._fail(
-                Message(
-                    "expected `{text}` {where}, found {shown}",
-                    text=text,
-                    where=where,
-                    shown=_shown(self._token),
-                )
-            )
+            self._fail(f"expected `{text}` {where}, found {_shown(self._token)}")
         return self._advance()
 
     def _expect_end_of_statement(self, what: str) -> Token:
@@ -518,15 +480,15 @@ class _Parser:
             return self._advance()
         last = self._previous
         line, column = last.source.position(last.offset + len(last.text))
-        note = Note(Message("it is missing here"), Location(last.source.path, line, column))
-        message = Message("expected `;` after {what}, found {shown}", what=what, shown=_shown(self._token))
-        self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
+        note = note_at("it is missing here", Location(last.source.path, line, column))
+        message = f"expected `;` after {what}, found {_shown(self._token)}"
+        self._report.error(Code.SYNTAX, message, self._token, note)
         if self._at("}") or line != self._token.location.line:
             return last
         raise _SliceSyntaxError
 
-    def _fail(self, message: Message, *notes: Note, token: Token | None = None) -> NoReturn:
-        self._diagnostics.error(Code.SYNTAX, message, (token or self._token).location, notes)
+    def _fail(self, message: str, *notes: Note, token: Token | None = None) -> NoReturn:
+        self._report.error(Code.SYNTAX, message, token or self._token, *notes)
         raise _SliceSyntaxError
 
     # Bodies, and recovery after an error
@@ -578,9 +540,8 @@ class _Parser:
         """Report the first body without an end."""
         if not self._reported_end:
             self._reported_end = True
-            note = Note(Message("the body starts here"), opening.location)
-            message = Message("expected `}}` after the body of {what}, found the end of the file", what=what)
-            self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
+            message = f"expected `}}` after the body of {what}, found the end of the file"
+            self._report.error(Code.SYNTAX, message, self._token, note_at("the body starts here", opening))
 
 
 def _shown(token: Token) -> str:

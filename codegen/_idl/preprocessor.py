@@ -9,17 +9,16 @@ from __future__ import annotations
 import errno
 import os
 import re
-import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
-from ..messages import Message
+from ..files import read_regular
 from ..reasons import reason
-from .codes import Code
 from .lexer import Kind, Source, Token
+from .report import Code, Report, note_at
 
 EXTENSIONS = (".idl", ".ice")
 
@@ -63,6 +62,7 @@ class Preprocessor:
     def __init__(self, include_directories: Sequence[Path], diagnostics: Diagnostics) -> None:
         self._include_directories = tuple(include_directories)
         self._diagnostics = diagnostics
+        self._report = Report(diagnostics)
         self._sources: dict[Path, Source | None] = {}
         self._identities: dict[Path, Path] = {}
 
@@ -84,23 +84,20 @@ class Preprocessor:
         try:
             if not path.name.isprintable():  # it becomes part of the generated code
                 raise OSError(errno.EINVAL, "its name has unprintable characters")
-            status = path.stat()
-            if not stat.S_ISREG(status.st_mode):
-                raise OSError(errno.EINVAL, "not a regular file")
-            if status.st_size > _LARGEST_FILE:
-                raise OSError(errno.EFBIG, f"{status.st_size} bytes are more than {_LARGEST_FILE}")
-            content = path.read_bytes()
+            content = read_regular(path, _LARGEST_FILE + 1)
+            if len(content) > _LARGEST_FILE:
+                size = path.stat().st_size
+                raise OSError(errno.EFBIG, f"{size} bytes are more than {_LARGEST_FILE}")
         except OSError as error:
-            message = Message("{file} cannot be read: {reason}", file=str(path), reason=reason(error))
-            self._diagnostics.error(Code.UNREADABLE_FILE, message, requested_at)
+            self._report.error(Code.UNREADABLE_FILE, f"{path} cannot be read: {reason(error)}", requested_at)
             return None
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             line = content.count(b"\n", 0, error.start) + 1
             column = error.start - content.rfind(b"\n", 0, error.start)
-            message = Message("the file is not UTF-8 and is read as Latin-1")
-            self._diagnostics.warning(Code.UNKNOWN_ENCODING, message, Location(path, line, column))
+            message = "the file is not UTF-8 and is read as Latin-1"
+            self._report.warning(Code.UNKNOWN_ENCODING, message, Location(path, line, column))
             text = content.decode("latin-1")
         text = text.replace("\r\n", "\n")
         if text and not text.endswith("\n"):
@@ -155,7 +152,7 @@ class _Reader:
         self.result = Preprocessed()
         self._main = main
         self._preprocessor = preprocessor
-        self._diagnostics = diagnostics
+        self._report = Report(diagnostics)
         self._macros = set(_PREDEFINED)
         self._once: set[Source] = set()
         self._depth = 0
@@ -181,31 +178,24 @@ class _Reader:
                 self._report_bad_token(token)
             else:
                 if token.text in self._macros and not token.escaped:
-                    message = Message(
-                        "macros are not replaced: write the text of `{cut}` here", cut=_cut(token.text)
-                    )
+                    message = f"macros are not replaced: write the text of `{_cut(token.text)}` here"
                     self._incomplete(message, token)
                 output.append(token)
         for condition in conditions:
             end = Token(Kind.END, "", source, max(0, len(source.text.rstrip()) - 1))
-            begin = Note(Message("the condition starts here"), condition.token.location)
-            self._error(Code.BAD_DIRECTIVE, Message("the file ends without an #endif"), end, begin)
-
-    def _error(self, code: Code, message: Message, token: Token, *notes: Note) -> None:
-        self._diagnostics.error(code, message, token.location, notes)
+            begin = note_at("the condition starts here", condition.token)
+            self._report.error(Code.BAD_DIRECTIVE, "the file ends without an #endif", end, begin)
 
     def _report_bad_token(self, token: Token) -> None:
         if token.kind is Kind.UNTERMINATED:
             if token.text.startswith("/*"):
-                self._diagnostics.warning(
-                    Code.COMMENT_WITHOUT_END, Message("this comment has no end"), token.location
-                )
+                self._report.warning(Code.COMMENT_WITHOUT_END, "this comment has no end", token)
             else:
-                self._error(Code.UNTERMINATED, Message("this string has no end"), token)
+                self._report.error(Code.UNTERMINATED, "this string has no end", token)
         elif token.text[0].isdigit() or token.text[1:2].isdigit():
-            self._error(Code.BAD_LITERAL, Message("`{cut}` is not a number", cut=_cut(token.text)), token)
+            self._report.error(Code.BAD_LITERAL, f"`{_cut(token.text)}` is not a number", token)
         else:
-            self._error(Code.UNEXPECTED_CHARACTER, Message("unexpected {cut!r}", cut=_cut(token.text)), token)
+            self._report.error(Code.UNEXPECTED_CHARACTER, f"unexpected {_cut(token.text)!r}", token)
 
     # Directives
 
@@ -214,7 +204,7 @@ class _Reader:
         spliced = token.text.replace("\\\n", " ")
         text = _STRING_OR_COMMENT.sub(lambda match: match[1] or " ", spliced)
         if "/*" in text:
-            self._error(Code.UNTERMINATED, Message("a comment that starts on this line has no end"), token)
+            self._report.error(Code.UNTERMINATED, "a comment that starts on this line has no end", token)
             text = text.partition("/*")[0]
         match = _DIRECTIVE.match(text)
         name, rest = (match["name"], match["rest"].strip()) if match else ("", "")
@@ -232,27 +222,23 @@ class _Reader:
             case "pragma" if active and rest == "once":
                 self._once.add(token.source)
             case "error" if active:
-                self._incomplete(Message("#error {rest}", rest=rest), token)
+                self._incomplete(f"#error {rest}", token)
             case "line" if active and rest[:1].isdigit():
                 pass  # places stay those of the file
             case _ if active and (name or rest):  # `#` alone does nothing
                 directive = f"#{name or rest} {rest if name == 'pragma' else ''}".strip()
-                self._incomplete(Message("unknown directive `{cut}`", cut=_cut(directive)), token)
+                self._incomplete(f"unknown directive `{_cut(directive)}`", token)
         return not conditions or conditions[-1].active
 
-    def _incomplete(
-        self, message: Message, token: Token, code: Code = Code.BAD_DIRECTIVE, *notes: Note
-    ) -> None:
+    def _incomplete(self, message: str, token: Token, code: Code = Code.BAD_DIRECTIVE, *notes: Note) -> None:
         """Report a part that cannot be read, so that names of the rest may be undefined."""
         self.result.complete = False
-        self._error(code, message, token, *notes)
+        self._report.error(code, message, token, *notes)
 
     def _nothing_behind(self, rest: str, name: str, token: Token) -> None:
         if rest.strip():
-            message = Message(
-                "only a comment can follow #{name}, not `{cut}`", name=name, cut=_cut(rest.strip())
-            )
-            self._error(Code.BAD_DIRECTIVE, message, token)
+            message = f"only a comment can follow #{name}, not `{_cut(rest.strip())}`"
+            self._report.error(Code.BAD_DIRECTIVE, message, token)
 
     def _holds(self, name: str, rest: str, token: Token) -> bool:
         """Return whether the branch after `#if`, `#elif`, `#ifdef` or `#ifndef` is active."""
@@ -267,11 +253,9 @@ class _Reader:
     def _condition_holds(self, name: str, condition: str, token: Token) -> bool:
         known = _DEFINED.sub(lambda each: f" {int((each[1] or each[2]) in self._macros)} ", condition)
         if not _CONDITION.fullmatch(known):
-            message = Message(
-                "the condition of #{name} can have `defined NAME`, 0, 1, `!`, `&&` and `||`, not `{cut}`; "
-                "nest #ifdef and #ifndef for others",
-                name=name,
-                cut=_cut(condition),
+            message = (
+                f"the condition of #{name} can have `defined NAME`, 0, 1, `!`, `&&` and `||`, not "
+                f"`{_cut(condition)}`; nest #ifdef and #ifndef for others"
             )
             self._incomplete(message, token)
             return False
@@ -281,14 +265,12 @@ class _Reader:
     def _name(self, name: str, rest: str, token: Token) -> re.Match[str] | None:
         match = _NAME.match(rest)
         if match is None:
-            self._error(Code.BAD_DIRECTIVE, Message("#{name} needs a name", name=name), token)
+            self._report.error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
         return match
 
     def _next_branch(self, name: str, rest: str, token: Token, conditions: list[_Condition]) -> None:
         if not conditions:
-            self._error(
-                Code.BAD_DIRECTIVE, Message("#{name} without #if, #ifdef or #ifndef", name=name), token
-            )
+            self._report.error(Code.BAD_DIRECTIVE, f"#{name} without #if, #ifdef or #ifndef", token)
             return
         condition = conditions[-1]
         if name != "elif":
@@ -297,8 +279,8 @@ class _Reader:
             conditions.pop()
             return
         if condition.else_seen:
-            begin = Note(Message("the condition starts here"), condition.token.location)
-            self._error(Code.BAD_DIRECTIVE, Message("#{name} after #else", name=name), token, begin)
+            begin = note_at("the condition starts here", condition.token)
+            self._report.error(Code.BAD_DIRECTIVE, f"#{name} after #else", token, begin)
         condition.active = condition.otherwise and (name == "else" or self._holds(name, rest, token))
         condition.otherwise = condition.otherwise and not condition.active
         condition.else_seen = condition.else_seen or name == "else"
@@ -314,17 +296,15 @@ class _Reader:
             self._macros.discard(match[0])
             return
         if behind.startswith("("):
-            message = Message(
-                "macros with parameters are not supported: write the text of `{cut}` where it is used",
-                cut=_cut(match[0]),
-            )
+            name = _cut(match[0])
+            message = f"macros with parameters are not supported: write the text of `{name}` where it is used"
             self._incomplete(message, token)
         self._macros.add(match[0])
 
     def _include(self, rest: str, token: Token) -> None:
         match = _INCLUDE.match(rest)
         if match is None:
-            self._error(Code.BAD_DIRECTIVE, Message('#include needs a file: "name.idl" or <name.idl>'), token)
+            self._report.error(Code.BAD_DIRECTIVE, '#include needs a file: "name.idl" or <name.idl>', token)
             return
         name = match["quoted"] or match["angled"]
         self._nothing_behind(rest[match.end() :], "include", token)
@@ -332,24 +312,19 @@ class _Reader:
         path = self._preprocessor.find(name, own, own_directory_first=match["quoted"] is not None)
         if path is None:
             searched = self._preprocessor.searched(own)
-            notes = [Note(Message("searched in {searched}; -I DIR adds a directory", searched=searched))]
+            notes = [note_at(f"searched in {searched}; -I DIR adds a directory")]
             if name.partition("/")[0] in _FOLDERS_OF_ICE:
                 notes.append(
-                    Note(
-                        Message(
-                            "it belongs to Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
-                        )
+                    note_at(
+                        "it belongs to Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
                     )
                 )
-            self._incomplete(
-                Message("`{name}` is not found", name=name), token, Code.INCLUDE_NOT_FOUND, *notes
-            )
+            self._incomplete(f"`{name}` is not found", token, Code.INCLUDE_NOT_FOUND, *notes)
             return
         # Lines of the file would be in our messages, whatever it is.
         if self._preprocessor.identity(path).suffix not in EXTENSIONS:
             known = " or ".join(EXTENSIONS)
-            message = Message("`{name}` is not included: it must end in {known}", name=name, known=known)
-            self._incomplete(message, token, Code.UNREADABLE_FILE)
+            self._incomplete(f"`{name}` is not included: it must end in {known}", token, Code.UNREADABLE_FILE)
             return
         source = self._preprocessor.load(path, token.location)
         if source is None or source in self._once:
@@ -358,8 +333,8 @@ class _Reader:
         too_large = self._includes > _MOST_INCLUDES or len(self.result.tokens) > _MOST_TOKENS
         if self._depth >= _DEEPEST_INCLUDE or too_large:
             self._stopped = True
-            message = Message("`{name}` is included recursively: are there include guards?", name=name)
-            self._error(Code.INCLUDE_TOO_DEEP, message, token)
+            message = f"`{name}` is included recursively: are there include guards?"
+            self._report.error(Code.INCLUDE_TOO_DEEP, message, token)
             return
         if source not in self.result.included and source is not self._main:
             self.result.included.append(source)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ..python_layout import INDENT, bracketed, docstring, source_order, stacked, string
 from . import ast
 from .dependencies import ModuleGraph
 from .doc_comments import DocComment
-from .layout import INDENT, bracketed, docstring, source_order, stacked, string
 from .names import ModuleNames, exception_member_name, exported_names, python_name, relative_name
 from .packages import GeneratedModule, header
 from .schema import fingerprint

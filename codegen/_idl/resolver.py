@@ -9,10 +9,9 @@ from itertools import chain, islice
 
 from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
-from ..messages import Message
 from . import ast
-from .codes import Code
 from .lexer import Token
+from .report import Code, Report, note_at
 
 # Searching similar names is slow; after this many undefined names there are no more suggestions.
 _MOST_PROPOSALS = 30
@@ -107,11 +106,7 @@ class Symbols:
         """
         later = self._expected.get(name.rpartition("::")[2])
         if later is not None and not later.scoped and isinstance(later, kinds):
-            return (
-                Note(
-                    Message("it is defined here, but must be defined before it is used"), later.token.location
-                ),
-            )
+            return (note_at("it is defined here, but must be defined before it is used", later.token),)
         if self._proposals == _MOST_PROPOSALS:
             return ()
         self._proposals += 1
@@ -136,16 +131,8 @@ class Resolver:
 
     def __init__(self, diagnostics: Diagnostics) -> None:
         self.symbols = Symbols()
-        self._diagnostics = diagnostics
+        self.report = Report(diagnostics)
         self._named_types: list[ast.NamedType] = []
-
-    def error(self, code: Code, message: Message, token: Token, *notes: Note) -> None:
-        """Report an error at a token."""
-        self._diagnostics.error(code, message, token.location, notes)
-
-    def warning(self, code: Code, message: Message, token: Token, *notes: Note) -> None:
-        """Report a warning at a token."""
-        self._diagnostics.warning(code, message, token.location, notes)
 
     # Declarations
 
@@ -153,11 +140,8 @@ class Resolver:
         """Declare a definition in a module or the root; return whether its name is unique."""
         definition.scoped = f"{scope.name}::{definition.name}"
         if not scope.name and not isinstance(definition, ast.Module):
-            message = Message(
-                "{with_article} can be defined only inside a module",
-                with_article=with_article(declared_kind(definition).kind),
-            )
-            self.error(Code.OUTSIDE_MODULE, message, definition.token)
+            message = f"{with_article(declared_kind(definition).kind)} can be defined only inside a module"
+            self.report.error(Code.OUTSIDE_MODULE, message, definition.token)
         before = self.symbols.get(definition.scoped)
         if before is not None and not self._may_follow(definition, before):
             return False
@@ -181,7 +165,7 @@ class Resolver:
         base = inherited.get(definition.name.lower())
         if base is None:
             return
-        note = Note(Message("first defined here"), base.token.location)
+        note = note_at("first defined here", base.token)
         self._report_same_name(definition, base, note, "is already inherited", "the inherited ")
 
     def _may_follow(self, definition: ast.Definition, before: ast.Definition) -> bool:
@@ -190,41 +174,26 @@ class Resolver:
             if before.name == definition.name:
                 return True
         elif declared_kind(definition) in _DECLARABLE and declared_kind(before) in _DECLARABLE:
+            note = note_at("first declared here", before.token)
             if declared_kind(definition) is not declared_kind(before):
-                note = Note(Message("first declared here"), before.token.location)
-                message = Message(
-                    "`{definition}` was declared as {with_article}",
-                    definition=definition.name,
-                    with_article=with_article(declared_kind(before).kind),
-                )
-                self.error(Code.REDEFINITION, message, definition.token, note)
+                message = f"`{definition.name}` was declared as {with_article(declared_kind(before).kind)}"
+                self.report.error(Code.REDEFINITION, message, definition.token, note)
                 return False
             if definition.local != before.local:
-                note = Note(Message("first declared here"), before.token.location)
-                message = Message(
-                    "`{definition}` is local in only one of its declarations", definition=definition.name
-                )
-                self.error(Code.REDEFINITION, message, definition.token, note)
+                message = f"`{definition.name}` is local in only one of its declarations"
+                self.report.error(Code.REDEFINITION, message, definition.token, note)
                 return False
             if ast.ForwardDeclaration in {type(definition), type(before)}:
                 if before.name != definition.name:
-                    note = Note(Message("first declared here"), before.token.location)
-                    message = Message(
-                        "`{definition}` differs only in case from `{before}`",
-                        definition=definition.name,
-                        before=before.name,
-                    )
-                    self.warning(Code.DOUBTFUL_CAPITALIZATION, message, definition.token, note)
+                    message = f"`{definition.name}` differs only in case from `{before.name}`"
+                    self.report.warning(Code.DOUBTFUL_CAPITALIZATION, message, definition.token, note)
                 return True
         self._report_taken(definition, before)
         return False
 
     def _report_taken(self, definition: ast.Definition, before: ast.Definition) -> None:
         kind = declared_kind(before).kind
-        note = Note(
-            Message("first defined here, as {with_article}", with_article=with_article(kind)),
-            before.token.location,
-        )
+        note = note_at(f"first defined here, as {with_article(kind)}", before.token)
         self._report_same_name(definition, before, note, "is defined again")
 
     def _report_same_name(
@@ -233,31 +202,17 @@ class Resolver:
         """Report a name that is equal to another one, or differs only in case."""
         name = f"{declared_kind(definition).kind} `{definition.name}`"
         if before.name == definition.name:
-            self.error(
-                Code.REDEFINITION,
-                Message("{name} {problem}", name=name, problem=problem),
-                definition.token,
-                note,
-            )
+            self.report.error(Code.REDEFINITION, f"{name} {problem}", definition.token, note)
         else:
-            message = Message(
-                "{name} differs only in case from {which}`{before}`",
-                name=name,
-                which=which,
-                before=before.name,
-            )
-            self.error(Code.CAPITALIZATION, message, definition.token, note)
+            message = f"{name} differs only in case from {which}`{before.name}`"
+            self.report.error(Code.CAPITALIZATION, message, definition.token, note)
 
     def _report_name_of_enclosing_module(self, definition: ast.Definition, scope: Scope) -> None:
         for module in scope.name.split("::"):
             if module.lower() == definition.name.lower():
                 what = declared_kind(definition).kind
-                message = Message(
-                    "{what} `{definition}` has the name of an enclosing module",
-                    what=what,
-                    definition=definition.name,
-                )
-                self.error(Code.REDEFINITION, message, definition.token)
+                message = f"{what} `{definition.name}` has the name of an enclosing module"
+                self.report.error(Code.REDEFINITION, message, definition.token)
                 return
 
     # Types
@@ -268,7 +223,7 @@ class Resolver:
             return self._proxy(kind, scope)
         known = isinstance(kind, ast.BuiltinType) or self._type(kind, scope)
         if known and not scope.local and ast.is_local(kind):
-            self.error(Code.LOCAL, Message("`{kind}` is local: it is never sent", kind=kind.name), kind.token)
+            self.report.error(Code.LOCAL, f"`{kind.name}` is local: it is never sent", kind.token)
         return known
 
     def _proxy(self, kind: ast.ProxyType, scope: Scope) -> bool:
@@ -282,11 +237,7 @@ class Resolver:
             self._wrong_kind(Code.WRONG_KIND, target, "an interface")
             return False
         if definition.local:
-            self.error(
-                Code.LOCAL,
-                Message("`{target}` is local: it has no proxies", target=target.name),
-                target.token,
-            )
+            self.report.error(Code.LOCAL, f"`{target.name}` is local: it has no proxies", target.token)
         return True
 
     def _type(self, named: ast.NamedType, scope: Scope, proposed: Kinds = _DATA_TYPES) -> bool:
@@ -317,13 +268,11 @@ class Resolver:
             return
         declared = declared_kind(target.definition)
         if target is kind and declared is ast.Interface and not target.definition.local:
-            message = Message(
-                "interface `{target}` by value is deprecated; `{target}*` is its proxy", target=target.name
-            )
-            self.warning(Code.DEPRECATED, message, target.token)
+            message = f"interface `{target.name}` by value is deprecated; `{target.name}*` is its proxy"
+            self.report.warning(Code.DEPRECATED, message, target.token)
         if target is not kind and declared is ast.Class:
-            message = Message("`{target}*`, a proxy for a class, is deprecated", target=target.name)
-            self.warning(Code.DEPRECATED, message, target.token)
+            message = f"`{target.name}*`, a proxy for a class, is deprecated"
+            self.report.warning(Code.DEPRECATED, message, target.token)
 
     # Bases and exceptions
 
@@ -334,10 +283,8 @@ class Resolver:
         if named.name.removeprefix("::") in {derived.name, derived.scoped.removeprefix("::")}:
             found = self.symbols.find(named.name, scope.name)
             if found is None or found.scoped == derived.scoped:
-                message = Message(
-                    "{kind} `{derived}` extends itself", kind=derived.kind, derived=derived.name
-                )
-                self.error(Code.BAD_INHERITANCE, message, named.token)
+                message = f"{derived.kind} `{derived.name}` extends itself"
+                self.report.error(Code.BAD_INHERITANCE, message, named.token)
                 return None
         if not self._type(named, scope, (wanted,)):
             return None
@@ -346,20 +293,15 @@ class Resolver:
             self._wrong_kind(Code.WRONG_KIND, named, with_article(wanted.kind))
             return None
         if isinstance(definition, ast.ForwardDeclaration):
-            note = Note(Message("declared here"), definition.token.location)
-            message = Message("`{named}` is declared but not defined yet", named=named.name)
-            self.error(Code.BAD_INHERITANCE, message, named.token, note)
+            note = note_at("declared here", definition.token)
+            message = f"`{named.name}` is declared but not defined yet"
+            self.report.error(Code.BAD_INHERITANCE, message, named.token, note)
             named.definition = None
             return None
         if definition.local != derived.local:
             which = "local" if definition.local else "not local"
-            message = Message(
-                "`{named}` is {which}, unlike `{derived}`, which extends it",
-                named=named.name,
-                which=which,
-                derived=derived.name,
-            )
-            self.error(Code.LOCAL, message, named.token)
+            message = f"`{named.name}` is {which}, unlike `{derived.name}`, which extends it"
+            self.report.error(Code.LOCAL, message, named.token)
         return definition
 
     def exception(self, named: ast.NamedType, scope: Scope, code: Code) -> ast.ExceptionType | None:
@@ -378,31 +320,22 @@ class Resolver:
         named.definition = definition
         self._named_types.append(named)
         if definition.scoped != expected:
-            message = Message(
-                "`{named}` differs only in case from `{scoped}`", named=named.name, scoped=definition.scoped
-            )
-            note = Note(Message("defined here"), definition.token.location)
-            self.error(Code.CAPITALIZATION, message, named.token, note)
+            message = f"`{named.name}` differs only in case from `{definition.scoped}`"
+            note = note_at("defined here", definition.token)
+            self.report.error(Code.CAPITALIZATION, message, named.token, note)
         self.introduce(named.name, scope, named.token)
 
     def _undefined(self, named: ast.NamedType, scope: Scope, kinds: Kinds) -> None:
         builtin = ast.BUILTIN_TYPES if ast.Struct in kinds else ()
         notes = self.symbols.help(named.name, scope.name, kinds, builtin)
-        self.error(
-            Code.UNDEFINED_NAME, Message("`{named}` is not defined", named=named.name), named.token, *notes
-        )
+        self.report.error(Code.UNDEFINED_NAME, f"`{named.name}` is not defined", named.token, *notes)
 
     def _wrong_kind(self, code: Code, named: ast.NamedType, wanted: str) -> None:
         found = named.definition
         if found is not None:
-            note = Note(Message("`{name}` is defined here", name=found.name), found.token.location)
-            message = Message(
-                "`{named}` is {with_article}, not {wanted}",
-                named=named.name,
-                with_article=with_article(declared_kind(found).kind),
-                wanted=wanted,
-            )
-            self.error(code, message, named.token, note)
+            note = note_at(f"`{found.name}` is defined here", found.token)
+            message = f"`{named.name}` is {with_article(declared_kind(found).kind)}, not {wanted}"
+            self.report.error(code, message, named.token, note)
         named.definition = None
 
     # Meanings
@@ -428,13 +361,8 @@ class Resolver:
         for apart in (ast.Parameter, ast.Member):
             if isinstance(before, apart) != isinstance(definition, apart):
                 return
-        note = Note(Message("it means `{scoped}` here", scoped=before.scoped), since.location)
-        self.error(
-            Code.CHANGED_MEANING,
-            Message("`{first}` changes its meaning in this scope", first=first),
-            token,
-            note,
-        )
+        note = note_at(f"it means `{before.scoped}` here", since)
+        self.report.error(Code.CHANGED_MEANING, f"`{first}` changes its meaning in this scope", token, note)
 
     def finish(self) -> None:
         """Replace forward declarations by their definitions."""
@@ -446,11 +374,9 @@ class Resolver:
 
     def _never_defined(self, named: ast.NamedType, declaration: ast.ForwardDeclaration) -> None:
         if declaration.of is ast.Class:
-            note = Note(Message("declared here"), declaration.token.location)
-            message = Message(
-                "`{named}` is declared but not defined in any file included here", named=named.name
-            )
-            self.warning(Code.NEVER_DEFINED, message, named.token, note)
+            note = note_at("declared here", declaration.token)
+            message = f"`{named.name}` is declared but not defined in any file included here"
+            self.report.warning(Code.NEVER_DEFINED, message, named.token, note)
 
 
 def with_article(noun: str) -> str:

@@ -4,16 +4,21 @@ Two definitions have the same canonical form if and only if they are equal on th
 files, the order of definitions and members, the names of sequences and dictionaries, default values, tags and
 compact ids.
 
-The schema is JSON: `comment`, and `definitions` by scoped name. `zenoh_ice.reflection` is its reader.
+The schema is JSON: `comment`, and `definitions` by scoped name. `zenoh_ice.reflection` has its classes, reads
+it and writes the canonical form.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any, cast
+
+import msgspec
+
+from zenoh_ice import reflection
+from zenoh_ice.reflection import Enumerator, Member, OperationDescription
 
 from . import ast
 from .doc_comments import DocComment
@@ -22,6 +27,8 @@ from .names import python_name
 SCHEMA_FILE = "schema.json"
 
 Entry = dict[str, Any]
+
+_FINGERPRINT_DIGITS = 16
 
 
 def type_name(kind: ast.Type) -> str:
@@ -36,18 +43,15 @@ def type_name(kind: ast.Type) -> str:
 
 # Canonical forms
 
-_FINGERPRINT_DIGITS = 16
-
 
 def fingerprint(definition: ast.Definition) -> str:
     """Return the first hexadecimal digits of the SHA-256 of the canonical form of an interface or a type.
 
     The form has a line for each member, including those of its bases and of all types that they use, sorted.
     """
-    form = _CanonicalForm()
-    form.add(definition)
-    form.describe_all()
-    text = "\n".join(sorted(form.lines)) + "\n"
+    schema = _schema_of(definition)
+    lines = {*reflection.canonical_lines(schema).values(), *_unnamed_lines(definition, schema)}
+    text = "\n".join(sorted(lines)) + "\n"
     return hashlib.sha256(text.encode()).hexdigest()[:_FINGERPRINT_DIGITS]
 
 
@@ -56,13 +60,13 @@ def canonical_members(definition: ast.Definition) -> dict[str, str]:
 
     That of the definition, without one for what has no name on the wire, is by its own name.
     """
-    form = _CanonicalForm()
-    form.describe(definition)
-    names = {each.scoped for each in members_of(definition)}
-    found: dict[str, str] = {}
-    for line in form.lines:
-        name = re.split(r"\(|: | = ", line, maxsplit=1)[0]
-        found[name if name in names else definition.scoped] = line
+    schema = _schema_of(definition)
+    found = dict.fromkeys([definition.scoped], "".join(_unnamed_lines(definition, schema)))
+    names = {definition.scoped, *(each.scoped for each in members_of(definition))}
+    for subject, line in reflection.canonical_lines(schema).items():
+        name = subject.rpartition(" ")[2]  # behind its kind
+        if name in names:
+            found[name] = line
     return found
 
 
@@ -78,94 +82,33 @@ def members_of(definition: ast.Definition) -> Sequence[ast.Definition]:
     return ()
 
 
-class _CanonicalForm:
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-        self._seen: set[str] = set()
-        self._waiting: list[ast.Definition] = []
-
-    def add(self, definition: ast.Definition | None) -> None:
-        """Add a definition that is used, once."""
-        if definition is not None and definition.scoped not in self._seen:
-            self._seen.add(definition.scoped)
-            self._waiting.append(definition)
-
-    def describe_all(self) -> None:
-        """Write the lines of every added definition and of the definitions that it refers to."""
-        while self._waiting:
-            self.describe(self._waiting.pop())
-
-    def describe(self, definition: ast.Definition) -> None:
-        """Write the lines of one definition."""
-        name = definition.scoped
-        match definition:
-            case ast.Interface():
-                bases = sorted(base.scoped for base in definition.base_definitions)
-                self.lines.append(f"interface {name}{_extends(bases)}")
-                self.lines += [self._operation(operation) for operation in definition.operations]
-                for base in definition.base_definitions:
-                    self.add(base)
-            case ast.Struct():
-                self.lines.append(f"struct {name}")
-                self.lines += [self._member(member) for member in definition.members]
-            case ast.Class() | ast.ExceptionType():
-                parent = definition.base_definition
-                self.lines.append(f"{definition.kind} {name}{_extends([parent.scoped] if parent else [])}")
-                self.lines += [self._member(member) for member in definition.members]
-                self.add(parent)
-            case ast.Enumeration():
-                self.lines.append(f"enum {name}")
-                self.lines += [f"{each.scoped} = {each.value}" for each in definition.enumerators]
-            case ast.Sequence():
-                self.lines.append(f"sequence<{self.type(definition.element)}>")
-            case ast.Dictionary():
-                self.lines.append(f"dictionary<{self.type(definition.key)}, {self.type(definition.value)}>")
-            case ast.Constant():
-                self.lines.append(
-                    f"const {name}: {self.type(definition.type)} = {definition.literal.value!r}"
-                )
-
-    def _member(self, member: ast.Member) -> str:
-        return f"{member.scoped}: {self.type(member.type, member.tag)}"
-
-    def _operation(self, operation: ast.Operation) -> str:
-        inputs = ", ".join(f"{self.type(each.type, each.tag)} {each.name}" for each in operation.inputs)
-        results = [f"{self.type(each.type, each.tag)} {each.name}" for each in operation.outputs]
-        if operation.returns is not None:
-            results.insert(0, self.type(operation.returns, operation.return_tag))
-        line = f"{operation.scoped}({inputs}): {', '.join(results) or 'void'}"
-        thrown = [named.definition for named in operation.throws if named.definition]
-        if thrown:
-            line += " throws " + ", ".join(sorted(exception.scoped for exception in thrown))
-        for exception in thrown:
-            self.add(exception)
-        if operation.idempotent:
-            line += " idempotent"
-        if operation.streamed:
-            line += " stream"
-        return line
-
-    def type(self, kind: ast.Type, tag: ast.Literal | None = None) -> str:
-        if tag is not None:
-            return f"optional {self.type(kind)}"
-        match kind:
-            case ast.BuiltinType(name=name):
-                return name
-            case ast.ProxyType(target=target):
-                known = target.definition if isinstance(target, ast.NamedType) else None
-                return f"{known.scoped if known else target.name}*"
-            case ast.NamedType(definition=ast.Sequence(element=element)):
-                return f"sequence<{self.type(element)}>"
-            case ast.NamedType(definition=ast.Dictionary(key=key, value=value)):
-                return f"dictionary<{self.type(key)}, {self.type(value)}>"
-            case ast.NamedType(definition=definition):
-                self.add(definition)
-                return definition.scoped if definition else kind.name
-        raise AssertionError(f"no canonical form for {kind}")
+def _schema_of(definition: ast.Definition) -> reflection.Schema:
+    """Return a definition with all that it extends, contains and throws; what no file defines is left out."""
+    found: dict[str, reflection.Definition] = {}
+    waiting = [definition]
+    while waiting:
+        each = waiting.pop()
+        if each.scoped not in found and not isinstance(each, ast.ForwardDeclaration):
+            found[each.scoped] = _described(each)
+            waiting += _parts(each)
+    return reflection.Schema(definition.scoped, found)
 
 
-def _extends(bases: list[str]) -> str:
-    return f" extends {', '.join(bases)}" if bases else ""
+def _parts(definition: ast.Definition) -> Iterator[ast.Definition]:
+    for kind in ast.types_in(definition):
+        if isinstance(kind, ast.NamedType) and kind.definition is not None:
+            yield kind.definition
+
+
+def _unnamed_lines(definition: ast.Definition, schema: reflection.Schema) -> list[str]:
+    """Return the lines of definitions that are part of no other form by their names."""
+    match definition:
+        case ast.Sequence() | ast.Dictionary():
+            return [schema.type_text(definition.scoped)]
+        case ast.Constant():
+            kind = schema.type_text(type_name(definition.type))
+            return [f"const {definition.scoped}: {kind} = {definition.literal.value!r}"]
+    return []
 
 
 # The schema of a package
@@ -188,76 +131,71 @@ def kept_entries(text: str, modules: Collection[str]) -> dict[str, Entry]:
 
 def schema_entry(definition: ast.Definition, module: str) -> Entry:
     """Return the entry of a definition in a Python module, without empty values."""
-    doc = definition.documentation
-    entry: Entry = {
-        "kind": definition.kind,
-        "module": module,
-        "name": python_name(definition),
-        "fingerprint": fingerprint(definition),
-        "doc": doc.text,
-    }
+    described = msgspec.structs.replace(
+        _described(definition), module=module, fingerprint=fingerprint(definition)
+    )
+    return cast("Entry", msgspec.to_builtins(described))
+
+
+def _described(definition: ast.Definition) -> reflection.Definition:
+    fields: Entry = {}
     match definition:
         case ast.Interface():
-            entry["bases"] = [base.scoped for base in definition.base_definitions]
-            entry["operations"] = [_operation(operation) for operation in definition.operations]
+            fields["bases"] = tuple(base.scoped for base in definition.base_definitions)
+            fields["operations"] = tuple(map(_operation, definition.operations))
         case ast.Class() | ast.ExceptionType():
-            entry["bases"] = [definition.base_definition.scoped] if definition.base_definition else []
-            entry["members"] = _members(definition.members)
+            base = definition.base_definition
+            fields["bases"] = () if base is None else (base.scoped,)
+            fields["members"] = _members(definition.members)
         case ast.Struct():
-            entry["members"] = _members(definition.members)
+            fields["members"] = _members(definition.members)
         case ast.Enumeration():
-            entry["enumerators"] = [
-                _filled({"name": each.name, "value": each.value, "doc": each.documentation.text})
-                for each in definition.enumerators
-            ]
+            fields["enumerators"] = tuple(
+                Enumerator(each.name, each.value, each.documentation.text) for each in definition.enumerators
+            )
         case ast.Sequence():
-            entry["element"] = type_name(definition.element)
+            fields["element"] = type_name(definition.element)
         case ast.Dictionary():
-            entry["key"], entry["value"] = type_name(definition.key), type_name(definition.value)
+            fields["key"], fields["value"] = type_name(definition.key), type_name(definition.value)
         case ast.Constant():
-            entry["type"], entry["constant"] = type_name(definition.type), _value(definition.literal)
-    return _filled(entry)
+            fields["type"], fields["constant"] = type_name(definition.type), _value(definition.literal)
+    name, doc = python_name(definition), definition.documentation.text
+    kind = cast("Any", definition.kind)
+    return reflection.Definition(kind=kind, module="", name=name, fingerprint="", doc=doc, **fields)
 
 
-def _operation(operation: ast.Operation) -> Entry:
+def _operation(operation: ast.Operation) -> OperationDescription:
     doc = operation.documentation
     results = _members(operation.outputs, doc)
     if operation.returns is not None:
-        returned = {"name": "returnValue", "type": type_name(operation.returns), "doc": doc.returns}
-        results.insert(0, _filled({**returned, "optional": operation.return_tag is not None}))
-    return _filled(
-        {
-            "name": operation.name,
-            "doc": doc.text,
-            "parameters": _members(operation.inputs, doc),
-            "results": results,
-            "exceptions": {
-                thrown.scoped: doc.throws.get(thrown.name, "")
-                for named in operation.throws
-                if (thrown := named.definition) is not None
-            },
-            "idempotent": operation.idempotent,
-            "streamed": operation.streamed,
-        }
+        is_optional = operation.return_tag is not None
+        kind = type_name(operation.returns)
+        results = (Member("returnValue", kind, doc.returns, optional=is_optional), *results)
+    thrown = [named.definition for named in operation.throws if named.definition is not None]
+    return OperationDescription(
+        operation.name,
+        doc.text,
+        parameters=_members(operation.inputs, doc),
+        results=results,
+        exceptions={each.scoped: doc.throws.get(each.name, "") for each in thrown},
+        idempotent=operation.idempotent,
+        streamed=operation.streamed,
     )
 
 
 def _members(
     members: Iterable[ast.Member | ast.Parameter], operation: DocComment | None = None
-) -> list[Entry]:
-    return [
-        _filled(
-            {
-                "name": member.name,
-                "type": type_name(member.type),
-                "doc": (operation.parameters.get(member.name) if operation else None)
-                or member.documentation.text,
-                "optional": member.tag is not None,
-                "default": _value(member.default) if isinstance(member, ast.Member) else None,
-            }
+) -> tuple[Member, ...]:
+    return tuple(
+        Member(
+            member.name,
+            type_name(member.type),
+            (operation.parameters.get(member.name) if operation else None) or member.documentation.text,
+            optional=member.tag is not None,
+            default=_value(member.default) if isinstance(member, ast.Member) else None,
         )
         for member in members
-    ]
+    )
 
 
 def _value(literal: ast.Literal | None) -> ast.Value | None:
@@ -265,16 +203,3 @@ def _value(literal: ast.Literal | None) -> ast.Value | None:
     if literal is None:
         return None
     return literal.target.name if isinstance(literal.target, ast.Enumerator) else literal.value
-
-
-def _filled(entry: Entry) -> Entry:
-    """Return an entry without empty values; 0 and false are not empty."""
-    empty: tuple[object, ...] = ("", [], {})
-    marks = {"optional", "idempotent", "streamed"}
-    return {
-        key: value
-        for key, value in entry.items()
-        if value is not None
-        and not (key in marks and not value)
-        and not (key not in {"default", "constant"} and value in empty)
-    }

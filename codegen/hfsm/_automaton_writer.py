@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from ..python_layout import INDENT, bracketed
 from .analysis import AutomatonCode, Part, Piece
 from .code._values import delay, milliseconds, parse_value
 from .code.names import RESERVED, docstring, identifier, literal, quoted, unique
-from .code.text import INDENT, CodeText
+from .code.text import CodeText
 from .document import Automaton, Parameter, State, Transition
 
-__all__ = ["AutomatonWriter", "CodeLines", "Line", "Method"]
-
-_LONGEST_LINE: Final = 110
 _EVENT: Final = "event: Event"
 _OURS: Final = RESERVED | {"Event", "Input", "Output", "bool", "float", "int", "object", "str"}
 """Names that the generated method of an automaton may use."""
@@ -98,7 +96,7 @@ class AutomatonWriter:
         self._by_id = {state.id: self._unused(f"state_{state.id}") for state in automaton.states}
         for state in automaton.states:
             arguments = self._state(state)
-            self._lines += ["", *_call(f"{self._by_id[state.id]} = State", arguments)]
+            self._lines += ["", *bracketed(f"{self._by_id[state.id]} = State(", arguments, ")", INDENT * 2)]
         self._transition_names = [self._transition(item) for item in automaton.transitions]
         self._write_inputs()
         self._write_outputs()
@@ -245,7 +243,7 @@ class AutomatonWriter:
             case "finished":
                 arguments.append("finished=True")
         arguments += self._transition_code(transition)
-        self._lines += ["", *_call(f"{name} = Transition", arguments)]
+        self._lines += ["", *bracketed(f"{name} = Transition(", arguments, ")", INDENT * 2)]
         return name
 
     def _function(
@@ -342,14 +340,6 @@ class AutomatonWriter:
         name = unique(wanted, number, self._taken)
         self._taken.add(name)
         return name
-
-
-def _call(name: str, arguments: Sequence[str]) -> list[str]:
-    """Return an assigned call on one line, or with one line per argument if that is too long."""
-    line = f"        {name}({', '.join(arguments)})"
-    if len(line) <= _LONGEST_LINE:
-        return [line]
-    return [f"        {name}(", *(f"            {argument}," for argument in arguments), "        )"]
 
 
 def _tuple(name: str, items: Sequence[str]) -> list[str]:

@@ -10,13 +10,6 @@ from .analysis import Analysis, Piece
 from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from .code.text import all_nodes, binds, bound_names, dotted
 
-__all__ = [
-    "UNKNOWN",
-    "Answer",
-    "Definitions",
-    "is_static",
-]
-
 _REFLECTION: Final = frozenset(
     {
         *("eval", "exec", "vars", "locals", "globals", "__import__", "import_module", "getmembers"),

@@ -35,8 +35,6 @@ from .analysis import Analysis, AutomatonCode, Piece
 from .code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from .document import NO_CHILD, Argument, Parameter, State, Text
 
-__all__ = ["CodeEffects"]
-
 _MOST_CALLS: Final = 1000
 """The most calls of functions with different values that are followed."""
 _Call = tuple[str, tuple[tuple[str, Values], ...]]

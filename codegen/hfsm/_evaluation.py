@@ -44,8 +44,6 @@ from .code.text import binds, bound_names, child_nodes
 if TYPE_CHECKING:
     from ._effects import CodeEffects
 
-__all__ = ["Evaluation"]
-
 _SEND: Final = frozenset({"send", "_hfsm_send"})
 _HARMLESS: Final = frozenset({"bool", "print", "repr", "str", "type"})
 """Builtins that do nothing with their arguments."""

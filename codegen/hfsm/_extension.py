@@ -11,11 +11,9 @@ from pathlib import Path
 
 from ..files import read_regular
 from ..messages import NO_MESSAGE, Message
+from ..parsing import parse_python
 from ..reasons import reason
 from .code.names import camel_case, component_name, identifier
-from .code.text import parse_python
-
-__all__ = ["Extension", "component_path", "extension_path", "find_extension"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,8 +37,6 @@ from .document import (
 )
 from .formats.reader import read_document
 
-__all__ = ["resolve"]
-
 _MAX_DEPTH: Final = 16
 """The longest chain of files that import one another."""
 _MOST_AUTOMATA: Final = 10_000

@@ -10,11 +10,10 @@ from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple
 
+from ..source_rows import FILE, SourceRow, TableRow
 from ._automaton_writer import CodeLines, Line
 from .document import Annotation, Automaton, Document, Node, State, Text, Transition
-from .source_map import FILE, SourceMap, SourceRow, TableRow, end_mark, only_mark, start_mark
-
-__all__ = ["MarkedLines"]
+from .source_map import SourceMap, end_mark, only_mark, start_mark
 
 
 class _Place(NamedTuple):

@@ -12,8 +12,6 @@ from typing import Final
 
 from .document import Document
 
-__all__ = ["CLIENT_METHODS", "LOCK", "OldNames", "find_old_names"]
-
 LOCK: Final = "lock"
 """An attribute of every component."""
 _THREADING: Final = "threading"

@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 from ._definitions import UNKNOWN, Answer
 
-__all__ = ["Effects", "ProxyCall", "anything"]
-
 
 class ProxyCall(NamedTuple):
     """The use of an operation of `self.<proxy>`."""

@@ -11,30 +11,6 @@ import ast
 from collections.abc import Iterable
 from typing import Final, NamedTuple
 
-__all__ = [
-    "COMPONENT",
-    "MOST_TEXTS",
-    "NOTHING",
-    "NUMBER",
-    "OTHER",
-    "PLAIN",
-    "READER",
-    "SAME_PROXY",
-    "SELF",
-    "SENDER",
-    "UNSURE",
-    "Names",
-    "Value",
-    "Values",
-    "add_values",
-    "are_plain",
-    "as_values",
-    "combined",
-    "defaults_of",
-    "parameters_of",
-    "texts_of",
-]
-
 MOST_TEXTS: Final = 20
 """The most texts that a name may be; more are unknown."""
 _PLAIN_KINDS: Final = frozenset({"number", "plain", "text"})

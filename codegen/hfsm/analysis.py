@@ -42,19 +42,6 @@ from .code.text import (
 )
 from .document import Argument, Automaton, Document, Library, State, Text, Transition
 
-__all__ = [
-    "Access",
-    "Analysis",
-    "AutomatonCode",
-    "CodeProblem",
-    "LibraryImport",
-    "Part",
-    "Piece",
-    "analyze",
-    "imported_names",
-    "library_names",
-]
-
 _DEEPEST_TREE: Final = 150
 """The greatest depth of trees that are analyzed: the checks recurse into them."""
 
@@ -90,6 +77,13 @@ class Piece:
         line = tree_line - self.header
         line, column = self.code.place(line, self.code.column(line, offset))
         return Location(self.path, line, column, max(1, length))
+
+    def place_of_store(self, name: str) -> Location | None:
+        """Return the first place where it assigns a name, in any scope, or None."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store):
+                return self.place(node, len(name))
+        return None
 
     @property
     def is_expression(self) -> bool:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-__all__ = ["Code"]
-
 
 class Code(StrEnum):
     """The kind of a diagnostic: E is an error, W a warning, N a note."""

@@ -19,18 +19,9 @@ from typing import Any, Final
 
 from ..diagnostics import Location
 from ..files import is_regular, read_regular
-from ..messages import Message
+from ..messages import Message, MessageError
 from ..reasons import reason
 from .ros import RosTypes
-
-__all__ = [
-    "DescriptionError",
-    "KnownInterface",
-    "KnownInterfaces",
-    "Operation",
-    "find_interfaces",
-    "interface_directories",
-]
 
 _PACKAGE: Final = "interfaces"
 _OURS: Final = Path(__file__).resolve().parents[2]
@@ -40,12 +31,11 @@ _PROXY: Final = re.compile(r"^class (\w+)Prx\(", re.MULTILINE)
 _MAX_DEPTH: Final = 4
 
 
-class DescriptionError(Exception):
+class DescriptionError(MessageError):
     """The `schema.json` of a package is unusable; `place` is that of the error."""
 
     def __init__(self, message: Message, place: Location) -> None:
         super().__init__(message)
-        self.message = message
         self.place = place
 
 

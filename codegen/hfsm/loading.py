@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
 from ..messages import Message
+from ..python_layout import GENERATED_BY
 from ..reasons import reason
 from ._checks import check
 from ._effects import CodeEffects
@@ -19,13 +20,11 @@ from .analysis import analyze
 from .codes import Code
 from .document import Document
 from .formats.reader import read_document
-from .generator import GENERATED_BY, check_component, generate
+from .generator import check_generated, generate
 from .known_interfaces import KnownInterfaces, find_interfaces
 
 if TYPE_CHECKING:
     from .model_checker import ModelReport  # slow to import, and not needed for generating
-
-__all__ = ["LoadedDocument", "check_document", "compile_document", "load_document"]
 
 _HEAD: Final = 4000
 """Characters at the beginning of a component that contain the note from what it was generated."""
@@ -155,7 +154,7 @@ def load_document(
     if len(diagnostics.errors) > errors:
         return None
     component = generate(analysis, interfaces)
-    check_component(component, analysis, diagnostics)
+    check_generated(component, analysis, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     return LoadedDocument(document, effects, interfaces, component.text)

@@ -14,12 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from ..files import read_regular
-from ..messages import Message
+from ..messages import Message, MessageError
 
 if TYPE_CHECKING:
     from zenoh_ros2 import Types
-
-__all__ = ["FOLDERS", "TF", "RosTypes", "is_ros_name", "parse_qos", "stops"]
 
 TF: Final = "tf"
 """The module of ROS 1 of which old documents with topics get the parts that they use."""
@@ -55,12 +53,8 @@ def is_ros_name(name: str) -> bool:
     return len(name) <= _LONGEST_NAME and "__" not in name and _NAME.fullmatch(name) is not None
 
 
-class QosError(ValueError):
+class QosError(MessageError):
     """A word means no quality of service."""
-
-    def __init__(self, message: Message) -> None:
-        super().__init__(message)
-        self.message = message
 
 
 def parse_qos(text: str) -> dict[str, object]:
@@ -76,13 +70,12 @@ def parse_qos(text: str) -> dict[str, object]:
         elif depth.isascii() and depth.isdigit() and 1 <= int(depth[:9]) <= _LARGEST_DEPTH:
             found["depth"] = int(depth)
         else:
-            message = Message(
+            raise QosError.because(
                 "`{word}` is none of {known} and depth=1 to depth={limit}",
                 word=word[:40],
                 known=", ".join(_QOS),
                 limit=_LARGEST_DEPTH,
             )
-            raise QosError(message)
     return found
 
 

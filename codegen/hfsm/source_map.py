@@ -8,20 +8,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 
-from ..source_rows import BEGIN, END, FILE, SOURCE_MAP, SourceRow, TableRow, read_rows
+from ..source_rows import BEGIN, END, SourceRow, TableRow, read_rows
 from .code.names import quoted
-
-__all__ = [
-    "FILE",
-    "SOURCE_MAP",
-    "SourceMap",
-    "SourceRow",
-    "TableRow",
-    "end_mark",
-    "only_mark",
-    "start_mark",
-    "written",
-]
 
 
 def start_mark(key: str) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal
 
-from codegen.messages import NO_MESSAGE, Message, Value
+from codegen.messages import NO_MESSAGE, Message, MessageError
 
 ErrorKind = Literal[
     "malformed",  # no request of this protocol
@@ -22,19 +22,10 @@ ErrorKind = Literal[
 """The kinds of errors, which the editor's page gets in addition to their texts."""
 
 
-class VisualHfsmError(Exception):
+class VisualHfsmError(MessageError):
     """The base class of errors that the command reports in one line."""
 
     kind: ClassVar[ErrorKind] = "refused"
-
-    def __init__(self, message: Message) -> None:
-        super().__init__(message)
-        self.message = message
-
-    @classmethod
-    def because(cls, template: str, /, **values: Value) -> Self:
-        """Return an error with a `Message` of a template, which is a literal, and its values."""
-        return cls(Message(template, **values))
 
 
 class MissingPackageError(VisualHfsmError):

@@ -13,7 +13,7 @@ from typing import Final
 from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.code.language import CPP, change_code, code_of, is_foreign, is_undeclared_cpp
-from codegen.hfsm.code.python2 import bound_names, fix_python2, python2_mark
+from codegen.hfsm.code.python2 import defined_names, fix_python2, python2_mark
 from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
@@ -85,7 +85,7 @@ class _Python2Converter:
         """Report the Python 2 in the document, and return it, fixed if requested."""
         pieces = [piece.text.text for piece in code_of(self._document, self._path)]
         trees = (parse_piece(self._fixed(code) or "") for code in pieces)
-        self._bound = frozenset[str]().union(*(bound_names(tree) for tree in trees if tree is not None))
+        self._bound = frozenset[str]().union(*(defined_names(tree) for tree in trees if tree is not None))
         document = change_code(self._document, self._code)
         return replace(document, libraries=tuple(self._library(each) for each in document.libraries))
 

@@ -10,8 +10,9 @@ from typing import Final, Literal, NamedTuple
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Document
-from codegen.hfsm.source_map import SourceMap, SourceRow
+from codegen.hfsm.source_map import SourceMap
 from codegen.messages import NO_MESSAGE, Message
+from codegen.source_rows import SourceRow
 from visualhfsm._document.imported_places import ImportedPlaces
 from visualhfsm._document.places import Locator, Place, spots, texts_at
 

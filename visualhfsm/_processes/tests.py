@@ -21,8 +21,8 @@ from typing import Final
 import msgspec
 
 from codegen.hfsm.code.names import component_name
-from codegen.hfsm.code.text import parse_python
 from codegen.messages import NO_MESSAGE
+from codegen.parsing import parse_python
 from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Final
 
 from codegen.hfsm.document import Property
-from codegen.hfsm.model_checker.expressions import ExpressionError, Holds, parse
+from codegen.hfsm.model_checker.expressions import ExpressionError, parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
-from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED
+from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED, Holds
 from hfsm_runtime.tree import Actor
 
 from ._behavior import Behavior

@@ -15,8 +15,7 @@ from ..code.names import RESERVED, reserved_names
 from ..codes import Code
 from ..known_interfaces import KnownInterfaces
 from ..ros import TF
-from .annotations import check_annotations
-from .attributes import check_attributes
+from .attributes import check_attributes, check_old_names
 from .blocking import check_blocking
 from .component import (
     check_component,
@@ -31,7 +30,6 @@ from .events import check_events
 from .flow import check_flow
 from .inputs import check_arguments, check_inputs
 from .names import check_names, check_reserved, check_start, check_variables
-from .old_names import check_old_names
 from .outputs import check_outputs, check_results, check_taken
 from .report import Report
 from .ros import check_ros, check_ros_uses
@@ -62,7 +60,6 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     check_tree(document, report)
     for automaton in document.automata:
         check_automaton(automaton, report)
-        check_annotations(automaton, report)
     if (foreign := first_foreign(document, path)) is not None:
         report_foreign(foreign, document.language.text.strip()[:20], diagnostics)
         return

@@ -14,8 +14,6 @@ from ..code.text import dotted, own_nodes
 from ..codes import Code
 from .report import Report
 
-__all__ = ["check_blocking"]
-
 _SLEEPS: Final = frozenset({"time.sleep", "self.sleep", "self.clock.sleep"})
 _WAITS: Final = frozenset(
     {

@@ -29,19 +29,6 @@ from ..formats.reader import looks_like_document
 from ..known_interfaces import KnownInterfaces
 from .report import Report
 
-__all__ = [
-    "ON_ERROR",
-    "ON_REFUSED",
-    "STANDARD_OPTIONS",
-    "check_component",
-    "check_file_name",
-    "check_functions",
-    "check_hidden_interfaces",
-    "check_libraries",
-    "check_neighbors",
-    "check_parameters",
-]
-
 ON_ERROR: Final = ("stop", "continue")
 """Policies after an error in the code; the first is the default."""
 

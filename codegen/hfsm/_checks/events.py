@@ -17,8 +17,6 @@ from ..codes import Code
 from ..document import REFUSED, Automaton, Document
 from .report import Report, transition_label
 
-__all__ = ["check_events"]
-
 
 def check_events(effects: CodeEffects, report: Report) -> None:
     """Compare the events that are awaited, sent and declared.

@@ -25,8 +25,6 @@ from ..document import State, Transition
 from .report import Report
 from .scope import Above
 
-__all__ = ["check_flow"]
-
 _MISSING_NAME = frozenset({"NameError", "UnboundLocalError", "Exception", "BaseException"})
 
 
@@ -237,16 +235,11 @@ class _Flow:
         if self._above.report(name, piece.place(node, len(name)), self._report):
             return
         stores = (
-            (other, target)
-            for other, found in self._pieces.items()
-            if name in found.assigned
-            for target in ast.walk(other.tree)
-            if isinstance(target, ast.Name) and target.id == name and isinstance(target.ctx, ast.Store)
+            piece.place_of_store(name) for piece, found in self._pieces.items() if name in found.assigned
         )
-        first = next(stores, None)
         notes = [Note(Message("give it an initial value in the variables"))]
-        if first is not None:
-            notes.insert(0, Note(Message("it gets a value here"), first[0].place(first[1], len(name))))
+        if (first := next(filter(None, stores), None)) is not None:
+            notes.insert(0, Note(Message("it gets a value here"), first))
         message = Message("`{name}` may be read before it is assigned", name=name)
         self._report.warning(Code.UNSET_VARIABLE, message, piece.place(node, len(name)), notes)
 

@@ -15,8 +15,6 @@ from ..codes import Code
 from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, Result, State
 from .report import Report, state_label
 
-__all__ = ["check_arguments", "check_inputs", "named", "problem_of", "target_of"]
-
 
 def check_inputs(document: Document, code: AutomatonCode, reserved: Collection[str], report: Report) -> None:
     """Check the inputs of an automaton; `reserved` are names that no input may have."""

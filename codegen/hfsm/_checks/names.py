@@ -17,15 +17,14 @@ from pyflakes.checker import Checker
 
 from ...diagnostics import Location, Note, did_you_mean
 from ...messages import Message
+from ...parsing import parse_python
 from ..analysis import AutomatonCode, Piece
 from ..code._scopes import INSPECTING
 from ..code.names import RESERVED
-from ..code.text import all_nodes, own_nodes, parse_python, place_of_bound
+from ..code.text import all_nodes, own_nodes, place_of_bound
 from ..codes import Code
 from .report import Report
 from .scope import Above
-
-__all__ = ["check_names", "check_reserved", "check_start", "check_variables"]
 
 _DOUBTFUL: Final = (
     messages.AssertTuple,

@@ -16,8 +16,6 @@ from ..document import Automaton, Parameter, Result, State
 from .inputs import named, problem_of, target_of
 from .report import Report
 
-__all__ = ["check_outputs", "check_results", "check_taken"]
-
 _KIND_OF_TYPE: Final[Mapping[str, str]] = {"int": "number", "float": "number", "bool": "truth", "str": "text"}
 _KINDS: Final[Mapping[type, str]] = {int: "number", float: "number", bool: "truth", str: "text"}
 """Kinds of values: a variable that begins as another one is probably a mistake."""
@@ -150,13 +148,12 @@ def check_taken(code: AutomatonCode, report: Report) -> None:
 
 def _report_overwritten(state: State, result: Result, piece: Piece, report: Report) -> None:
     name = result.variable.text.strip()
-    nodes = (each for each in ast.walk(piece.tree) if isinstance(each, ast.Name) and each.id == name)
-    node = next((each for each in nodes if isinstance(each.ctx, ast.Store)), None)
-    if node is not None:
+    place = piece.place_of_store(name)
+    if place is not None:
         message = Message(
             "`{name}` is overwritten in the next cycle: {state} takes an output into it",
             name=name,
             state=named(state),
         )
         note = Note(Message("the result is here"), report.place(result))
-        report.warning(Code.OVERWRITTEN_RESULT, message, piece.place(node, len(name)), [note])
+        report.warning(Code.OVERWRITTEN_RESULT, message, place, [note])

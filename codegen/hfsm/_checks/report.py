@@ -11,9 +11,6 @@ from ...messages import NO_MESSAGE, Message
 from ..codes import Code
 from ..document import Import, Node, State, Text, Transition
 
-__all__ = ["Report", "state_label", "transition_label"]
-
-
 _MAY_BE_IMPORTED: Final = frozenset(
     {
         Code.UNDEFINED_NAME,

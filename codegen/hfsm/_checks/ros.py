@@ -16,8 +16,6 @@ from ..ros import FOLDERS, QosError, RosTypes, is_ros_name, parse_qos
 from .attributes import check_call
 from .report import Report
 
-__all__ = ["ROS_OPERATIONS", "check_ros", "check_ros_uses"]
-
 _TIMEOUT: Final = frozenset({"timeout"})
 ROS_OPERATIONS: Final[Mapping[str, Mapping[str, Operation]]] = {
     "publish": {

@@ -6,18 +6,15 @@ the automata above.
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 from ...diagnostics import Location, Note
 from ...messages import Message
-from ..analysis import Analysis, AutomatonCode, Piece
+from ..analysis import Analysis, AutomatonCode
 from ..codes import Code
 from .report import Report, state_label
-
-__all__ = ["Above"]
 
 
 @dataclass(eq=False)
@@ -56,7 +53,8 @@ class Above:
                 "pass it to {automaton} as an input, or write `self.{name}` in both", automaton=own, name=name
             )
         notes = [Note(advice)]
-        if (given := _first_value(owner, name)) is not None:
+        stores = (piece.place_of_store(name) for piece in owner.sharing())
+        if (given := next(filter(None, stores), None)) is not None:
             notes.insert(0, Note(Message("it gets its value here"), given))
         # By the code the editor knows which fix to offer.
         code = Code.VARIABLE_ABOVE if is_read_only else Code.ASSIGNED_VARIABLE_ABOVE
@@ -71,18 +69,3 @@ class Above:
         if not state.name.strip():
             return Message("the automaton of {state}", state=label)
         return Message("the automaton of the state {state}", state=label)
-
-
-def _first_value(code: AutomatonCode, name: str) -> Location | None:
-    for piece in code.sharing():
-        node = _store(piece, name)
-        if node is not None:
-            return piece.place(node, len(name))
-    return None
-
-
-def _store(piece: Piece, name: str) -> ast.Name | None:
-    for node in ast.walk(piece.tree):
-        if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store):
-            return node
-    return None

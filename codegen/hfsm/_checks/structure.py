@@ -1,18 +1,26 @@
-"""Check the tree of automata, and each state and transition."""
+"""Check the tree of automata, and each state, transition and annotation."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from ...diagnostics import Note
+from ...diagnostics import Note, did_you_mean
 from ...messages import Message, Value, all_of, any_of
 from ..code._values import delay, milliseconds
 from ..codes import Code
-from ..document import NO_CHILD, Automaton, Document, State, Transition
+from ..document import (
+    ANNOTATION_COLORS,
+    ANNOTATION_KINDS,
+    NO_CHILD,
+    SMALLEST_ANNOTATION,
+    Annotation,
+    Automaton,
+    Document,
+    State,
+    Transition,
+)
 from .report import Report, state_label, transition_label
-
-__all__ = ["check_automaton", "check_tree"]
 
 _MAX_DEPTH: Final = 64
 """Levels of nested automata: far more than a person draws, far fewer than Python's stack allows."""
@@ -20,6 +28,8 @@ _MAX_DEPTH: Final = 64
 
 _TRIGGERS: Final = ("time", "condition", "event", "finished")
 """The types of transitions."""
+
+_LARGEST_ANNOTATION: Final = 1e6  # pixels: no canvas is larger
 
 _HISTORIES: Final = ("resume", "restart")
 """What the automata of a state do when it is entered again; the first is the default."""
@@ -138,6 +148,7 @@ def check_automaton(automaton: Automaton, report: Report) -> None:
     for transition in automaton.transitions:
         _check_transition(automaton, transition, states, report)
         _check_priority(transition, first, report)
+    _check_annotations(automaton, report)
 
 
 def _check_initial_state(automaton: Automaton, report: Report) -> None:
@@ -301,3 +312,40 @@ def _number(transition: Transition) -> int | None:
     digits = transition.priority.text.strip()
     usable = digits.isascii() and digits.isdigit() and len(digits) < 10
     return int(digits) if usable and int(digits) else None
+
+
+# Notes and frames: whatever is wrong with one, the component is generated.
+
+
+def _check_annotations(automaton: Automaton, report: Report) -> None:
+    """Check the kind, size and color of each note and frame of an automaton."""
+    for each in automaton.annotations:
+        _check_word("kind", each.kind, ANNOTATION_KINDS, each, report)
+        color = each.color.text.strip()
+        if color:
+            _check_word("color", color, ANNOTATION_COLORS, each, report)
+        for name, size in (("width", each.width), ("height", each.height)):
+            if not SMALLEST_ANNOTATION <= size <= _LARGEST_ANNOTATION:
+                message = Message(
+                    "the {attribute} of annotation {id} must be from {smallest:.0f} to {largest:.0f} pixels, "
+                    "not {size:g}: it is drawn as large as the nearest of these",
+                    attribute=name,
+                    id=each.id,
+                    smallest=SMALLEST_ANNOTATION,
+                    largest=_LARGEST_ANNOTATION,
+                    size=size,
+                )
+                report.warning(Code.BAD_ANNOTATION, message, each)
+
+
+def _check_word(what: str, word: str, known: tuple[str, ...], annotation: Annotation, report: Report) -> None:
+    if word not in known:
+        message = Message(
+            "the {attribute} of annotation {id} must be {known}, not `{word}`: it is drawn as `{usual}`",
+            attribute=what,
+            id=annotation.id,
+            known=any_of([f"`{each}`" for each in known]),
+            word=word[:40],
+            usual=known[0],
+        )
+        report.warning(Code.BAD_ANNOTATION, message, annotation, did_you_mean(word, known))

@@ -15,8 +15,6 @@ from typing import Final, TypeGuard
 
 from .text import all_nodes
 
-__all__ = ["INSPECTING", "free_names", "local_names"]
-
 INSPECTING: Final = frozenset({"dir", "eval", "exec", "globals", "locals", "vars"})
 """Functions that can use names which the code does not mention."""
 

@@ -8,20 +8,8 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from ...messages import Message
+from ...messages import MessageError
 from ..document import Text
-
-__all__ = [
-    "EXAMPLES",
-    "INPUT_TYPES",
-    "PARAMETER_TYPES",
-    "ValueTextError",
-    "delay",
-    "milliseconds",
-    "parse_value",
-    "seconds",
-    "truth",
-]
 
 PARAMETER_TYPES: Final = ("int", "float", "bool", "str")
 """The types of parameters, which a command line can set."""
@@ -34,12 +22,8 @@ EXAMPLES: Final = {"int": "3", "float": "0.5", "bool": "True", "str": '"red"'}
 """A literal of each type of parameters."""
 
 
-class ValueTextError(ValueError):
+class ValueTextError(MessageError):
     """A text is not a literal of the required type."""
-
-    def __init__(self, message: Message) -> None:
-        super().__init__(message)
-        self.message = message
 
 
 def parse_value(type_name: str, text: Text) -> object:
@@ -52,22 +36,20 @@ def parse_value(type_name: str, text: Text) -> object:
         value = ast.literal_eval(written)
     except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
         example = EXAMPLES.get(type_name, '["red", 3]')
-        message = Message(
+        raise ValueTextError.because(
             "`{written}` is not a Python literal, such as `{example}`", written=written[:40], example=example
-        )
-        raise ValueTextError(message) from None
+        ) from None
     if type_name == "object":
         return value
     if type_name == "float" and type(value) in (int, float):
         return _finite(value, written)
     if type(value) is not _EXACT.get(type_name):
-        message = Message(
+        raise ValueTextError.because(
             "`{written}` is not of type {type}, such as `{example}`",
             written=written[:40],
             type=type_name,
             example=EXAMPLES[type_name],
         )
-        raise ValueTextError(message)
     return value
 
 
@@ -77,7 +59,7 @@ def _finite(value: float, written: str) -> float:
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise ValueTextError(Message("`{written}` is too large for a float", written=written[:40]))
+        raise ValueTextError.because("`{written}` is too large for a float", written=written[:40])
     return number
 
 

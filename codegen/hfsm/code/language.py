@@ -20,24 +20,11 @@ from ..document import Automaton, Document, State, Text, Transition
 from .python2 import fix_python2, python2_mark
 from .text import parse_piece
 
-__all__ = [
-    "CPP",
-    "CodeText",
-    "change_code",
-    "code_of",
-    "first_foreign",
-    "is_foreign",
-    "is_mostly_cpp",
-    "is_undeclared_cpp",
-    "notes_about",
-    "report_foreign",
-]
-
 CPP: Final = "C++"
 _PYTHON: Final = ("", "python", "py", "python3")
 
 
-class CodeText(NamedTuple):
+class DocumentCode(NamedTuple):
     """A text with code, its description, and its file."""
 
     what: Message
@@ -50,12 +37,12 @@ class CodeText(NamedTuple):
         return Location(self.path, self.text.line, max(1, self.text.column))
 
 
-def code_of(document: Document, path: Path) -> Iterator[CodeText]:
+def code_of(document: Document, path: Path) -> Iterator[DocumentCode]:
     """Yield the code of the automata in the order of the document at `path`."""
     for automaton in document.automata:
         for what, text in _texts(automaton):
             if not text.is_blank:
-                yield CodeText(what, text, automaton.path or path)
+                yield DocumentCode(what, text, automaton.path or path)
 
 
 def _texts(automaton: Automaton) -> Iterator[tuple[Message, Text]]:
@@ -111,7 +98,7 @@ def is_foreign(document: Document) -> bool:
     return document.language.text.strip().lower() not in _PYTHON
 
 
-def first_foreign(document: Document, path: Path) -> CodeText | None:
+def first_foreign(document: Document, path: Path) -> DocumentCode | None:
     """Return the first code of a document in another language, or None.
 
     The language is that which the document declares; `path` is that of the document.
@@ -128,7 +115,7 @@ def is_undeclared_cpp(document: Document) -> bool:
     return bool(refused) and all(map(_is_cpp, refused))
 
 
-def report_foreign(first: CodeText, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
+def report_foreign(first: DocumentCode, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
     """Report that a document is in another language, at its `first` code."""
     message = Message(
         "{language} in {what}: it is kept, but only Python can run", language=language, what=first.what

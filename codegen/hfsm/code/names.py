@@ -10,21 +10,6 @@ from typing import Final
 
 from ..document import Document
 
-__all__ = [
-    "COMPONENT_ALIASES",
-    "COMPONENT_ATTRIBUTES",
-    "RESERVED",
-    "camel_case",
-    "component_name",
-    "docstring",
-    "identifier",
-    "literal",
-    "printable",
-    "quoted",
-    "reserved_names",
-    "unique",
-]
-
 RESERVED: Final = frozenset(
     {"Automaton", "Component", "Proxy", "SOURCE_MAP", "State", "Transition", "main", "self"}
 )

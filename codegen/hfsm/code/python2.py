@@ -16,8 +16,6 @@ from .text import all_nodes, binds, parse_piece
 if TYPE_CHECKING:
     from fissix.refactor import RefactoringTool
 
-__all__ = ["bound_names", "fix_python2", "python2_mark"]
-
 _SYNTAX: Final = ("except", "exec", "ne", "numliterals", "print", "raise", "repr", "throw")
 _RENAMED: Final = ("dict", "filter", "has_key", "itertools", "map", "next", "renames", "types", "zip")
 _METHODS: Final = frozenset(("has_key", "iteritems", "iterkeys", "itervalues"))
@@ -60,7 +58,7 @@ def fix_python2(code: str, bound: Collection[str] = ()) -> str | None:
     if tree is None:
         return None
     fixed = _IMPORT.sub(_renamed_module, fixed)
-    names = bound_names(tree).union(bound)
+    names = defined_names(tree).union(bound)
     used = {node.id for node in all_nodes(tree) if isinstance(node, ast.Name)} & _BUILTINS.keys() - names
     methods = {node.attr for node in all_nodes(tree) if isinstance(node, ast.Attribute)} & _METHODS
     if fixed != code or used or methods:
@@ -74,7 +72,7 @@ def python2_mark(code: str) -> re.Match[str] | None:
     return _MARK.search(code)
 
 
-def bound_names(tree: ast.Module) -> frozenset[str]:
+def defined_names(tree: ast.Module) -> frozenset[str]:
     """Return the names that code defines, in any scope."""
     names = {name for node in all_nodes(tree) for name in binds(node)}
     for node in all_nodes(tree):

@@ -18,37 +18,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
-from ...messages import Message
+from ...messages import Message, MessageError
 from ...parsing import parse_python
+from ...python_layout import INDENT
 from ...reasons import reason
 from ..document import Text
-
-__all__ = [
-    "FUTURE",
-    "INDENT",
-    "CodeError",
-    "CodeText",
-    "all_nodes",
-    "as_class",
-    "as_function",
-    "binds",
-    "bound_names",
-    "child_nodes",
-    "compile_source",
-    "definitions",
-    "dotted",
-    "evaluated_at_once",
-    "own_nodes",
-    "parse",
-    "parse_expression",
-    "parse_import",
-    "parse_piece",
-    "parse_python",
-    "refuse_code",
-    "refuse_functions",
-    "split",
-    "without_warnings",
-]
 
 
 @lru_cache(maxsize=8192)
@@ -127,19 +101,17 @@ def parse_piece(source: str) -> ast.Module | None:
     return None
 
 
-INDENT: Final = " " * 4
 FUTURE: Final = "from __future__ import annotations"
 """The first line of a component, which changes what Python accepts in an annotation."""
 
 _ESCAPED: Final = re.compile("&(?:lt|gt|amp);")
 
 
-class CodeError(Exception):
+class CodeError(MessageError):
     """A piece of code is unusable; `line` and `column` are those in the document."""
 
     def __init__(self, message: Message, line: int, column: int = 1) -> None:
         super().__init__(message)
-        self.message = message
         self.line = line
         self.column = column
 

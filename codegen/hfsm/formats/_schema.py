@@ -13,19 +13,6 @@ from typing import Final, get_type_hints
 
 from .. import document as model
 
-__all__ = [
-    "ANNOTATION",
-    "AUTOMATON",
-    "DOCUMENT",
-    "INTERFACE",
-    "STATE",
-    "TRANSITION",
-    "Items",
-    "Leaf",
-    "NodeKind",
-    "enclosing_tags",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Leaf:

@@ -16,8 +16,6 @@ from ._schema import AUTOMATON, DOCUMENT, STATE, TRANSITION
 from .native import NativeReader
 from .xml_tree import XmlElement, new_leaf
 
-__all__ = ["translate_spanish"]
-
 _AUTOMATON: Final = {
     "idSub": "",
     "idPadre": "",

@@ -24,8 +24,6 @@ from ._schema import DOCUMENT, INTERFACE, STATE, TRANSITION
 from .native import MAX_ID, NativeReader, Translation
 from .xml_tree import XmlElement, new_leaf
 
-__all__ = ["translate_visualstates"]
-
 _PSEUDO_STATE: Final = "pseudostate"
 """The element for the content of the outermost state, which is not a state of an automaton."""
 _CODE: Final = ("functions", "variables")

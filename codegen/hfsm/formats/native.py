@@ -21,8 +21,6 @@ from ..document import NO_CHILD, Document, Element, Extra, Node, Text
 from ._schema import ANNOTATION, DOCUMENT, TRANSITION, Items, Leaf, NodeKind, enclosing_tags
 from .xml_tree import XmlElement
 
-__all__ = ["MAX_ID", "NativeReader", "Translation"]
-
 MAX_ID: Final = 2**31 - 1
 """The largest id."""
 

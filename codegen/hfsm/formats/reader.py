@@ -26,8 +26,6 @@ from ._visualstates import translate_visualstates
 from .native import NativeReader
 from .xml_tree import XmlElement, parse_xml, read_bytes
 
-__all__ = ["Dialect", "dialect_of", "looks_like_document", "parse_document", "read_document"]
-
 _ROOT_TAGS: Final = ("VisualHFSM", "VisualStates")
 _HEAD: Final = 4096
 _ROOT: Final = re.compile(rb"<(VisualHFSM|VisualStates)\b")

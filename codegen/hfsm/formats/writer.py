@@ -10,8 +10,6 @@ from typing import Final
 from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text, Transition
 from ._schema import DOCUMENT, Items, Leaf, NodeKind
 
-__all__ = ["UNWRITABLE", "DocumentNotWritableError", "write_document"]
-
 UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 does not allow, not even as a reference."""
 

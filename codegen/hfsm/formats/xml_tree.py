@@ -12,12 +12,10 @@ from xml.parsers import expat  # xml.sax would load urllib.request, which takes 
 from ..._text_layout import Mark, Place, TextLayout
 from ...diagnostics import Diagnostics, Location
 from ...files import read_regular
-from ...messages import Message
+from ...messages import Message, MessageError
 from ...reasons import known_text, reason
 from ..codes import Code
 from ..document import Comment, Text
-
-__all__ = ["MAX_SIZE", "XmlElement", "new_leaf", "parse_xml", "read_bytes"]
 
 MAX_SIZE: Final = 16 << 20
 """The largest document in bytes."""
@@ -93,7 +91,8 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
     builder = _TreeBuilder(path, diagnostics)
     try:
         builder.parse(content)
-    except (expat.ExpatError, LookupError, ValueError) as error:  # LookupError: an unknown encoding
+    # LookupError: an unknown encoding
+    except (expat.ExpatError, LookupError, ValueError, _TooLargeError) as error:
         code, message = Code.MALFORMED_XML, Message("unreadable XML: {reason}", reason=reason(error))
         if isinstance(error, expat.ExpatError):
             problem = builder.problem(expat.ErrorString(error.code))
@@ -119,12 +118,8 @@ class _DocumentTypeFound(ValueError):
     """Ends the parsing before the first entity."""
 
 
-class _TooLargeError(ValueError):
+class _TooLargeError(MessageError):
     """The document has more than the reader takes."""
-
-    def __init__(self, message: Message) -> None:
-        super().__init__(message)
-        self.message = message
 
 
 class _TreeBuilder:
@@ -155,7 +150,7 @@ class _TreeBuilder:
         self._elements = 0
 
     def parse(self, content: bytes) -> None:
-        """Parse a document. Raises ExpatError, ValueError, and LookupError for an unknown encoding."""
+        """Parse a document. Raises ExpatError, ValueError and _TooLargeError, LookupError for an encoding."""
         self._parser.Parse(content, True)
 
     def place(self) -> Location:
@@ -183,9 +178,9 @@ class _TreeBuilder:
         element = XmlElement(name, attributes, line, column, text_line=line, text_column=column)
         self._elements += 1
         if self._elements > _MAX_ELEMENTS:
-            raise _TooLargeError(Message("more than {limit} elements", limit=_MAX_ELEMENTS))
+            raise _TooLargeError.because("more than {limit} elements", limit=_MAX_ELEMENTS)
         if len(self._open) >= _MAX_DEPTH:
-            raise _TooLargeError(Message("elements nested deeper than {limit}", limit=_MAX_DEPTH))
+            raise _TooLargeError.because("elements nested deeper than {limit}", limit=_MAX_DEPTH)
         if self._open:
             around = self._open[-1]
             around.children.append(element)

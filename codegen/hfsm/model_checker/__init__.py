@@ -19,10 +19,11 @@ from __future__ import annotations
 
 from ._checker import ASSUMPTIONS, DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model, report_model
 from ._conflicts import Command, Commands, Conflict, is_command, read_operations
-from ._counterexample import Counterexample, Step, StepKind
+from ._counterexample import Counterexample, Step
 from ._reachability import Reachability, WhyNever
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
+from .transition_system import StepKind
 
 __all__ = [
     "ASSUMPTIONS",

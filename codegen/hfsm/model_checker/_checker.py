@@ -16,7 +16,7 @@ from ..document import Document, Text
 from ._conflicts import Commands, Conflict, Operations, Use, find_conflicts, uses_of
 from ._durations import slow_code
 from ._exploration import Budget
-from ._fireability import analyze, events_of
+from ._fireability import events_of, fireability_of
 from ._reachability import (
     Reachability,
     StateResult,
@@ -29,8 +29,6 @@ from ._reachability import (
 from ._solitary import Obstacle, remedy
 from .model import AutomatonModel, Model, StateModel, TransitionModel, condition_of, read_model
 from .properties import PropertyResult, Verdict, check_property
-
-__all__ = ["ASSUMPTIONS", "DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model", "report_model"]
 
 ASSUMPTIONS: Final = Message(
     "Proofs, and what is called impossible, hold as long as cycles begin and end within their periods, "
@@ -108,7 +106,7 @@ def check_model(
 
 
 def _check(model: Model, events: frozenset[str], uses: list[list[Use]], budget: Budget) -> ModelReport:
-    fireability = analyze(model, events)
+    fireability = fireability_of(model, events)
     reached = find_reachable(fireability, budget.share(4))
     conflicts, unclear = find_conflicts(uses, fireability, reached, budget.share(3))
     stated = model.document.properties

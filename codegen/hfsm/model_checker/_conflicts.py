@@ -21,19 +21,6 @@ from ._reachability import Reached
 from .model import AutomatonModel, Model, condition_of
 from .transition_system import ACTIVE, RUNNING, Configuration, TransitionSystem
 
-__all__ = [
-    "Command",
-    "Commands",
-    "Conflict",
-    "Operations",
-    "Use",
-    "find_conflicts",
-    "is_command",
-    "read_operations",
-    "uses_of",
-]
-
-
 _COMMANDS: Final = re.compile(r"(set|send|play|stop|start|move|turn|walk|go|do|reset|say|command)(?![a-z])")
 _READS: Final = re.compile(r"(get|is|has|read|list|find|ice)(?![a-z])")
 _ROS: Final = {"publish": True, "send": True, "latest": False, "next": False, "value": False, "wait": False}

@@ -11,8 +11,6 @@ from ._exploration import Run
 from .model import TransitionModel
 from .transition_system import Change, Move, StepKind, TransitionSystem
 
-__all__ = ["Counterexample", "Step", "StepKind", "counterexample"]
-
 _NANO: Final = 1e6
 _EVENT: Final = "event "
 

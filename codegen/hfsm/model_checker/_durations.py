@@ -16,8 +16,6 @@ from ...messages import Message
 from ..analysis import Analysis, Piece, imported_names
 from ..code.text import all_nodes, dotted
 
-__all__ = ["slow_code"]
-
 _QUICK_MODULES: Final = frozenset(
     {
         *("base64", "bisect", "builtins", "cmath", "collections", "colorsys", "copy", "cv2", "dataclasses"),

@@ -12,11 +12,7 @@ from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
-from .transition_system import ACTIVE, Choice, Configuration, Move, Node, TransitionSystem
-
-__all__ = ["Budget", "Exploration", "Holds", "Outcome", "Run", "find", "find_avoiding", "newness"]
-
-Holds = Callable[[Configuration], bool]
+from .transition_system import ACTIVE, Choice, Configuration, Holds, Move, Node, TransitionSystem
 
 _WORK_OF_A_NODE: Final = 4
 

@@ -18,8 +18,6 @@ from ..document import REFUSED, Text
 from ._guards import Conjunction, satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
 
-__all__ = ["Events", "Fireability", "analyze", "events_of"]
-
 
 @dataclass(frozen=True)
 class Events:
@@ -88,7 +86,7 @@ class Fireability:
         return transition.index in self.transitions[automaton]
 
 
-def analyze(model: Model, outside: frozenset[str]) -> Fireability:
+def fireability_of(model: Model, outside: frozenset[str]) -> Fireability:
     """Return the most that the automata of a model can do when events arrive from `outside`.
 
     What they need from each other, events and finished children, grows from nothing to a fixed point.
@@ -103,7 +101,7 @@ def analyze(model: Model, outside: frozenset[str]) -> Fireability:
                 model.automata[automaton.parent].states[automaton.owner] if automaton.parent >= 0 else None
             )
             if owner is None or (not owner.final and owner.index in states[automaton.parent]):
-                alone = _Solitary(model, automaton, finished, coming)
+                alone = _Possible(model, automaton, finished, coming)
                 states.append(alone.states)
                 transitions.append(alone.transitions)
             else:
@@ -129,7 +127,7 @@ _Entry = tuple[int, bool]
 _Candidates = list[tuple[TransitionModel, Conjunction]]
 
 
-class _Solitary:
+class _Possible:
     """The `states` and `transitions` that are possible in an automaton."""
 
     def __init__(

@@ -7,18 +7,13 @@ opposite value of `x`. A conjunction is a set of literals; any other part of a g
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from ..code._values import truth
 
-__all__ = ["Conjunction", "conjunction", "satisfy"]
-
 Conjunction = tuple[tuple[str, bool], ...]
 """Atoms with their required values; the empty conjunction always holds."""
-
-Assignment = Mapping[str, bool]
-"""Values of atoms; missing ones are false."""
 
 _MOST_STEPS: Final = 300
 """The limit of steps in the search for values of guards that depend on each other."""

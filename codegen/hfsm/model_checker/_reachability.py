@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -10,18 +10,8 @@ from ._exploration import Budget, Exploration, newness
 from ._fireability import Fireability
 from ._guards import satisfy
 from ._solitary import Obstacle, Solitary
-from .model import AutomatonModel, Model, StateModel, TransitionModel
+from .model import AutomatonModel, StateModel, TransitionModel
 from .transition_system import TransitionSystem
-
-__all__ = [
-    "Reachability",
-    "StateResult",
-    "TransitionResult",
-    "WhyNever",
-    "find_reachable",
-    "state_results",
-    "transition_results",
-]
 
 
 class Reachability(StrEnum):
@@ -118,6 +108,7 @@ def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
                 break
         if not exploration.complete and not is_settled(index):
             unknown.add(index)
+    above = {automaton.index for index in unknown for automaton, _ in model.ancestors(index)}
     return Reached(
         states=tuple(
             frozenset(state.index for state in automaton.states if (automaton.index, state.index) in seen)
@@ -127,20 +118,10 @@ def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
         unknown=frozenset(unknown),
         obstacles={
             index: solitary.obstacles[index]
-            for index in sorted(_with_ancestors(model, unknown))
+            for index in sorted(unknown | above)
             if index in solitary.obstacles
         },
     )
-
-
-def _with_ancestors(model: Model, automata: Iterable[int]) -> set[int]:
-    found: set[int] = set()
-    for index in automata:
-        above = index
-        while above >= 0:
-            found.add(above)
-            above = model.automata[above].parent
-    return found
 
 
 def state_results(fireability: Fireability, reached: Reached) -> list[StateResult]:

@@ -18,9 +18,6 @@ from ._fireability import Fireability
 from .model import AutomatonModel, Model
 from .transition_system import Node, TransitionSystem
 
-__all__ = ["Alone", "Obstacle", "Solitary", "remedy"]
-
-
 _MOST_NODES: Final = 2000
 """The most nodes among which loops are searched: the work grows with the square."""
 

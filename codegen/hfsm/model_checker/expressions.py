@@ -20,12 +20,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from ...diagnostics import Misspelt, did_you_mean
-from ...messages import Message, any_of
-from ._exploration import Holds
+from ...messages import Message, MessageError, any_of
 from .model import AutomatonModel, Model
-from .transition_system import ACTIVE, FINISHED
-
-__all__ = ["Expression", "ExpressionError", "Holds", "parse"]
+from .transition_system import ACTIVE, FINISHED, Holds
 
 _TOKEN: Final = re.compile(
     r"""
@@ -40,7 +37,7 @@ _DEEPEST_EXPRESSION: Final = 100
 Positions = dict[int, int]
 
 
-class ExpressionError(Exception):
+class ExpressionError(MessageError):
     """An expression is not valid, from the character at the index `offset`, for `length` characters."""
 
     def __init__(
@@ -52,7 +49,6 @@ class ExpressionError(Exception):
         misspelt: Misspelt | None = None,
     ) -> None:
         super().__init__(message)
-        self.message = message
         self.offset = offset
         self.length = max(1, length)
         self.hints = hints

@@ -20,16 +20,6 @@ from ..code.language import is_foreign
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
 from ._guards import Conjunction, conjunction
 
-__all__ = [
-    "AutomatonModel",
-    "Model",
-    "StateModel",
-    "TransitionModel",
-    "condition_of",
-    "nanoseconds",
-    "read_model",
-]
-
 _DEEPEST_TREE: Final = 200
 
 

@@ -20,8 +20,6 @@ from .expressions import Expression, ExpressionError, parse
 from .model import StateModel, nanoseconds
 from .transition_system import ACTIVE, FINISHED, Configuration, Local, TransitionSystem
 
-__all__ = ["PropertyResult", "Verdict", "check_property"]
-
 _MOST_CONFIGURATIONS: Final = 20_000
 """The most configurations to enumerate; with more, the search decides."""
 

@@ -8,7 +8,7 @@ for some values of the guards.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
@@ -16,20 +16,6 @@ from typing import Final, NamedTuple
 from ._fireability import Fireability
 from ._guards import Conjunction, satisfy
 from .model import TransitionModel
-
-__all__ = [
-    "ACTIVE",
-    "FINISHED",
-    "RUNNING",
-    "Change",
-    "Choice",
-    "Configuration",
-    "Local",
-    "Move",
-    "Node",
-    "StepKind",
-    "TransitionSystem",
-]
 
 ACTIVE: Final = 1
 FINISHED: Final = 2
@@ -45,6 +31,9 @@ Local = tuple[int, int, int]
 
 Configuration = tuple[Local, ...]
 """The automata of a cone, in the order of the model."""
+
+Holds = Callable[[Configuration], bool]
+"""Whether something is true in a configuration."""
 
 
 class StepKind(StrEnum):

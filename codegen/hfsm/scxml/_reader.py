@@ -27,8 +27,6 @@ from ..positions import on_circle
 from ._script import ScriptReader, decode_event, descendants, inside_all, is_name, take_timers
 from ._writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
-__all__ = ["is_scxml", "parse_scxml"]
-
 _HEAD: Final = 4096  # bytes in which the root of a file must start
 _START: Final = re.compile(
     rb"\A(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*<(?:[\w.-]+:)?scxml[\s/>]", re.DOTALL

@@ -17,8 +17,6 @@ from ..document import Text
 from ..formats.writer import UNWRITABLE
 from ..formats.xml_tree import XmlElement
 
-__all__ = ["ScriptReader", "decode_event", "descendants", "inside_all", "is_name", "take_timers"]
-
 Report = Callable[[str, XmlElement, Message], None]
 """Reports a diagnostic with a code about an element."""
 

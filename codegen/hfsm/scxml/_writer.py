@@ -24,8 +24,6 @@ from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Node, State, Text, Transition
 from ..formats.writer import write_document
 
-__all__ = ["OWN_NAMESPACE", "SCXML_NAMESPACE", "write_scxml"]
-
 SCXML_NAMESPACE: Final = "http://www.w3.org/2005/07/scxml"
 """The namespace of the W3C's recommendation."""
 

@@ -7,8 +7,8 @@ from gettext import NullTranslations
 import pytest
 from hypothesis import given
 
-from codegen.hfsm.code.text import parse_python
 from codegen.messages import Message
+from codegen.parsing import parse_python
 from codegen.reasons import known_text, reason
 from tests.support.any_text import any_text
 

@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 
 from codegen._idl import compile_interfaces
-from codegen._idl.codes import Code
+from codegen._idl.report import Code
 from codegen.diagnostics import Diagnostics
 from tests.support.pages import Block, sections_of
 

@@ -12,7 +12,7 @@ from typing import get_args
 import pytest
 import typer
 
-from codegen._idl.codes import Code as InterfaceCode
+from codegen._idl.report import Code as InterfaceCode
 from codegen.hfsm.codes import Code as DocumentCode
 from tests.support.pages import DOCS
 from visualhfsm._document.commands import COMMANDS

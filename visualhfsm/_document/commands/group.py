@@ -9,9 +9,10 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Final, NamedTuple
 
-from codegen.hfsm.code.text import bound_names, parse_python
+from codegen.hfsm.code.text import bound_names
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from codegen.messages import Message
+from codegen.parsing import parse_python
 from visualhfsm._base.errors import EditError
 
 from ..geometry import with_default_handles

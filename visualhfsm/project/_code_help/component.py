@@ -17,7 +17,7 @@ from typing import Final
 import parso
 
 from codegen.hfsm.analysis import analyze
-from codegen.hfsm.code.text import INDENT, parse_piece
+from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.document import (
     NO_CHILD,
     Automaton,
@@ -31,7 +31,8 @@ from codegen.hfsm.document import (
 from codegen.hfsm.generator import generate
 from codegen.hfsm.known_interfaces import KnownInterfaces
 from codegen.hfsm.ros import FOLDERS
-from codegen.hfsm.source_map import SOURCE_MAP
+from codegen.python_layout import INDENT
+from codegen.source_rows import SOURCE_MAP
 from visualhfsm._document.places import Place, spots
 
 from .ros import class_of, ros_classes

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.hfsm.source_map import SOURCE_MAP
+from codegen.source_rows import SOURCE_MAP
 from tests.support.codegen_command import ROOT
 from tests.support.documents import load
 from visualhfsm.simulation import Behavior

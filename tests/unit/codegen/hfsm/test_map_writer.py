@@ -12,7 +12,8 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from codegen.hfsm._map_writer import MarkedLines
 from codegen.hfsm.loading import load_document
-from codegen.hfsm.source_map import SourceMap, SourceRow
+from codegen.hfsm.source_map import SourceMap
+from codegen.source_rows import SourceRow
 from tests.support.documents import document, problems, state, sub, transition
 from tests.support.places import ROOT
 

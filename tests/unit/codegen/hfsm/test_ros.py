@@ -11,7 +11,7 @@ from codegen.hfsm import parse_document, resolve, write_document
 from codegen.hfsm.document import RosInterface, Text
 from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.loading import check_document
-from codegen.hfsm.ros import is_ros_name, parse_qos, stops
+from codegen.hfsm.ros import QosError, is_ros_name, parse_qos, stops
 from tests.support.documents import compile_to, document, problems, state, sub
 
 ONE = sub(1, 0, state(1, "one", "self.cmd_vel.publish()\nself.ball.latest()", initial=True))
@@ -61,7 +61,7 @@ def test_quality_of_service() -> None:
     "text", ["depth=", "depth=10001", "depth=-1", "depth=²", "Reliable", "depth=99999999999"]
 )
 def test_unknown_quality_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="is none of"):
+    with pytest.raises(QosError, match="is none of"):
         parse_qos(text)
 
 

@@ -12,7 +12,8 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Text
 from codegen.hfsm.loading import load_document
-from codegen.hfsm.source_map import SourceMap, SourceRow
+from codegen.hfsm.source_map import SourceMap
+from codegen.source_rows import SourceRow
 from hfsm_runtime import VirtualRun
 from hfsm_runtime.errors import VariablesError
 from hfsm_runtime.source_map import sources_of

@@ -58,3 +58,17 @@ def test_a_type_that_an_interface_uses_changes_the_interface(tmp_path: Path) -> 
     before, after = read(tmp_path, text), read(tmp_path, text.replace("int a", "long a"))
     assert [each.interface for each in refusals(before, after)] == ["::m::I"]
     assert [each.definition for each in changes(before, after)] == ["::m::S"]
+
+
+@pytest.mark.parametrize(
+    ("after", "expected"),
+    [
+        ("struct S { /** Other. */ int a; int b; };", "struct `m::S`: its description changed"),
+        (
+            "struct S { int b; int a; };",
+            "struct `m::S`: the order, default values or names of types changed, which are not sent",
+        ),
+    ],
+)
+def test_what_is_not_sent_is_named(tmp_path: Path, after: str, expected: str) -> None:
+    assert found(tmp_path, "struct S { /** One. */ int a; int b; };", after) == [expected]

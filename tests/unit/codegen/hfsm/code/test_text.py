@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codegen.hfsm.code.text import parse_python
+from codegen.parsing import parse_python
 from tests.support.memory import garbage_that_parses
 
 

@@ -11,7 +11,7 @@ from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm.document import Document, Text
 from codegen.hfsm.model_checker import Reachability, Verdict, check_model, report_model
 from codegen.hfsm.model_checker._exploration import Budget
-from codegen.hfsm.model_checker._fireability import analyze
+from codegen.hfsm.model_checker._fireability import fireability_of
 from codegen.hfsm.model_checker._solitary import Alone, Obstacle, Solitary
 from codegen.hfsm.model_checker.model import read_model
 from tests.support.model_documents import PATH, after, automaton, document, finished, state, stated, when
@@ -110,7 +110,7 @@ def test_a_property_that_needs_too_long_a_search_says_what_may_decide_it() -> No
 
 def alone(made: Document, index: int) -> Alone | None:
     """Return what an automaton of a document does alone, by its index."""
-    return Solitary(analyze(read_model(made, PATH), frozenset())).reached(index, Budget(10_000))
+    return Solitary(fireability_of(read_model(made, PATH), frozenset())).reached(index, Budget(10_000))
 
 
 def below(*ways: object, period: float = 100, history: str = "", inner: float = 100) -> Document:
@@ -147,7 +147,7 @@ def test_an_automaton_that_waits_for_those_below_it_is_not_decided_alone() -> No
     lower = automaton(2, [state(1), state(2, final=True)], [after(300, 1, 2)], father=1)
     upper = automaton(1, [state(1, children=[2]), state(2)], [finished(1, 2), after(400, 2, 1)])
     made = document(upper, lower)
-    fireability = analyze(read_model(made, PATH), frozenset())
+    fireability = fireability_of(read_model(made, PATH), frozenset())
     assert Solitary(fireability).reached(0, Budget(10_000)) is None
     assert {each.reachability for each in check_model(made, PATH).states} == {Reachability.POSSIBLE}
 
