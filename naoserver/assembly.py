@@ -13,26 +13,22 @@ from typing import Any, Final
 from naoserver._event_log import EventLog
 from naoserver._gate import Gate
 from naoserver._guarded_device import GuardedDevice
-from naoserver._hearing import Hearing
 from naoserver._motions.player import PERIOD, MotionPlayer
-from naoserver._motions.postures import situation_of
+from naoserver._motions.routes import situation_of
 from naoserver._safety import JointSafety
-from naoserver._servants.body import JointsI, PoseHeadI
-from naoserver._servants.body_history import BodyHistory
-from naoserver._servants.camera import CameraI
-from naoserver._servants.description import DescriptionI
+from naoserver._servants.camera import BodyHistory, CameraI
 from naoserver._servants.expression import HearingI, LedsI, SoundsI, SpeechI
-from naoserver._servants.health import ClockI, HealthI, SafetyI
-from naoserver._servants.hinge import NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
-from naoserver._servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI
+from naoserver._servants.joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
+from naoserver._servants.moves import EncodersI, KeyFramePosturesI, MotionsI, MotorsI, OwnPosturesI, WalkI
 from naoserver._servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
+from naoserver._servants.server import ClockI, DescriptionI, HealthI, SafetyI
 from naoserver._servants.shared import StateStream
 from naoserver._servants.simulation import GroundTruthI, SceneI
-from naoserver._servants.walk import EncodersI, MotorsI, WalkI
 from naoserver._walk import PERIOD as WALK_PERIOD
 from naoserver._walk import WalkGuard, WalkTo
 from naoserver.capabilities import Senses, Walker
 from naoserver.errors import RobotError
+from naoserver.expression import Hearing
 from naoserver.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.latch import Latch
 from naoserver.options import CameraOptions, SafetyOptions, ServerOptions

@@ -16,8 +16,15 @@ from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver._guarded_device import GuardedDevice
 from naoserver._motions.keyframes import Motion
 from naoserver._motions.motion_file import load_motions
-from naoserver._motions.postures import UPRIGHT, Situation, stance_of
-from naoserver._motions.routes import SLOWEST_PACE, Route, RouteError, changes_stance
+from naoserver._motions.routes import (
+    SLOWEST_PACE,
+    UPRIGHT,
+    Route,
+    RouteError,
+    Situation,
+    changes_stance,
+    stance_of,
+)
 from naoserver.body import Body
 from naoserver.errors import CommandRefused, RobotError
 from naoserver.parts import Stance

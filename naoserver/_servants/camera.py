@@ -1,14 +1,17 @@
-"""Servant of a camera: images on request, and a stream."""
+"""Servant of a camera: images on request, a stream, and the places on the floor that they show."""
 
 from __future__ import annotations
 
+import io
 import math
 import threading
 from collections import deque
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from interfaces.jderobot import (
     Camera,
@@ -21,15 +24,129 @@ from interfaces.jderobot import (
 )
 from interfaces.nao import Severity
 from naoserver._event_log import EventLog
-from naoserver._pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
-from naoserver._servants.body_history import BodyHistory, Situation
 from naoserver._servants.shared import MOST_QUOTED, require_finite, to_time
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.kinematics import Matrix, matrix_of
+from naoserver.jobs import Job, Periodic
+from naoserver.kinematics import Matrix, kinematics_of, matrix_of
 from naoserver.options import CameraOptions
 from naoserver.parts import CameraFacts
 from naoserver.robot import Frame, Robot
 from zenoh_ice import Current
+
+Situation = NDArray[np.float64]
+"""The robot time in s, roll and pitch of the torso, and the angles of all joints in rad."""
+
+_PERIOD: Final = 0.02
+_MOST_SITUATIONS: Final = 50
+"""Situations that are kept: those of a second."""
+_WANTED: Final = 1.0
+"""Seconds after a picture for which situations are noted, for the next one."""
+
+
+class BodyHistory:
+    """Note the situations of the body while pictures are taken, and return that of a time.
+
+    `job` notes them every 20 ms of robot time from the first picture on, until none was taken for a second;
+    `begins` is called when it has something to do again. A picture that is older than all situations counts
+    as taken in the oldest one. Thread-safe.
+    """
+
+    def __init__(self, robot: Robot, begins: Callable[[], None]) -> None:
+        self._robot = robot
+        self._kinematics = kinematics_of(robot.body)
+        self._begins = begins
+        self._lock = threading.Lock()
+        self._past: deque[Situation] = deque(maxlen=_MOST_SITUATIONS)
+        self._used = -math.inf
+        self.job: Final[Job] = Periodic(
+            "places of the body",
+            robot.clock,
+            lambda: _PERIOD,
+            self.note,
+            thread="state",
+            wanted=self._wanted,
+        )
+
+    def note(self) -> Situation:
+        """Note and return the present situation."""
+        joints, senses = self._robot.read(), self._robot.senses
+        inertial = senses.inertial() if senses else None
+        tilt = (inertial.roll, inertial.pitch) if inertial else (0.0, 0.0)
+        situation = np.array([joints.time, *tilt, *joints.positions])
+        with self._lock:
+            if not self._past or self._past[-1][0] < situation[0]:
+                self._past.append(situation)
+        return situation
+
+    def at(self, time: float) -> Situation:
+        """Return the situation at a time of a picture in s, between the noted ones."""
+        rested = not self._wanted()
+        self._used = self._robot.clock.now()
+        if rested:
+            self._begins()
+        with self._lock:
+            past = list(self._past)
+        after = next((index for index, each in enumerate(past) if each[0] >= time), len(past) - 1)
+        first, second = past[max(after - 1, 0)], past[after]
+        share = (time - float(first[0])) / max(float(second[0] - first[0]), 1e-6)
+        return np.asarray(first + min(max(share, 0.0), 1.0) * (second - first), np.float64)
+
+    def _wanted(self) -> bool:
+        return self._robot.clock.now() - self._used < _WANTED
+
+    def place_in(self, situation: Situation, link: str) -> Matrix:
+        """Return where a link is in the robot's frame."""
+        _, roll, pitch, *positions = situation.tolist()
+        angles = dict(zip((joint.name for joint in self._robot.joints), positions, strict=True))
+        root = self._kinematics.torso_place(angles, roll, pitch)
+        return root @ self._kinematics.link_place(link, angles)
+
+
+Pixels = NDArray[np.uint8]
+
+JPEG_QUALITY: Final = 85
+"""A picture of 320x240 takes about 10 kB, a twentieth of its pixels."""
+
+
+def _gray(rgb: Pixels) -> bytes:
+    """Return the luma of ITU-R BT.601 in 8-bit fixed point."""
+    red, green, blue = (rgb[:, :, channel].astype(np.uint16) for channel in range(3))
+    return ((77 * red + 150 * green + 29 * blue) >> 8).astype(np.uint8).tobytes()
+
+
+def _yuv422(rgb: Pixels) -> bytes:
+    """Return Y U Y V for each two pixels of a row: ITU-R BT.601 in video range, in 8-bit fixed point."""
+    height, width = rgb.shape[:2]
+    red, green, blue = (rgb[:, :, channel].astype(np.int32) for channel in range(3))
+    packed = np.empty((height, width // 2, 4), np.uint8)
+    packed[:, :, 0::2] = (((66 * red + 129 * green + 25 * blue + 128) >> 8) + 16).reshape(height, -1, 2)
+    red, green, blue = (channel[:, 0::2] + channel[:, 1::2] for channel in (red, green, blue))
+    packed[:, :, 1] = ((-38 * red - 74 * green + 112 * blue + 256) >> 9) + 128
+    packed[:, :, 3] = ((112 * red - 94 * green - 18 * blue + 256) >> 9) + 128
+    return packed.tobytes()
+
+
+def _jpeg(rgb: Pixels) -> bytes:
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(rgb).save(buffer, "JPEG", quality=JPEG_QUALITY)
+    return buffer.getvalue()
+
+
+PIXEL_FORMATS: Final[dict[str, Callable[[Pixels], bytes]]] = {
+    "RGB8": lambda rgb: rgb.tobytes(),
+    "BGR8": lambda rgb: rgb[:, :, ::-1].tobytes(),
+    "GRAY8": _gray,
+    "YUV422": _yuv422,
+}
+"""Converters of a frame of shape (height, width, 3), width even, to a format's bytes, rows from the top."""
+if find_spec("PIL") is not None:  # not in a plain installation of a server
+    PIXEL_FORMATS["JPEG"] = _jpeg
+
+STREAMED_FORMAT: Final = "RGB8"
+STREAMED_BYTES_A_PIXEL: Final = 3
+
 
 WINDOW: Final = 2.0
 """Seconds over which a rate is measured."""

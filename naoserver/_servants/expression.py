@@ -27,9 +27,8 @@ from naoserver._servants.shared import (
     require_positive,
     require_within,
 )
-from naoserver._sounds import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, SOUNDS, Sound, single_tone
-from naoserver.capabilities import Lights, Loudspeaker, Voice
-from naoserver.expression import LONGEST_TEXT
+from naoserver.capabilities import Lights, Loudspeaker, Sound, Voice
+from naoserver.expression import HIGHEST_TONE, LONGEST_TEXT, LONGEST_TONE, LOWEST_TONE, SOUNDS, single_tone
 from zenoh_ice import Current
 
 _LONGEST_FADE: Final = 60.0  # s

@@ -8,8 +8,7 @@ import pytest
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import HealthPrx, SafetyPrx
 from naoserver.capabilities import STILL, Odometry, Walker, WalkVelocity
-from naoserver.conformance._needs import ROOM, WALK, needs
-from naoserver.conformance._served import RobotClient
+from naoserver.conformance._robot import ROOM, WALK, RobotClient, needs
 from naoserver.errors import InvalidCommand
 
 pytestmark = needs(WALK, ROOM)

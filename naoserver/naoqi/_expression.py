@@ -9,8 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from naoserver._naoqi_names import LIGHT_GROUPS
-from naoserver._sounds import Sound, Tone
-from naoserver.capabilities import Color, Playback, Utterance
+from naoserver.capabilities import Color, Playback, Sound, Tone, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, FadingLights
 from naoserver.hardware.background import BackgroundCalls

@@ -21,8 +21,7 @@ from naoserver.hardware.reporter import Reporter
 from naoserver.looks.description import write_looks
 from naoserver.naoqi._cameras import NaoqiCameras
 from naoserver.naoqi._expression import NaoqiLights, NaoqiLoudspeaker, NaoqiVoice
-from naoserver.naoqi._joints import NaoqiJoints
-from naoserver.naoqi._moves import NaoqiPostures, NaoqiWalker
+from naoserver.naoqi._moves import NaoqiJoints, NaoqiPostures, NaoqiWalker
 from naoserver.naoqi._state import NaoqiSenses, NaoqiState
 from naoserver.parts import CameraFacts
 from zenoh_ice import Clock, WallClock

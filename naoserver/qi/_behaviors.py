@@ -12,7 +12,7 @@ from typing import Final
 from interfaces.nao import ActionStatus
 from naoserver._motions.keyframes import Motion
 from naoserver._motions.routes import MotionRoute, Route
-from naoserver._servants.motions import MOTION
+from naoserver._servants.moves import MOTION
 from naoserver.errors import InvalidCommand
 from naoserver.qi._access import Access, Service
 from naoserver.qi._animations import TAGS, AnimationRoute, find_animation, load_animations

@@ -17,10 +17,9 @@ from zenoh_ice import Communicator, ConnectFailedException, Settings, initialize
 from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
 from zenoh_ros2 import DEFAULT_SETTINGS, Node, RosError, RosoutHandler, Service
 
-from ._commands import Commands
+from ._commands import Commands, declare_parameters
 from ._description import DescribedRobot, GatewayError
 from ._messages import Stamps
-from ._parameters import declare_parameters
 from ._telemetry import Telemetry
 
 __all__ = ["EXPECTED", "app", "serve"]

@@ -28,9 +28,8 @@ from zenoh_ros2 import LATCHED, Node, Publisher, QoS
 
 from . import _messages as messages
 from ._description import DescribedRobot
-from ._frames import ODOM, OUTSIDE, ROOT, SOLES, camera_frame, optical_frame, outside_frames
+from ._frames import ODOM, OUTSIDE, ROOT, SOLES, camera_frame, optical_frame, outside_frames, urdf
 from ._messages import BodyFrames, Fields, Stamps
-from ._urdf import urdf
 
 CLOCK: Final = "clock"
 """The topic of the time: robots in namespaces have a time each, because simulations differ in it."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import Body
 from naoserver.looks import Looks, Material, Mesh, Shape, Shapes, Skin
-from naoserver.looks.of_body import GREY, plain_looks, seen
+from naoserver.looks.description import GREY, plain_looks, seen
 from naoserver.parts import MOST_PARTS, SHAPE_SIZES
 from naoserver.parts import Shape as ContactShape
 from naoserver_sim._body import KINDS

@@ -4,8 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from interfaces.nao import Severity
-from naoserver._event_log import ConditionWatch, EventLog
-from naoserver._joint_watch import JointWatch
+from naoserver._event_log import ConditionWatch, EventLog, JointWatch
 from naoserver.parts import Shape
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

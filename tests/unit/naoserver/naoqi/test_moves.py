@@ -6,7 +6,7 @@ import pytest
 
 from interfaces.nao import ActionStatus
 from naoserver._naoqi_names import gait_limits
-from naoserver._way import way_to
+from naoserver._walk import way_to
 from naoserver.assembly import Assembly
 from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand

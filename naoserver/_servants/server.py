@@ -1,16 +1,17 @@
-"""Servants of the robot's clock, of the server's health, and of the gate in front of every command."""
+"""Servants of every robot server: its clock, its health, the gate in front of its commands, and its body."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 from interfaces.nao import Clock as ClockServant
-from interfaces.nao import ClockReading, Health, HealthReport, Safety, SafetyState
-from naoserver._event_log import ConditionWatch
+from interfaces.nao import ClockReading, Description, Health, HealthReport, Safety, SafetyState
+from naoserver._event_log import ConditionWatch, JointWatch
 from naoserver._gate import Gate
-from naoserver._joint_watch import JointWatch
 from naoserver._servants.camera import CameraI
 from naoserver._servants.shared import refusals_raised
+from naoserver.body import Body, write_body
 from naoserver.robot import Robot
 from zenoh_ice import Clock, Current
 
@@ -123,3 +124,25 @@ class SafetyI(Safety):
         """Give back the lease of a lost client."""
         if self._gate.release(client):
             self.publish()
+
+
+class DescriptionI(Description):
+    """Report a body, and its looks: `looks` returns them as JSON, or an empty text."""
+
+    def __init__(self, body: Body, looks: Callable[[], str]) -> None:
+        self._of = body
+        self._read_looks = looks
+
+    def getBody(self, current: Current) -> str:
+        return self._body
+
+    def getLooks(self, current: Current) -> str:
+        return self._looks
+
+    @cached_property
+    def _body(self) -> str:
+        return write_body(self._of)
+
+    @cached_property
+    def _looks(self) -> str:
+        return self._read_looks()

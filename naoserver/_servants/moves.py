@@ -1,20 +1,114 @@
-"""Servants of motions made of key frames, and of postures: by key frames, or the robot's own way."""
+"""Servants of what moves the whole body: the walk, motions made of key frames, and postures.
+
+JdeRobot's `Motors` walk in m/s and rad/s both ways.
+"""
 
 from __future__ import annotations
 
+import math
 import threading
 from abc import abstractmethod
 from typing import Final
 
-from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
+from interfaces.jderobot import Encoders, EncodersData, Motors
+from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures, Walk
 from naoserver._guarded_device import GuardedDevice
 from naoserver._motions.player import MotionPlayer
-from naoserver._motions.postures import nearest_posture
-from naoserver._motions.routes import MotionRoute, PostureRoute
-from naoserver._servants.shared import action_stream, refusals_raised, require_known, require_positive
-from naoserver.capabilities import OwnPostures, PostureProgress
+from naoserver._motions.routes import MotionRoute, PostureRoute, nearest_posture
+from naoserver._servants.shared import (
+    StateStream,
+    action_stream,
+    refusals_raised,
+    require_finite,
+    require_known,
+    require_positive,
+    require_within,
+)
+from naoserver._walk import WalkGuard, WalkTo, way_to
+from naoserver.capabilities import Odometry, OwnPostures, PostureProgress
 from naoserver.errors import CommandRefused, RobotError
 from zenoh_ice import Current
+
+_FARTHEST_PLACE: Final = 100.0
+"""Largest distance in m along x and y of a place to walk to."""
+
+
+class MotorsI(Motors):
+    """Walk at velocities, each of which must be renewed."""
+
+    def __init__(self, walk: WalkGuard) -> None:
+        self._walk = walk
+
+    def getV(self, current: Current) -> float:
+        return self._walk.commanded().forward
+
+    def setV(self, v: float, current: Current) -> int:
+        require_finite(v=v)
+        return self._drive("forward", v, current)
+
+    def getW(self, current: Current) -> float:
+        return self._walk.commanded().turn
+
+    def setW(self, w: float, current: Current) -> int:
+        require_finite(w=w)
+        return self._drive("turn", w, current)
+
+    def getL(self, current: Current) -> float:
+        return self._walk.commanded().left
+
+    def setL(self, l: float, current: Current) -> int:  # noqa: E741  (the name in the interface)
+        require_finite(l=l)
+        return self._drive("left", l, current)
+
+    def stop(self, current: Current) -> None:
+        self._walk.stop()
+
+    def _drive(self, kind: str, velocity: float, current: Current) -> int:
+        with refusals_raised():
+            return 1 if self._walk.drive({kind: velocity}, current.client) else 0
+
+
+class WalkI(Walk):
+    """Walk to places."""
+
+    def __init__(self, walk: WalkGuard, walk_to: WalkTo) -> None:
+        self._walk = walk
+        self._walk_to = walk_to
+        self.stream: Final = action_stream(walk_to.state, self.getWalkStatePublisher)
+
+    def walkTo(self, x: float, y: float, heading: float, current: Current) -> None:
+        require_within(-_FARTHEST_PLACE, _FARTHEST_PLACE, x=x, y=y)
+        require_within(-math.tau, math.tau, heading=heading)
+        with refusals_raised():
+            way = way_to((x, y, heading), self._walk.read(), self._walk.limits, self._walk.lag)
+            self._walk_to.begin(way, current.client)
+
+    def stop(self, current: Current) -> None:
+        self._walk_to.stop()
+
+    def getWalkState(self, current: Current) -> ActionState:
+        return self._walk_to.state()
+
+
+class EncodersI(Encoders):
+    """Report where the robot believes it is, in calls and as a stream."""
+
+    def __init__(self, walk: WalkGuard) -> None:
+        self.stream: Final = StateStream(walk.read, self.getEncodersDataPublisher, _data)
+
+    def getEncodersData(self, current: Current) -> EncodersData:
+        return self.stream.now()
+
+
+def _data(odometry: Odometry) -> EncodersData:
+    return EncodersData(
+        robotx=odometry.x,
+        roboty=odometry.y,
+        robottheta=odometry.heading,
+        robotcos=math.cos(odometry.heading),
+        robotsin=math.sin(odometry.heading),
+    )
+
 
 _HIGHEST_SPEED: Final = 2.0
 MOTION: Final = "motion"
