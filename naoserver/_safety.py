@@ -36,6 +36,7 @@ _REACHED: Final = 1e-3
 _SAG: Final = 0.05
 """Distance in rad from its setpoint at which a load may hold a joint; beyond it, the joint lags behind."""
 
+_TOO_FAST: Final = "speed {:.4g} is too fast"
 _LONGEST_NAME: Final = 64
 """Maximum characters of a client's text in an error."""
 _ROUNDING: Final = 1e-9
@@ -118,10 +119,6 @@ class JointRules:
         speed = self._options.default_fraction * self.facts[joint].max_velocity
         return min(speed, self.speed_cap(joint, reading))
 
-    def cap_speed(self, joint: str, speed: float, cap: float, outcome: Outcome) -> float:
-        """Return a speed, or velocity, capped."""
-        return self.limit(joint, speed, (-cap, cap), "speed {:.4g} is too fast", outcome)
-
     def limit(
         self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: Outcome
     ) -> float:
@@ -193,6 +190,9 @@ class JointSafety:
         self._index = {joint.name: index for index, joint in enumerate(joints)}
         self._tables = tuple(tables)
         self._table_of = {table.dependent: table for table in self._tables}
+        self._tabled = frozenset(
+            joint for table in self._tables for joint in (table.independent, table.dependent)
+        )
         # A joint is in at most one of the two; in neither before its first command.
         self._drives: dict[str, _Drive] = {}
         self._goals: dict[str, Goal] = {}
@@ -211,7 +211,7 @@ class JointSafety:
         drive = self._drives.get(joint)
         return drive.target if drive else 0.0
 
-    def move(
+    def safe_goals(
         self,
         targets: Mapping[str, float],
         speeds: Mapping[str, float],
@@ -239,7 +239,8 @@ class JointSafety:
             safe = rules.limit(joint, target, (facts.lower, facts.upper), problem, outcome)
             speed = limits.get(joint) or rules.default_speed(joint, reading)
             cap = facts.max_velocity if full_speed else rules.speed_cap(joint, reading)
-            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, cap, outcome)), client)
+            speed = rules.limit(joint, speed, (-cap, cap), _TOO_FAST, outcome)
+            self._set_goal(joint, Goal(safe, speed), client)
         for pair in rules.couplings:
             if pair.leader in wanted:
                 target, speed = self._goals[pair.leader]
@@ -250,7 +251,7 @@ class JointSafety:
         outcome.accepted = {joint: self._goals[joint].target for joint in targets}
         return outcome
 
-    def drive(
+    def safe_velocities(
         self, velocities: Mapping[str, float], reading: JointReading, client: str, now: float
     ) -> Outcome:
         """Move joints at `velocities` until `now` plus the timeout, in steady wall time.
@@ -262,7 +263,8 @@ class JointSafety:
         self._wake(reading)
         deadline = now + self.options.velocity_timeout
         for joint, velocity in wanted.items():
-            target = self._rules.cap_speed(joint, velocity, self.speed_cap(joint, reading), outcome)
+            cap = self.speed_cap(joint, reading)
+            target = self._rules.limit(joint, velocity, (-cap, cap), _TOO_FAST, outcome)
             reached = self._drives[joint].velocity if joint in self._drives else 0.0
             self._set_drive(joint, _Drive(target, reached, deadline, client))
         for pair in self._rules.couplings:
@@ -276,7 +278,7 @@ class JointSafety:
         self._command(wanted, reading, outcome)
         return outcome
 
-    def stiffen(self, stiffnesses: Mapping[str, float]) -> dict[str, float]:
+    def safe_stiffnesses(self, stiffnesses: Mapping[str, float]) -> dict[str, float]:
         """Return the stiffness of each motor that a command changes.
 
         Raises InvalidCommand unless every stiffness is from 0 to 1.
@@ -410,8 +412,7 @@ class JointSafety:
 
     def _sent_by(self, client: str, reading: JointReading) -> list[str]:
         """Return the joints on the way to a goal that a client set."""
-        sent = (joint for joint, sender in self._clients.items() if sender == client)
-        return [joint for joint in sent if self._moving(joint, reading)]
+        return self._moving([joint for joint, sender in self._clients.items() if sender == client], reading)
 
     def _stop(self, joints: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
         for joint in list(joints):
@@ -519,12 +520,17 @@ class JointSafety:
             self._time = reading.time - self.options.period
 
     def _at_work(self, reading: JointReading) -> bool:
-        joints = (joint for table in self._tables for joint in (table.independent, table.dependent))
-        return bool(self._drives) or any(self._moving(joint, reading) for joint in joints)
+        """Return whether joints move that `watch` checks: those with a velocity or a table."""
+        return bool(self._drives or self._moving(self._tabled & self._goals.keys(), reading))
 
-    def _moving(self, joint: str, reading: JointReading) -> bool:
-        goal = self.goal(joint)
-        return goal is not None and abs(self._setpoint(joint, reading) - goal.target) > _REACHED
+    def _moving(self, joints: Iterable[str], reading: JointReading) -> list[str]:
+        """Return the joints, of some with goals, that are on the way to them."""
+        return [
+            joint
+            for joint in joints
+            if joint not in self._resting
+            and abs(reading.commands[self._index[joint]] - self._goals[joint].target) > _REACHED
+        ]
 
 
 def _is_within(setpoint: float, limits: tuple[float, float]) -> bool:

@@ -171,7 +171,7 @@ def _turning(way: complex, turn: float) -> float:
 
 
 WALK: Final = "the walk"
-"""Owner of the legs, or of the wheels, while it walks."""
+"""The activity that claims the legs, or the wheels, while it walks."""
 _SOURCE: Final = "Walk"
 _CANNOT: Final = {"forward": "go forwards or backwards", "left": "go sideways", "turn": "turn"}
 """What a robot cannot that has the limit 0 of a kind of velocity."""

@@ -233,7 +233,8 @@ class RangeTable(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
         first, last = min(angles), max(angles)
         ranges = [self.at(first), self.at(last)]
         ranges += [row[1:] for row in self.rows if first < row[0] < last]
-        return max(lower for lower, _ in ranges), min(upper for _, upper in ranges)
+        lowers, uppers = zip(*ranges, strict=True)
+        return max(lowers), min(uppers)
 
 
 class SpeedRule(_Part, frozen=True):

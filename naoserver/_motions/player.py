@@ -63,8 +63,8 @@ class _Action:
     """Why it ends before it is done; empty while it does not."""
 
     @property
-    def owner(self) -> str:
-        """Owner of the joints while it is played."""
+    def activity(self) -> str:
+        """What it is called that moves the joints while it is played."""
         return f"the {self.kind} {self.name}"
 
 
@@ -125,11 +125,11 @@ class MotionPlayer:
             first = route.next_leg(self.situation(), self._commands())
             if first is not None:
                 self._require_cool(first)
-            self._finish(ActionStatus.Stopped, f"{action.owner} began")
+            self._finish(ActionStatus.Stopped, f"{action.activity} began")
             try:
                 self._begin_leg(action, first)
             except RobotError:
-                self._device.claims.release(action.owner)
+                self._device.claims.release(action.activity)
                 raise
             status = ActionStatus.Moving if first else ActionStatus.Done
             count = self.progress(kind).count + 1
@@ -166,7 +166,7 @@ class MotionPlayer:
         if ending is None:
             self._device.hold(self._joints(action.leg))
         how = "stopped" if ending is None else "will end in the safest posture that it reaches"
-        self._device.events.add(Severity.Warning, "Motions", f"{action.owner} {how}: {_GONE}", "lost")
+        self._device.events.add(Severity.Warning, "Motions", f"{action.activity} {how}: {_GONE}", "lost")
 
     def tick(self) -> None:
         """Command the joints for the robot's present time; continue with the next leg when one is done."""
@@ -179,7 +179,7 @@ class MotionPlayer:
             except RobotError as error:
                 refused = isinstance(error, CommandRefused)
                 self._finish(ActionStatus.Stopped if refused else ActionStatus.Failed, str(error))
-                message = f"{action.owner} ended: {error}"
+                message = f"{action.activity} ended: {error}"
             else:
                 return
         self._device.hold(self._joints(action.leg))
@@ -217,7 +217,7 @@ class MotionPlayer:
             joint: min(abs(angle - commands[joint]) / _AHEAD, self.body.joint[joint].max_velocity)
             for joint, angle in wanted.items()
         }
-        self._device.move(wanted, speeds, client=action.client, owner=action.owner)
+        self._device.move(wanted, speeds, client=action.client, activity=action.activity)
 
     def _begin_leg(self, action: _Action, leg: Motion | None) -> None:
         """Claim the joints of the next leg and make them stiff. Raises InvalidCommand or CommandRefused."""
@@ -228,17 +228,17 @@ class MotionPlayer:
         if leg is None:
             return
         joints = self._joints(leg)
-        self._device.claims.claim(action.owner, joints, lambda: self._let_go(action))
+        self._device.claims.claim(action.activity, joints, lambda: self._let_go(action))
         action.begin, action.since = self._commands(), self.robot_time()
         stiffnesses = zip(self._names, self._device.read().stiffnesses, strict=True)
         limp = [joint for joint, stiffness in stiffnesses if stiffness < _STIFF and joint in joints]
         if limp:
             full = dict.fromkeys(limp, 1.0)
-            self._device.stiffen(full, _STIFFENING, client=action.client, owner=action.owner)
+            self._device.stiffen(full, _STIFFENING, client=action.client, activity=action.activity)
             action.since += _STIFFENING
 
     def _let_go(self, action: _Action) -> None:
-        """Stop without holding the joints: the next owner does."""
+        """Stop without holding the joints: the next activity does."""
         with self._lock:
             if self._action is action:
                 self._finish(ActionStatus.Stopped, "its joints were stopped")
@@ -247,7 +247,7 @@ class MotionPlayer:
         action, self._action = self._action, None
         if action is None:
             return
-        self._device.claims.release(action.owner)
+        self._device.claims.release(action.activity)
         before = self.progress(action.kind)
         part = 1.0 if status is ActionStatus.Done else before.progress
         self._progress[action.kind] = replace(before, status=status, message=message, progress=part)

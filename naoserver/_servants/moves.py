@@ -115,7 +115,7 @@ MOTION: Final = "motion"
 """The player's kind for actions of `Motions`."""
 POSTURE: Final = "posture"
 """The player's kind for actions of `Postures`."""
-_OWNER: Final = "the way into a posture"
+_WAY: Final = "the way into a posture"
 """The claim on the joints while a robot goes its own way."""
 _PERIOD: Final = 0.05
 """Wall seconds between two checks whether such a way has ended."""
@@ -245,11 +245,11 @@ class OwnPosturesI(PosturesI):
             self._body.gate.require(client)
             if self._closed:
                 return
-            self._body.claims.claim(_OWNER, joints, self._end)
+            self._body.claims.claim(_WAY, joints, self._end)
             try:
                 self._postures.go(name, fraction)
             except RobotError:
-                self._body.claims.release(_OWNER)
+                self._body.claims.release(_WAY)
                 raise
             self._count += 1
             self._client = client
@@ -286,11 +286,11 @@ class OwnPosturesI(PosturesI):
     def _end(self) -> None:
         """Stop on the way, and free the joints: they need nothing more to come to rest."""
         self._postures.stop()
-        self._body.claims.release(_OWNER)
+        self._body.claims.release(_WAY)
 
     def _look(self) -> PostureProgress:
         with self._lock:
             progress = self._postures.progress()
             if not progress.moving:
-                self._body.claims.release(_OWNER)
+                self._body.claims.release(_WAY)
         return progress

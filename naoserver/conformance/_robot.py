@@ -17,6 +17,7 @@ import pytest
 
 from naoserver.assembly import Assembly
 from naoserver.body import Body
+from naoserver.errors import InvalidCommand
 from naoserver.options import ServerOptions
 from naoserver.parts import Joint
 from naoserver.robot import JointReading, Robot
@@ -86,6 +87,14 @@ class ServedRobot:
         """Return the robot's readings of some seconds of its time."""
         end = self.robot.read().time + seconds
         return self.readings(lambda reading: reading.time >= end, "the time of readings goes on")
+
+    def is_free(self, joint: str) -> bool:
+        """Return whether anybody may command a joint: no activity, such as the walk, has claimed it."""
+        try:
+            self.assembly.body.claims.check([joint])
+        except InvalidCommand:
+            return False
+        return True
 
 
 @dataclass(frozen=True)
