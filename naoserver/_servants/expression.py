@@ -21,11 +21,11 @@ from interfaces.nao import (
     Tone,
 )
 from naoserver._servants.shared import (
-    StateStream,
     refusals_raised,
     require_known,
     require_positive,
     require_within,
+    stream_of,
 )
 from naoserver.capabilities import Lights, Loudspeaker, Sound, Voice
 from naoserver.expression import HIGHEST_TONE, LONGEST_TEXT, LONGEST_TONE, LOWEST_TONE, SOUNDS, single_tone
@@ -40,9 +40,7 @@ class LedsI(Leds):
     def __init__(self, lights: Lights, robot_time: Callable[[], float]) -> None:
         self._lights = lights
         self._robot_time = robot_time
-        self.stream: Final = StateStream(
-            self._state, self.getLedsPublisher, lambda state: state, news=lambda state: state.colors
-        )
+        self.stream: Final = stream_of(self._state, self.getLedsPublisher, "colors")
 
     def getLedNames(self, current: Current) -> list[str]:
         return list(self._lights.names)
@@ -72,12 +70,7 @@ class SpeechI(Speech):
     def __init__(self, voice: Voice, robot_time: Callable[[], float]) -> None:
         self._voice = voice
         self._robot_time = robot_time
-        self.stream: Final = StateStream(
-            self._state,
-            self.getSpeechPublisher,
-            lambda state: state,
-            news=lambda state: (state.speaking, state.text, state.count),
-        )
+        self.stream: Final = stream_of(self._state, self.getSpeechPublisher, "speaking", "text", "count")
 
     def say(self, text: str, current: Current) -> None:
         if not text.strip():
@@ -105,18 +98,10 @@ class SoundsI(Sounds):
     def __init__(self, loudspeaker: Loudspeaker, robot_time: Callable[[], float]) -> None:
         self._loudspeaker = loudspeaker
         self._robot_time = robot_time
-        self.stream: Final = StateStream(
-            self._state,
-            self.getSoundPublisher,
-            lambda state: state,
-            news=lambda state: (state.playing, state.count),
-        )
+        self.stream: Final = stream_of(self._state, self.getSoundPublisher, "playing", "count")
 
     def getSounds(self, current: Current) -> list[SoundFacts]:
-        return [
-            SoundFacts(name=of.name, description=of.description, duration=of.duration)
-            for of in SOUNDS.values()
-        ]
+        return [SoundFacts(of.name, of.description, of.duration) for of in SOUNDS.values()]
 
     def play(self, name: str, loudness: float, current: Current) -> None:
         require_known("sound", name, SOUNDS)
@@ -145,7 +130,7 @@ class SoundsI(Sounds):
             playing=now.playing,
             name=now.name,
             loudness=now.loudness,
-            tones=[Tone(frequency=tone.frequency, seconds=tone.seconds) for tone in now.tones],
+            tones=[Tone(tone.frequency, tone.seconds) for tone in now.tones],
             count=now.count,
         )
 
@@ -157,9 +142,7 @@ class HearingI(Hearing):
         self._robot_time = robot_time
         self._last = "", 0
         self._lock = threading.Lock()
-        self.stream: Final = StateStream(
-            self._state, self.getHeardPublisher, lambda state: state, news=lambda state: state.count
-        )
+        self.stream: Final = stream_of(self._state, self.getHeardPublisher, "count")
 
     def hear(self, sentence: str) -> str:
         """Take a sentence. It recognizes no phrase in it, so the result is empty."""

@@ -129,10 +129,8 @@ class MotionsI(Motions):
         self.stream: Final = action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
 
     def getMotions(self, current: Current) -> list[MotionFacts]:
-        return [
-            MotionFacts(name=of.name, description=of.description, duration=of.duration, start=of.start)
-            for of in self._player.motions.values()
-        ]
+        motions = self._player.motions.values()
+        return [MotionFacts(of.name, of.description, of.duration, of.start) for of in motions]
 
     def play(self, name: str, pace: float, current: Current) -> None:
         motions = self._player.motions

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cache
+from typing import Final
 
 from interfaces.nao import Clock as ClockServant
 from interfaces.nao import ClockReading, Description, Health, HealthReport, Safety, SafetyState
 from naoserver._event_log import ConditionWatch, JointWatch
 from naoserver._gate import Gate
 from naoserver._servants.camera import CameraI
-from naoserver._servants.shared import refusals_raised
+from naoserver._servants.shared import refusals_raised, stream_of
 from naoserver.body import Body, write_body
 from naoserver.robot import Robot
 from zenoh_ice import Clock, Current
@@ -21,14 +22,11 @@ class ClockI(ClockServant):
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
+        self.publish: Final = stream_of(self._reading, self.getTimePublisher).send
+        """Send the time to the listeners."""
 
     def getTime(self, current: Current) -> ClockReading:
         return self._reading()
-
-    def publish(self) -> None:
-        """Send the time to the listeners."""
-        reading = self._reading()
-        self.getTimePublisher.publish(reading, time=reading.time)
 
     def _reading(self) -> ClockReading:
         return ClockReading(time=self._clock.now(), rate=self._clock.rate, simulated=self._clock.simulated)
@@ -45,6 +43,8 @@ class HealthI(Health):
         self._started = events.wall_time()
         self._condition = ConditionWatch(robot, events)
         self._joints = JointWatch(robot, events)
+        self.report_now: Final = stream_of(self._report, self.getHealthPublisher).send
+        """Send a report at once, for an event that cannot wait for the next one."""
 
     def getHealth(self, current: Current) -> HealthReport:
         return self._report()
@@ -54,12 +54,6 @@ class HealthI(Health):
         self._condition.look(self._robot.state())
         self._joints.look(self._robot.read())
         self.report_now()
-
-    def report_now(self) -> None:
-        """Send a report at once, for an event that cannot wait for the next one."""
-        if self.getHealthPublisher.listening:
-            report = self._report()
-            self.getHealthPublisher.publish(report, time=report.time)
 
     def _report(self) -> HealthReport:
         state = self._robot.state()
@@ -88,6 +82,8 @@ class SafetyI(Safety):
     def __init__(self, gate: Gate, moves_for: Callable[[str], bool]) -> None:
         self._gate = gate
         self._moves_for = moves_for
+        self.publish: Final = stream_of(gate.state, self.getSafetyStatePublisher).send
+        """Publish the present right to command the robot."""
 
     def emergencyStop(self, reason: str, current: Current) -> None:
         try:
@@ -105,20 +101,13 @@ class SafetyI(Safety):
         self.publish()
 
     def releaseLease(self, current: Current) -> None:
-        if self._gate.release(current.client):
-            self.publish()
+        self.drop_client(current.client)
 
     def getSafetyState(self, current: Current) -> SafetyState:
         return self._gate.state()
 
     def isMoving(self, current: Current) -> bool:
         return self._moves_for(current.client)
-
-    def publish(self) -> None:
-        """Publish the present right to command the robot."""
-        if self.getSafetyStatePublisher.listening:
-            state = self._gate.state()
-            self.getSafetyStatePublisher.publish(state, time=state.time)
 
     def drop_client(self, client: str) -> None:
         """Give back the lease of a lost client."""
@@ -130,19 +119,11 @@ class DescriptionI(Description):
     """Report a body, and its looks: `looks` returns them as JSON, or an empty text."""
 
     def __init__(self, body: Body, looks: Callable[[], str]) -> None:
-        self._of = body
-        self._read_looks = looks
+        self._body = cache(lambda: write_body(body))
+        self._looks = cache(looks)
 
     def getBody(self, current: Current) -> str:
-        return self._body
+        return self._body()
 
     def getLooks(self, current: Current) -> str:
-        return self._looks
-
-    @cached_property
-    def _body(self) -> str:
-        return write_body(self._of)
-
-    @cached_property
-    def _looks(self) -> str:
-        return self._read_looks()
+        return self._looks()
