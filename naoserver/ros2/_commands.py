@@ -15,6 +15,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
+from msgspec.structs import replace
+
 from interfaces.jderobot import CameraDescription, CameraPrx, EncodersPrx, MotorsPrx
 from interfaces.nao import (
     ActionState,
@@ -63,6 +65,12 @@ class Speeds:
         self.turning = _TURNING
         """In rad/s."""
 
+    def change(self, kind: str, speed: float) -> None:
+        """Set the speed of a kind, `linear` or `turning`. Raises ValueError unless it is above 0."""
+        if not 0.0 < speed < math.inf:
+            raise ValueError(f"{speed} is no speed above 0")
+        setattr(self, kind, speed)
+
     def limited(self, forward: float, left: float, turn: float) -> tuple[float, float, float]:
         """Return a velocity scaled to the speeds: its path keeps its form."""
         excess = max(math.hypot(forward, left) / self.linear, abs(turn) / self.turning, 1.0)
@@ -77,31 +85,20 @@ def declare_parameters(node: Node, robot: DescribedRobot, stamps: Stamps) -> Spe
     prefix = "What the names of the robot's frames begin with."
     parameters.declare("frame_prefix", stamps.frame_prefix, prefix, read_only=True)
 
-    def set_linear(speed: float) -> None:
-        speeds.linear = _speed(speed)
-
-    def set_turning(speed: float) -> None:
-        speeds.turning = _speed(speed)
-
     own = "beside the robot's own limits; what exceeds one is scaled as a whole."
     parameters.declare(
-        "walk.max_linear_speed", _LINEAR, f"Highest speed of /cmd_vel in m/s, {own}", on_change=set_linear
-    )
+        "walk.max_linear_speed", _LINEAR, f"Highest speed of /cmd_vel in m/s, {own}",
+        on_change=partial(speeds.change, "linear"),
+    )  # fmt: skip
     parameters.declare(
         "walk.max_turning_speed", _TURNING, f"Highest turning speed of /cmd_vel in rad/s, {own}",
-        on_change=set_turning,
+        on_change=partial(speeds.change, "turning"),
     )  # fmt: skip
     for identity, topic in camera_topics(robot.body).items():
         camera = robot.find(CameraPrx, identity)
         if camera is not None:
             _CameraParameters(camera).declare(parameters, topic.replace("/", "."))
     return speeds
-
-
-def _speed(speed: float) -> float:
-    if not 0.0 < speed < math.inf:
-        raise ValueError(f"{speed} is no speed above 0")
-    return speed
 
 
 class _CameraParameters:
@@ -121,7 +118,7 @@ class _CameraParameters:
         )  # fmt: skip
         parameters.declare(
             f"{name}.frame_rate", self.rate(), f"Images in a second of robot time, {shared}.",
-            on_change=self.pace, read=self.rate,
+            on_change=lambda rate: self._change(rate=rate), read=self.rate,
         )  # fmt: skip
 
     def size(self) -> list[int]:
@@ -134,16 +131,16 @@ class _CameraParameters:
     def resize(self, size: list[int]) -> None:
         if len(size) != 2:
             raise ValueError(f"{size}: width and height are needed, such as [640, 480]")
-        with self._lock:
-            now = self._described()
-            now.width, now.height = size
-            self._set(now)
+        self._change(width=size[0], height=size[1])
 
-    def pace(self, rate: float) -> None:
+    def _change(self, **settings: float) -> None:
         with self._lock:
-            now = self._described()
-            now.rate = rate
-            self._set(now)
+            try:
+                taken = self._camera.setCameraDescription(replace(self._described(), **settings))
+            except (UserException, SystemException) as error:
+                raise ValueError(str(error)) from error
+        if taken != 0:
+            raise ValueError("the camera has no such setting")
 
     def _described(self) -> CameraDescription:
         """Return the present description; the last one known while the server does not answer."""
@@ -152,14 +149,6 @@ class _CameraParameters:
         except SystemException as error:
             _logger.debug("a camera's parameters: %s", error)
         return self._known
-
-    def _set(self, wanted: CameraDescription) -> None:
-        try:
-            taken = self._camera.setCameraDescription(wanted)
-        except (UserException, SystemException) as error:
-            raise ValueError(str(error)) from error
-        if taken != 0:
-            raise ValueError("the camera has no such setting")
 
 
 _TWIST: Final = "geometry_msgs/msg/Twist"

@@ -58,16 +58,13 @@ Numbers = NDArray[np.float64]
 class TrajectoryError(Exception):
     """A trajectory was refused or failed; it has the action's error code and a text for people."""
 
-    def __init__(self, code: int, text: str) -> None:
+    def __init__(self, text: str, code: int = INVALID_GOAL) -> None:
         super().__init__(text)
         self.code = code
 
 
 class SupersededError(TrajectoryError):
     """A newer trajectory took its joints."""
-
-    def __init__(self) -> None:
-        super().__init__(INVALID_GOAL, "a newer trajectory took its joints")
 
 
 class Order(Protocol):
@@ -119,15 +116,11 @@ class Trajectory:
         """Return the trajectory extended by a way from the joints' present positions to its first point."""
         if self.times[0] <= 0.0:
             return self
-        velocities = (
-            None if self.velocities is None else np.vstack((np.zeros(len(self.joints)), self.velocities))
-        )
-        return replace(
-            self,
-            times=(0.0, *self.times),
-            positions=np.vstack((positions, self.positions)),
-            velocities=velocities,
-        )
+        velocities = self.velocities
+        if velocities is not None:
+            velocities = np.vstack((np.zeros(len(self.joints)), velocities))
+        times, rows = (0.0, *self.times), np.vstack((positions, self.positions))
+        return replace(self, times=times, positions=rows, velocities=velocities)
 
 
 def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # noqa: ANN401 - a message's class
@@ -135,18 +128,15 @@ def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # no
     request = goal.trajectory
     joints = _joints(request.joint_names, limits)
     if goal.multi_dof_trajectory.points:
-        raise TrajectoryError(INVALID_GOAL, "multi_dof_trajectory: the joints turn about one axis each")
+        raise TrajectoryError("multi_dof_trajectory: the joints turn about one axis each")
     if not 0 < len(request.points) <= _MOST_POINTS:
         found = f"{len(request.points)} points"
-        raise TrajectoryError(INVALID_GOAL, f"trajectory.points: {found}; from 1 to {_MOST_POINTS} are taken")
+        raise TrajectoryError(f"trajectory.points: {found}; from 1 to {_MOST_POINTS} are taken")
     times = tuple(_seconds(point.time_from_start) for point in request.points)
     for index, (before, after) in enumerate(zip((-1e-9, *times), times, strict=False)):
         if not before < after <= _LONGEST_TRAJECTORY:
-            raise TrajectoryError(
-                INVALID_GOAL,
-                f"points[{index}].time_from_start: {after:g} s; "
-                f"times increase, up to {_LONGEST_TRAJECTORY:g} s",
-            )
+            at = f"points[{index}].time_from_start: {after:g} s"
+            raise TrajectoryError(f"{at}; times increase, up to {_LONGEST_TRAJECTORY:g} s")
     positions = _rows(request.points, "positions", joints)
     some = [index for index, point in enumerate(request.points) if len(point.velocities)]
     velocities = _rows(request.points, "velocities", joints) if len(some) == len(times) else None
@@ -156,10 +146,8 @@ def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # no
         outside = np.flatnonzero((worst < lower - _BEYOND) | (worst > upper + _BEYOND))
         if outside.size:
             index = int(outside[0])
-            raise TrajectoryError(
-                INVALID_GOAL,
-                f"points[{index}].positions: {joint} at {worst[index]:.4g} rad; {lower:.4g} to {upper:.4g}",
-            )
+            at = f"points[{index}].positions: {joint} at {worst[index]:.4g} rad"
+            raise TrajectoryError(f"{at}; {lower:.4g} to {upper:.4g}")
     start = _seconds(request.header.stamp)
     wait = _seconds(goal.goal_time_tolerance)
     return Trajectory(
@@ -175,21 +163,19 @@ def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # no
 
 
 def _joints(names: Sequence[str], limits: Mapping[str, JointLimits]) -> tuple[str, ...]:
+    problem = ""
     if not names:
-        raise TrajectoryError(INVALID_JOINTS, "trajectory.joint_names: there are none")
-    if len(names) > len(limits):
-        raise TrajectoryError(
-            INVALID_JOINTS, f"trajectory.joint_names: {len(names)}; there are {len(limits)} joints"
-        )
-    for name in names:
-        if name not in limits:
-            raise TrajectoryError(
-                INVALID_JOINTS, f"there is no joint {name[:64]!r}; there are {', '.join(limits)}"
-            )
-        if not limits[name].maxTorque:
-            raise TrajectoryError(INVALID_JOINTS, f"{name} has no motor: it moves with what touches it")
-    if twice := next((name for name in names if list(names).count(name) > 1), None):
-        raise TrajectoryError(INVALID_JOINTS, f"trajectory.joint_names: {twice} stands there twice")
+        problem = "trajectory.joint_names: there are none"
+    elif len(names) > len(limits):
+        problem = f"trajectory.joint_names: {len(names)}; there are {len(limits)} joints"
+    elif unknown := [name for name in names if name not in limits]:
+        problem = f"there is no joint {unknown[0][:64]!r}; there are {', '.join(limits)}"
+    elif passive := [name for name in names if not limits[name].maxTorque]:
+        problem = f"{passive[0]} has no motor: it moves with what touches it"
+    elif twice := [name for name in names if list(names).count(name) > 1]:
+        problem = f"trajectory.joint_names: {twice[0]} stands there twice"
+    if problem:
+        raise TrajectoryError(problem, INVALID_JOINTS)
     return tuple(names)
 
 
@@ -197,12 +183,10 @@ def _rows(points: Sequence[Any], field: str, joints: Sequence[str]) -> Numbers:
     for index, point in enumerate(points):
         row = getattr(point, field)
         if len(row) != len(joints):
-            raise TrajectoryError(
-                INVALID_GOAL, f"points[{index}].{field}: {len(row)} numbers for {len(joints)} joints"
-            )
+            raise TrajectoryError(f"points[{index}].{field}: {len(row)} numbers for {len(joints)} joints")
         if not np.isfinite(row).all():
             joint = joints[int(np.flatnonzero(~np.isfinite(row))[0])]
-            raise TrajectoryError(INVALID_GOAL, f"points[{index}].{field}: {joint} is not a finite number")
+            raise TrajectoryError(f"points[{index}].{field}: {joint} is not a finite number")
     return np.array([getattr(point, field) for point in points], np.float64)
 
 
@@ -210,11 +194,9 @@ def _tolerances(field: str, given: Sequence[Any], joints: Sequence[str]) -> dict
     """Return the effective tolerances in rad: 0 is the default, no limit; a negative one lifts the limit."""
     for tolerance in given:
         if tolerance.name not in joints:
-            raise TrajectoryError(
-                INVALID_GOAL, f"{field}: the trajectory has no joint {tolerance.name[:64]!r}"
-            )
+            raise TrajectoryError(f"{field}: the trajectory has no joint {tolerance.name[:64]!r}")
         if not math.isfinite(tolerance.position):
-            raise TrajectoryError(INVALID_GOAL, f"{field}: {tolerance.name} is not a finite number")
+            raise TrajectoryError(f"{field}: {tolerance.name} is not a finite number")
     return {tolerance.name: tolerance.position for tolerance in given if tolerance.position > 0.0}
 
 
@@ -243,10 +225,9 @@ class TrajectoryFollower:
                 self.follow(goal, trajectory)
             finally:
                 self.release(goal)
-        except TrajectoryError as error:
-            raise Aborted(str(error), {"error_code": error.code, "error_string": str(error)}) from error
-        except (UserException, SystemException) as error:  # refused, or the server is gone
-            raise Aborted(str(error), {"error_code": INVALID_GOAL, "error_string": str(error)}) from error
+        except (TrajectoryError, UserException, SystemException) as error:  # refused, or the server is gone
+            code = error.code if isinstance(error, TrajectoryError) else INVALID_GOAL
+            raise Aborted(str(error), {"error_code": code, "error_string": str(error)}) from error
         return {"error_code": SUCCESSFUL, "error_string": ""}
 
     def read(self, goal: Any) -> Trajectory:  # noqa: ANN401 - a message's class
@@ -275,14 +256,11 @@ class TrajectoryFollower:
         start = sample.time if trajectory.start is None else self._robot_time(trajectory.start)
         if start + trajectory.times[-1] < sample.time:
             late = sample.time - start
-            raise TrajectoryError(
-                OLD_HEADER_TIMESTAMP, f"it was to begin {late:.3g} s ago, and has ended since"
-            )
+            ended = f"it was to begin {late:.3g} s ago, and has ended since"
+            raise TrajectoryError(ended, OLD_HEADER_TIMESTAMP)
         if start > sample.time + _LONGEST_TRAJECTORY:
-            raise TrajectoryError(
-                INVALID_GOAL,
-                f"it is to begin in {start - sample.time:.4g} s; at most {_LONGEST_TRAJECTORY:g}",
-            )
+            wait = f"it is to begin in {start - sample.time:.4g} s"
+            raise TrajectoryError(f"{wait}; at most {_LONGEST_TRAJECTORY:g}")
         trajectory = trajectory.from_positions([sample.value.commands[column] for column in columns])
         fed, moved = -math.inf, False
         while True:
@@ -291,11 +269,11 @@ class TrajectoryFollower:
             time = sample.time - start
             period = sample.time - before.time
             if period < 0.0:
-                raise TrajectoryError(INVALID_GOAL, "the simulation began again")
+                raise TrajectoryError("the simulation began again")
             # One that is replaced at once still has its turn: a stream of them must not stand still.
             canceled = order.canceled
             if (moved or canceled or time < 0.0) and self._has_lost(order, trajectory):
-                raise SupersededError
+                raise SupersededError("a newer trajectory took its joints")
             if canceled:
                 self._hold(trajectory, state, columns)
                 raise Canceled({"error_code": SUCCESSFUL, "error_string": "canceled"})
@@ -315,7 +293,7 @@ class TrajectoryFollower:
             if strayed or over > trajectory.settling:
                 self._hold(trajectory, state, columns)
                 code = PATH_TOLERANCE_VIOLATED if strayed else GOAL_TOLERANCE_VIOLATED
-                raise TrajectoryError(code, strayed or missed)
+                raise TrajectoryError(strayed or missed, code)
 
     def _has_lost(self, order: Order, trajectory: Trajectory) -> bool:
         with self._lock:
@@ -342,10 +320,8 @@ class TrajectoryFollower:
         self._body.setJointPositions(dict(zip(trajectory.joints, targets.tolist(), strict=True)), fraction)
 
     def _hold(self, trajectory: Trajectory, state: JointState, columns: Sequence[int]) -> None:
-        positions = {
-            name: state.positions[column] for name, column in zip(trajectory.joints, columns, strict=True)
-        }
-        self._body.setJointPositions(positions, 1.0)
+        positions = [state.positions[column] for column in columns]
+        self._body.setJointPositions(dict(zip(trajectory.joints, positions, strict=True)), 1.0)
 
 
 def _worst(trajectory: Trajectory, desired: Numbers, actual: Numbers, tolerances: Mapping[str, float]) -> str:
@@ -415,7 +391,7 @@ class TrajectoryTopic:
         with self._lock:
             self._next = None
             if self._current is not None:
-                self._current.cancel()
+                self._current.stopped = True
 
     def _run(self) -> None:
         while True:
@@ -428,7 +404,7 @@ class TrajectoryTopic:
             try:
                 self._follower.follow(order, trajectory)
             except Canceled:
-                if order.abandoned:
+                if order.sender.gone:
                     self._refuse("its publisher is gone: its joints are held")
             except SupersededError as error:
                 _logger.debug("a trajectory of a topic: %s", error)
@@ -442,22 +418,13 @@ class _Order:
     """A trajectory that is followed without a client that waits."""
 
     def __init__(self, sender: Sender) -> None:
-        self._sender: Final = sender
-        self._canceled: Final = threading.Event()
-
-    @property
-    def abandoned(self) -> bool:
-        """Return whether its publisher is gone."""
-        return self._sender.gone
+        self.sender: Final = sender
+        self.stopped = False
 
     @property
     def canceled(self) -> bool:
         """Return whether its joints are to be held."""
-        return self._canceled.is_set() or self.abandoned
+        return self.stopped or self.sender.gone
 
     def publish_feedback(self, feedback: object) -> None:
         """Report to nobody."""
-
-    def cancel(self) -> None:
-        """Hold its joints."""
-        self._canceled.set()
