@@ -16,11 +16,8 @@ from naoserver.parts import (
     NO_TURN,
     NOWHERE,
     SHAPE_SIZES,
-    Camera,
     Coupling,
     Joint,
-    Kick,
-    RangeTable,
     Shape,
     Steps,
     Wheels,
@@ -56,15 +53,22 @@ def check(body: Body) -> None:
         _require_agreement(pair, body)
     _require_one_pair("table", [(table.independent, table.dependent) for table in body.tables])
     for table in body.tables:
-        _require_rows(table, body.joint[table.dependent])
+        joint = body.joint[table.dependent]
+        for angle, lower, upper in table.rows:
+            if lower > joint.upper or upper < joint.lower:
+                raise RobotError(f"range table of {joint.name}: at {angle} rad it is outside its own range")
     _require_whole_postures(body)
     for shape in body.shapes:
         _require_sizes(shape)
     for camera in body.cameras:
-        _require_rates(camera)
+        if len(camera.sizes) != len(camera.rates):
+            sizes, rates = len(camera.sizes), len(camera.rates)
+            raise RobotError(f"camera {camera.name}: {sizes} sizes, but {rates} rates")
     _require_soles(body)
     for name, kick in body.kicks.items():
-        _require_place(f"kick {name}", kick)
+        for axis, (lower, upper) in (("x", kick.x), ("y", kick.y)):
+            if not lower < upper:
+                raise RobotError(f"kick {name}: its {axis} from {lower:g} to {upper:g} is empty")
     if isinstance(body.walk, Wheels):
         _require_fast_wheels(body, body.walk)
     _require_finite(body.name, body.as_data())
@@ -115,12 +119,6 @@ def _require_whole_postures(body: Body) -> None:
         raise RobotError(f"rest: there is no posture {body.rest!r}")
 
 
-def _require_rates(camera: Camera) -> None:
-    sizes, rates = len(camera.sizes), len(camera.rates)
-    if sizes != rates:
-        raise RobotError(f"camera {camera.name}: {sizes} sizes, but {rates} rates")
-
-
 def _require_soles(body: Body) -> None:
     """Raise RobotError unless a body has two soles or none, and those that its walk needs."""
     if isinstance(body.walk, Steps | Footsteps) and not body.soles:
@@ -130,13 +128,6 @@ def _require_soles(body: Body) -> None:
     for sole in body.soles:
         if sole.pressure and sole.pressure.keys() != set(CORNERS):
             raise RobotError(f"sole of {sole.link}: its pressure sensors are not {', '.join(CORNERS)}")
-
-
-def _require_place(what: str, kick: Kick) -> None:
-    """Raise RobotError when a kick leaves no place for the ball."""
-    for axis, (lower, upper) in (("x", kick.x), ("y", kick.y)):
-        if not lower < upper:
-            raise RobotError(f"{what}: its {axis} from {lower:g} to {upper:g} is empty")
 
 
 def _require_one_pair(what: str, pairs: Sequence[tuple[str, str]]) -> None:
@@ -152,11 +143,8 @@ def _require_one_pair(what: str, pairs: Sequence[tuple[str, str]]) -> None:
 
 def _require_agreement(pair: Coupling, body: Body) -> None:
     """Raise RobotError when two joints cannot move together wherever the leader may be."""
-    what, leader, follower = (
-        f"coupling of {pair.follower}",
-        body.joint[pair.leader],
-        body.joint[pair.follower],
-    )
+    what = f"coupling of {pair.follower}"
+    leader, follower = body.joint[pair.leader], body.joint[pair.follower]
     if pair.ratio == 0.0:
         raise RobotError(f"{what}: with the ratio 0 it does not follow {pair.leader}")
     if leader.passive != follower.passive:
@@ -168,13 +156,6 @@ def _require_agreement(pair: Coupling, body: Body) -> None:
             f"{what}: {pair.leader} takes it from {lowest:.4g} to {highest:.4g}, outside its own range from"
             f" {follower.lower:.4g} to {follower.upper:.4g}: narrow the range of {pair.leader}"
         )
-
-
-def _require_rows(table: RangeTable, joint: Joint) -> None:
-    """Raise RobotError when a table leaves a joint nothing of its range."""
-    for angle, lower, upper in table.rows:
-        if lower > joint.upper or upper < joint.lower:
-            raise RobotError(f"range table of {joint.name}: at {angle} rad it is outside its own range")
 
 
 def _require_fast_wheels(body: Body, wheels: Wheels) -> None:

@@ -20,7 +20,7 @@ The `Outcome` reports every change. Callers serialise the calls (`naoserver._gua
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -266,7 +266,9 @@ class JointSafety:
             cap = self.speed_cap(joint, reading)
             target = self._rules.limit(joint, velocity, (-cap, cap), _TOO_FAST, outcome)
             reached = self._drives[joint].velocity if joint in self._drives else 0.0
-            self._set_drive(joint, _Drive(target, reached, deadline, client))
+            for former in (self._goals, self._clients, self._issued):
+                former.pop(joint, None)
+            self._drives[joint] = _Drive(target, reached, deadline, client)
         for pair in self._rules.couplings:
             if pair.leader in wanted:
                 self._drives[pair.follower].target = pair.ratio * self._drives[pair.leader].target
@@ -323,9 +325,7 @@ class JointSafety:
         """Hold the joints that a lost client moves."""
         outcome = Outcome()
         sent = self._sent_by(client, reading)
-        self._stop(
-            (joint for joint, drive in self._drives.items() if drive.client == client), reading, outcome
-        )
+        self._stop(lambda drive: drive.client == client, reading, outcome)
         for joint in sent:
             outcome.stopped.append(joint)
             self._hold(joint, reading, outcome)
@@ -334,9 +334,7 @@ class JointSafety:
     def watch(self, reading: JointReading, now: float) -> Outcome:
         """Check the moving joints: stop expired velocities, continue ramps, keep clear of limits."""
         outcome = Outcome()
-        self._stop(
-            (joint for joint, drive in self._drives.items() if now >= drive.deadline), reading, outcome
-        )
+        self._stop(lambda drive: now >= drive.deadline, reading, outcome)
         self._command((), reading, outcome)
         return outcome
 
@@ -388,12 +386,6 @@ class JointSafety:
         self._resting.discard(joint)
         self._held_back.discard(joint)
 
-    def _set_drive(self, joint: str, drive: _Drive) -> None:
-        self._goals.pop(joint, None)
-        self._clients.pop(joint, None)
-        self._drives[joint] = drive
-        self._issued.pop(joint, None)
-
     def _stay(self, joint: str, reading: JointReading) -> None:
         """Make the present position of a joint its goal, without a command to the device."""
         goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint, reading))
@@ -414,11 +406,13 @@ class JointSafety:
         """Return the joints on the way to a goal that a client set."""
         return self._moving([joint for joint, sender in self._clients.items() if sender == client], reading)
 
-    def _stop(self, joints: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
-        for joint in list(joints):
-            if self._drives[joint].target != 0.0:
-                outcome.stopped.append(joint)
-            self._hold(joint, reading, outcome)
+    def _stop(self, which: Callable[[_Drive], bool], reading: JointReading, outcome: Outcome) -> None:
+        """Hold the joints with some velocities."""
+        for joint, drive in list(self._drives.items()):
+            if which(drive):
+                if drive.target != 0.0:
+                    outcome.stopped.append(joint)
+                self._hold(joint, reading, outcome)
 
     def _command(self, named: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
         """Fill in the commands to the device: for joints that are named, driven, or subject to a table."""
@@ -426,7 +420,10 @@ class JointSafety:
         self._time = reading.time
         horizon = max(1.5 * elapsed, self.options.period)  # robot seconds that pass before the next check
         for joint, drive in list(self._drives.items()):
-            self._ramp(joint, drive, elapsed)
+            step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
+            if joint in self._held_back and drive.velocity * drive.target <= 0.0:
+                drive.velocity = 0.0  # it is at its limit: it rests there, and moves back from rest
+            drive.velocity += clamp(drive.target - drive.velocity, -step, step)
             if drive.velocity == drive.target == 0.0:
                 self._hold(joint, reading, outcome)
             else:
@@ -451,12 +448,6 @@ class JointSafety:
                         joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome
                     )
                 self._issue_position(joint, safe, self.speed_cap(joint, reading), outcome)
-
-    def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
-        step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
-        if joint in self._held_back and drive.velocity * drive.target <= 0.0:
-            drive.velocity = 0.0  # it is at its limit: it rests there, and moves back from rest
-        drive.velocity += clamp(drive.target - drive.velocity, -step, step)
 
     def _command_drive(
         self, joint: str, velocity: float, horizon: float, reading: JointReading, outcome: Outcome

@@ -273,15 +273,13 @@ def write_body(body: Body) -> str:
     return json.dumps(_without_infinite(body.as_data()))
 
 
+_INFINITE: Final = (math.inf, -math.inf)
+
+
 def _without_infinite(value: Any) -> Any:  # noqa: ANN401
     if isinstance(value, dict):
-        kept = ((key, item) for key, item in value.items() if not _is_infinite(item))
-        return {key: _without_infinite(item) for key, item in kept}
+        return {key: _without_infinite(item) for key, item in value.items() if item not in _INFINITE}
     return [_without_infinite(item) for item in value] if isinstance(value, (list, tuple)) else value
-
-
-def _is_infinite(value: object) -> bool:
-    return isinstance(value, float) and math.isinf(value)
 
 
 def _unique(file: str) -> Callable[[list[tuple[str, Any]]], dict[str, Any]]:

@@ -216,6 +216,13 @@ class CameraI(Camera):
         """A situation and the camera's place in it: cached, because all points of an image share them."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._meter = RateMeter(robot.clock.now)
+        self.job: Final[Job] = Periodic(
+            f"images of {facts.name}",
+            robot.clock,
+            lambda: 1.0 / self._settings.rate,
+            self.publish,
+            wanted=lambda: self.wanted,
+        )
 
     # -- operations --------------------------------------------------------------------------------------
 
@@ -309,11 +316,6 @@ class CameraI(Camera):
         return bool(self._streaming) or self.getImageDataPublisher.listening
 
     @property
-    def period(self) -> float:
-        """Robot seconds between two images of the stream."""
-        return 1.0 / self._settings.rate
-
-    @property
     def delivered_rate(self) -> float:
         """Images taken in a second of robot time, over the last two."""
         return self._meter.rate
@@ -340,7 +342,7 @@ class CameraI(Camera):
             if (
                 frame is not None
                 and (frame.width, frame.height) == (settings.width, settings.height)
-                and 0.0 <= self._robot.clock.now() - self._taken < self.period
+                and 0.0 <= self._robot.clock.now() - self._taken < 1.0 / settings.rate
             ):
                 return frame
             try:
