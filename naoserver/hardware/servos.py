@@ -21,10 +21,8 @@ from naoserver.capabilities import (
     Walker,
 )
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.hardware.connection import Connection, HardwareLimits
+from naoserver.hardware.connection import Connection, HardwareLimits, Link, LinkLost, Reporter
 from naoserver.hardware.lifecycle import End, Lifecycle, Start
-from naoserver.hardware.link import Link, LinkLost
-from naoserver.hardware.reporter import Reporter
 from naoserver.jobs import ControlLoop
 from naoserver.looks.description import write_looks
 from naoserver.parts import JointFacts

@@ -17,8 +17,7 @@ from msgspec import structs
 
 from naoserver._naoqi_names import IMAGE_SIZES
 from naoserver.errors import HardwareFailure
-from naoserver.hardware.connection import CallConnection
-from naoserver.hardware.link import CallFailed, CallLink, call
+from naoserver.hardware.connection import CallConnection, CallFailed, CallLink, call
 from naoserver.naoqi._link import NAME, is_nao6
 from naoserver.parts import CameraFacts
 from naoserver.robot import Frame

@@ -15,9 +15,7 @@ from naoserver.capabilities import Color, Playback, Sound, Tone, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, FadingLights
 from naoserver.hardware.background import BackgroundCalls
-from naoserver.hardware.connection import CallConnection
-from naoserver.hardware.link import CallLink, Reply
-from naoserver.hardware.reporter import Reporter
+from naoserver.hardware.connection import CallConnection, CallLink, Reply, Reporter
 from naoserver.parts import Lamp
 
 

@@ -13,9 +13,15 @@ from naoserver._naoqi_names import gait_limits
 from naoserver.capabilities import STILL, Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.hardware.background import BackgroundCalls, CoalescingQueue, Poll
-from naoserver.hardware.connection import CallConnection
-from naoserver.hardware.link import CallFailed, CallLink, LinkLost, Reply, call
-from naoserver.hardware.reporter import Reporter
+from naoserver.hardware.connection import (
+    CallConnection,
+    CallFailed,
+    CallLink,
+    LinkLost,
+    Reply,
+    Reporter,
+    call,
+)
 from naoserver.naoqi._state import NaoqiState
 from naoserver.robot import LIMP
 from zenoh_ice import Clock

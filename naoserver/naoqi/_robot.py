@@ -14,10 +14,8 @@ from interfaces.nao import Severity
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
 from naoserver.hardware.background import BackgroundCalls
-from naoserver.hardware.connection import Connection, HardwareLimits
+from naoserver.hardware.connection import CallFailed, CallLink, Connection, HardwareLimits, Reporter, call
 from naoserver.hardware.lifecycle import Lifecycle
-from naoserver.hardware.link import CallFailed, CallLink, call
-from naoserver.hardware.reporter import Reporter
 from naoserver.looks.description import write_looks
 from naoserver.naoqi._cameras import NaoqiCameras
 from naoserver.naoqi._expression import NaoqiLights, NaoqiLoudspeaker, NaoqiVoice

@@ -26,8 +26,7 @@ from naoserver.capabilities import (
     Vector,
 )
 from naoserver.errors import HardwareFailure
-from naoserver.hardware.connection import HardwareLimits
-from naoserver.hardware.link import CallFailed, CallLink, call
+from naoserver.hardware.connection import CallFailed, CallLink, HardwareLimits, call
 from naoserver.naoqi._link import NAME, is_nao6
 from naoserver.parts import CORNERS, LYING_TILT, JointFacts
 from naoserver.robot import BodyState, JointReading

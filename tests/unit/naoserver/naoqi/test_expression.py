@@ -5,7 +5,7 @@ import pytest
 from naoserver.capabilities import Sound, Tone
 from naoserver.errors import CommandRefused
 from naoserver.expression import SOUNDS, single_tone
-from naoserver.hardware.link import CallFailed
+from naoserver.hardware.connection import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
