@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta, Struct
+from msgspec.structs import asdict, replace
 
 from naoserver._body_checks import check
 from naoserver.errors import RobotError
@@ -211,42 +212,39 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
 
     def as_data(self) -> dict[str, Any]:
         """Return its parts except the looks as tables, lists, texts and numbers."""
-        parts = msgspec.structs.asdict(self)
+        parts = asdict(self)
         del parts["looks"]
         data: dict[str, Any] = msgspec.to_builtins(parts)
         return data
 
     def without(self, name: str, title: str, joints: Collection[str], touch: Collection[str]) -> Body:
         """Return a copy called `name`: some joints are fixed at the angle 0, some touch sensors missing."""
+
+        def left(names: Iterable[str]) -> tuple[str, ...]:
+            return tuple(name for name in names if name not in joints)
+
+        groups = {
+            group: left(names) for group, names in asdict(self.groups).items() if isinstance(names, tuple)
+        }
         postures = {
-            key: msgspec.structs.replace(
-                posture, angles={at: angle for at, angle in posture.angles.items() if at not in joints}
-            )
+            key: replace(posture, angles={at: posture.angles[at] for at in left(posture.angles)})
             for key, posture in self.postures.items()
         }
-        rules = tuple(
-            msgspec.structs.replace(rule, slower=tuple(at for at in rule.slower if at not in joints))
-            for rule in self.speed_rules
-        )
-        groups = {
-            group: tuple(at for at in names if at not in joints)
-            for group, names in msgspec.structs.asdict(self.groups).items()
-            if isinstance(names, tuple)
+        hinges = {
+            hinge: axes
+            for hinge, axes in self.hinges.items()
+            if not any(axis.joint in joints for axis in axes.values())
         }
-        return msgspec.structs.replace(
+        return replace(
             self,
             name=name,
             title=title,
             joints=tuple(joint for joint in self.joints if joint.name not in joints),
             fixed_joints=(*self.fixed_joints, *(joint for joint in self.joints if joint.name in joints)),
-            groups=msgspec.structs.replace(self.groups, **groups),
-            hinges={
-                hinge: axes
-                for hinge, axes in self.hinges.items()
-                if not any(axis.joint in joints for axis in axes.values())
-            },
+            groups=replace(self.groups, **groups),
+            hinges=hinges,
             postures=postures,
-            speed_rules=rules,
+            speed_rules=tuple(replace(rule, slower=left(rule.slower)) for rule in self.speed_rules),
             touch={sensor: place for sensor, place in self.touch.items() if sensor not in touch},
         )
 
