@@ -90,7 +90,7 @@ class ConditionWatch:
         self._present: set[str] = set()  # present problems
         self._charge_mark = math.inf
 
-    def look(self, state: BodyState) -> None:
+    def poll(self, state: BodyState) -> None:
         """Report the changes since the last check; `state` is the robot's newest."""
         name, reading = self._robot.name, self._robot.read()
         tilt = f"the torso tilts by {math.degrees(state.torso_tilt):.0f} deg"
@@ -99,11 +99,11 @@ class ConditionWatch:
         is_limp = bool(self._robot.body.motors) and max(reading.stiffnesses) < LIMP
         limp = (Severity.Warning, "limp: no motor holds until it is made stiff again")
         self._compare("limp", is_limp, name, limp, "no longer limp: motors hold again")
-        self._look_at_place()
+        self._check_place()
         if (heat := self._robot.body.motor_heat) is not None:
-            self._look_at_motors(heat, reading)
+            self._check_motors(heat, reading)
         if self._robot.body.battery is not None:
-            self._look_at_battery()
+            self._check_battery()
 
     def _compare(
         self, condition: str, present: bool, source: str, begin: tuple[Severity, str], end: str
@@ -113,7 +113,7 @@ class ConditionWatch:
             level, message = begin if present else (Severity.Info, end)
             self._events.add(level, source, message, message)
 
-    def _look_at_place(self) -> None:
+    def _check_place(self) -> None:
         """Report a simulated robot that nothing holds, or that its own parts throw away."""
         stage, name = self._robot.stage, self._robot.name
         if stage is None or self._robot.body.mounted:
@@ -127,14 +127,14 @@ class ConditionWatch:
         away = f"flung away: its root is at {height:.1f} m, at {speed:.0f} m/s, as if its shapes burst apart"
         self._compare("flung", is_away, name, (Severity.Error, away), "no longer flung away")
 
-    def _look_at_motors(self, heat: MotorHeat, reading: JointReading) -> None:
+    def _check_motors(self, heat: MotorHeat, reading: JointReading) -> None:
         for joint, temperature in zip(self._robot.joints, reading.temperatures, strict=True):
             is_hot = temperature >= (heat.cool if joint.name in self._present else heat.hot)
             degrees = f"its motor has {temperature:.0f} degrees Celsius"
             hot = (Severity.Warning, f"hot: {degrees} and gives less torque")
             self._compare(joint.name, is_hot, joint.name, hot, f"cool again: {degrees}")
 
-    def _look_at_battery(self) -> None:
+    def _check_battery(self) -> None:
         if self._robot.senses is None:
             return
         battery = self._robot.senses.read().battery
@@ -155,7 +155,7 @@ class ConditionWatch:
 
 _PATIENCE: Final = 1.0
 """Robot seconds for which a joint makes no way until that is reported."""
-_LOOKS: Final = 3
+_CHECKS: Final = 3
 """Checks that must find so, however fast robot time passes."""
 _BEHIND: Final = 0.2
 """Distance in rad from its setpoint beyond which a joint is to move: a load holds it nearer than that."""
@@ -177,7 +177,7 @@ class _Wait:
 
     time: float
     position: float
-    looks: int = 0
+    checks: int = 0
     reported: bool = False
 
 
@@ -194,7 +194,7 @@ class JointWatch:
         self._waits: dict[str, _Wait] = {}
         self._time = float("-inf")
 
-    def look(self, reading: JointReading) -> None:
+    def poll(self, reading: JointReading) -> None:
         """Report the changes since the last reading; an older one, of a lost robot, says nothing."""
         if reading.time <= self._time:
             return
@@ -203,7 +203,7 @@ class JointWatch:
         columns = zip(self._joints, reading.positions, reading.commands, reading.stiffnesses, strict=True)
         for joint, position, command, stiffness in columns:
             if joint.name in self._following and joint.name not in reading.faults:
-                self._look_at(joint, position, command, stiffness)
+                self._check_joint(joint, position, command, stiffness)
 
     def _compare_faults(self, faults: Mapping[str, JointFault]) -> None:
         for joint, fault in faults.items():
@@ -216,7 +216,7 @@ class JointWatch:
                 self._events.add(Severity.Info, joint, message, message)
         self._faults = dict(faults)
 
-    def _look_at(self, joint: JointFacts, position: float, command: float, stiffness: float) -> None:
+    def _check_joint(self, joint: JointFacts, position: float, command: float, stiffness: float) -> None:
         scale, unit = (_SLIDES, "m") if joint.name in self._sliding else (1.0, "rad")
         span, wait = joint.upper - joint.lower, self._waits.get(joint.name)
         behind, most = abs(command - position), min(_BEHIND * scale, _SHARE * span)
@@ -232,9 +232,9 @@ class JointWatch:
         elif wait is None or (not wait.reported and abs(position - wait.position) > _WAY * scale):
             self._waits[joint.name] = _Wait(self._time, position)
         else:
-            wait.looks += 1
+            wait.checks += 1
             waited = self._time - wait.time
-            if not wait.reported and waited >= _PATIENCE and wait.looks >= _LOOKS - 1:
+            if not wait.reported and waited >= _PATIENCE and wait.checks >= _CHECKS - 1:
                 wait.reported = True
                 limit = joint.lower if position < command else joint.upper
                 at_limit = f", at its limit {limit:.3g}" if abs(position - limit) < _AT_LIMIT * span else ""

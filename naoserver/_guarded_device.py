@@ -69,11 +69,11 @@ class GuardedDevice:
 
     `gate` accepts each command or refuses it with CommandRefused; a hold is never refused. The client of a
     command is the caller, as known to the gate; an empty client cannot hold a lease.
-    `look_within` is called after a command with the wall seconds within which `watch` is due.
+    `check_within` is called after a command with the wall seconds within which `watch` is due.
     """
 
     def __init__(
-        self, device: JointDevice, safety: JointSafety, gate: Gate, look_within: Callable[[float], None]
+        self, device: JointDevice, safety: JointSafety, gate: Gate, check_within: Callable[[float], None]
     ) -> None:
         self.name: Final = device.name
         self.joints: Final = device.joints
@@ -83,7 +83,7 @@ class GuardedDevice:
         self._safety = safety
         self.gate: Final = gate
         self.events: Final = gate.events
-        self.look_within: Final = look_within
+        self.check_within: Final = check_within
         self._lock = threading.Lock()
         self._closed = False
         self.claims: Final = Claims()
@@ -244,7 +244,7 @@ class GuardedDevice:
             due = self._safety.next_watch(reading, self.events.wall_time())
         self.events.add_limited(outcome.limitations)
         if due is not None:
-            self.look_within(due)
+            self.check_within(due)
         return outcome
 
     def _apply(self, outcome: Outcome) -> Outcome:

@@ -232,7 +232,7 @@ class WalkGuard:
         nothing.
         """
         limitations = []
-        self._look_for_end()
+        self._check_for_end()
         with self._lock:
             if after is not None and (commanded := self._walker.commanded()) != after:
                 if commanded == STILL and self._walker.ended:
@@ -263,7 +263,7 @@ class WalkGuard:
             if not self._closed:
                 self._command(drives)
         self._events.add_limited(limitations)
-        self._body.look_within(self._options.period)
+        self._body.check_within(self._options.period)
         return bool(limitations)
 
     def stop(self) -> None:
@@ -287,7 +287,7 @@ class WalkGuard:
 
     def watch(self) -> float | None:
         """Stop expired velocities; return the wall seconds until the next check, None while it rests."""
-        self._look_for_end()
+        self._check_for_end()
         now = self._events.wall_time()
         stopped = self._stop_where(lambda drive: now >= drive.deadline)
         if stopped:
@@ -307,7 +307,7 @@ class WalkGuard:
                 self._command({})
                 self._closed = True
 
-    def _look_for_end(self) -> None:
+    def _check_for_end(self) -> None:
         """Report it when the robot has ended the walk."""
         with self._lock:
             ended = bool(self._drives) and self._walker.commanded() == STILL

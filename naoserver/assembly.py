@@ -303,6 +303,6 @@ class Assembly:
         body = self._robot.body
         rules = (body.tables, body.couplings, body.speed_rules) if device is self._robot else ()
         safety = JointSafety(device.joints, options, *rules)
-        guarded = GuardedDevice(device, safety, gate, self._watchdog.look_within)
+        guarded = GuardedDevice(device, safety, gate, self._watchdog.check_within)
         self.watched.append(guarded)
         return guarded

@@ -227,7 +227,7 @@ class OwnPosturesI(PosturesI):
         return self._postures.names
 
     def progress(self) -> ActionState:
-        of = self._look()
+        of = self._poll()
         if of.moving:
             status = ActionStatus.Moving
         elif of.reached:
@@ -251,7 +251,7 @@ class OwnPosturesI(PosturesI):
                 raise
             self._count += 1
             self._client = client
-        self._body.look_within(_PERIOD)
+        self._body.check_within(_PERIOD)
         try:
             self._body.gate.require(client)
         except CommandRefused:  # an emergency stop came in between
@@ -266,11 +266,11 @@ class OwnPosturesI(PosturesI):
 
     def watch(self) -> float | None:
         """Free the joints at the end of the way; return the wall seconds until the next check."""
-        return _PERIOD if self._look().moving else None
+        return _PERIOD if self._poll().moving else None
 
     def moves_for(self, client: str) -> bool:
         """Return whether it is on a way that a client commanded."""
-        return self._client == client and self._look().moving
+        return self._client == client and self._poll().moving
 
     def drop_client(self, client: str) -> None:
         """Do nothing: the robot's own way runs to its end, because half way the body may fall."""
@@ -286,7 +286,7 @@ class OwnPosturesI(PosturesI):
         self._postures.stop()
         self._body.claims.release(_WAY)
 
-    def _look(self) -> PostureProgress:
+    def _poll(self) -> PostureProgress:
         with self._lock:
             progress = self._postures.progress()
             if not progress.moving:

@@ -51,8 +51,8 @@ class HealthI(Health):
 
     def publish(self) -> None:
         """Check the robot, and send a report to the listeners."""
-        self._condition.look(self._robot.state())
-        self._joints.look(self._robot.read())
+        self._condition.poll(self._robot.state())
+        self._joints.poll(self._robot.read())
         self.report_now()
 
     def _report(self) -> HealthReport:

@@ -214,8 +214,8 @@ class Connection(Generic[L]):
         """Connect, and poll the robot from then on. Raises RobotError when it cannot be reached."""
         self._link = self._open(_FIRST_CONNECTION_LIMIT)
         try:
-            for look in self.on_tick:
-                look(self._link)
+            for poll in self.on_tick:
+                poll(self._link)
         except BaseException as error:
             self._link.close()
             if isinstance(error, OSError):
@@ -252,18 +252,18 @@ class Connection(Generic[L]):
             if link is None:
                 if not self._closing.wait(self.limits.retry):
                     self._find()
-            elif (why := self._look_after(link)) and not self._closing.is_set():
+            elif (why := self._poll_until_lost(link)) and not self._closing.is_set():
                 self._lose(link, why)
         self._notify(self.on_close)
 
-    def _look_after(self, link: L) -> str:
+    def _poll_until_lost(self, link: L) -> str:
         """Poll the robot until it is lost; return the reason."""
         due = self._clock.now()
         while not self._closing.is_set():
             try:
                 self._polled = time.monotonic()
-                for look in self.on_tick:
-                    look(link)
+                for poll in self.on_tick:
+                    poll(link)
                 self._reporter.report_once("tick", "")
             except CallFailed as error:
                 self._reporter.report_once("tick", str(error))

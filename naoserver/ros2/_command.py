@@ -108,7 +108,7 @@ def gateway(
                 continue
             report_ready(f"ready: {namespace.rstrip('/')}/{name}, {', '.join(own.connect)}")
             while not stop.wait(_CHECK_PERIOD):
-                telemetry.look()
+                telemetry.poll()
 
 
 @contextmanager
@@ -126,7 +126,7 @@ def serve(
 
     `settings.connect` has the endpoint of the router of ROS, or of another node, by which others should reach
     it within `reach_limit` s; `options` are those of `ros2.Node`. The names of frames begin with
-    `frame_prefix`, by default with the namespace. Yields the telemetry, whose `look` is due
+    `frame_prefix`, by default with the namespace. Yields the telemetry, whose `poll` is due
     several times a second. Raises AbsentError when nothing answers there, GatewayError for a robot whose
     description has a fault.
     """

@@ -37,7 +37,7 @@ _OPTICAL: Final = (-math.pi / 2, 0.0, -math.pi / 2)
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class FixedFrame:
     """A frame that is fixed to another."""
 
     name: str
@@ -61,16 +61,16 @@ def link_frames(body: Body) -> Mapping[str, str]:
     return names
 
 
-def fixed_frames(body: Body) -> list[Frame]:
+def fixed_frames(body: Body) -> list[FixedFrame]:
     """Return the frames that never move, each after its parent.
 
     One that has the name of a link is left out: that link is it.
     """
     links = link_frames(body)
     root = links[body.root.name]
-    frames = [Frame(root, ROOT, NOWHERE)] if root != ROOT else []
+    frames = [FixedFrame(root, ROOT, NOWHERE)] if root != ROOT else []
     frames += [
-        Frame(links[joint.child], links[joint.parent], joint.origin, angles_at_rest(joint))
+        FixedFrame(links[joint.child], links[joint.parent], joint.origin, angles_at_rest(joint))
         for joint in body.fixed_joints
     ]
     taken = {ODOM, ROOT, FOOTPRINT, *links.values()}
@@ -96,42 +96,42 @@ def optical_frame(camera: str) -> str:
     return f"{camera}_optical_frame"
 
 
-def outside_frames(camera: CameraDescription) -> list[Frame]:
+def outside_frames(camera: CameraDescription) -> list[FixedFrame]:
     """Return the frames of a camera beside the robot: it stands still where the odometry began."""
     place = camera.posx, camera.posy, camera.posz
     return list(_camera_frames(camera.name, ODOM, place, (0.0, camera.tilt, OUTSIDE_YAW)))
 
 
-def _camera_frames(name: str, parent: str, position: Vector, angles: Vector) -> Iterator[Frame]:
-    yield Frame(f"{name}_frame", parent, position, angles)
-    yield Frame(optical_frame(name), f"{name}_frame", NOWHERE, _OPTICAL)
+def _camera_frames(name: str, parent: str, position: Vector, angles: Vector) -> Iterator[FixedFrame]:
+    yield FixedFrame(f"{name}_frame", parent, position, angles)
+    yield FixedFrame(optical_frame(name), f"{name}_frame", NOWHERE, _OPTICAL)
 
 
-def _sensor_frames(body: Body, links: Mapping[str, str]) -> Iterator[Frame]:
+def _sensor_frames(body: Body, links: Mapping[str, str]) -> Iterator[FixedFrame]:
     """Yield the frames of soles and sensors, each after its parent."""
     for name, sole in zip(SOLES, body.soles, strict=False):
-        yield Frame(name, links[sole.link], (0.0, 0.0, -sole.height))
+        yield FixedFrame(name, links[sole.link], (0.0, 0.0, -sole.height))
     for camera in body.cameras:
         name = camera_frame(camera, camera.name)
         yield from _camera_frames(name, links[camera.link], camera.position, (0.0, camera.tilt, 0.0))
     if body.cameras and body.neck is not None:
-        yield Frame(GAZE, links[body.cameras[0].link], body.cameras[0].position)
+        yield FixedFrame(GAZE, links[body.cameras[0].link], body.cameras[0].position)
     if (unit := body.inertial_unit) is not None:
         root = links[body.root.name]
-        yield Frame("ImuTorsoAccelerometer_frame", root, unit.accelerometer)
-        yield Frame("ImuTorsoGyrometer_frame", root, unit.gyrometer)
+        yield FixedFrame("ImuTorsoAccelerometer_frame", root, unit.accelerometer)
+        yield FixedFrame("ImuTorsoGyrometer_frame", root, unit.gyrometer)
     for side, place in (("L", body.sonar.left), ("R", body.sonar.right)) if body.sonar else ():
-        yield Frame(f"{side}Sonar_frame", links[place.link], place.position, place.angles)
+        yield FixedFrame(f"{side}Sonar_frame", links[place.link], place.position, place.angles)
     for side, sole in zip("LR", body.soles, strict=False):
         yield from _pressure_frames(side, sole, links[sole.link])
     for sensor, place in body.touch.items():
-        yield Frame(f"{place.ros_name or sensor}_frame", links[place.link], place.position, place.angles)
+        yield FixedFrame(f"{place.ros_name or sensor}_frame", links[place.link], place.position, place.angles)
 
 
-def _pressure_frames(side: str, sole: Sole, link: str) -> Iterator[Frame]:
+def _pressure_frames(side: str, sole: Sole, link: str) -> Iterator[FixedFrame]:
     for sensor, position in sole.pressure.items():
         corner = "".join(filter(str.isupper, sensor))  # FrontLeft: FL
-        yield Frame(f"{side}Fsr{corner}_frame", link, position)
+        yield FixedFrame(f"{side}Fsr{corner}_frame", link, position)
 
 
 _BONE: Final = 0.018

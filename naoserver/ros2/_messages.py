@@ -32,7 +32,7 @@ from naoserver.kinematics import Matrix, angles_of, kinematics_of, matrix_of, tu
 from naoserver.parts import NO_TURN, Joint, Quaternion
 from zenoh_ros2 import Types
 
-from ._frames import FOOTPRINT, ODOM, ROOT, Frame, fixed_frames, link_frames
+from ._frames import FOOTPRINT, ODOM, ROOT, FixedFrame, fixed_frames, link_frames
 
 Fields = dict[str, object]
 
@@ -325,7 +325,7 @@ class BodyFrames:
         self._walked = 0.0  # m, since the first odometry
         self._turned = 0.0  # rad
 
-    def fixed(self, ns: int, others: Sequence[Frame] = ()) -> Any:  # noqa: ANN401 - made at run time
+    def fixed(self, ns: int, others: Sequence[FixedFrame] = ()) -> Any:  # noqa: ANN401 - made at run time
         """Return the tf2_msgs/msg/TFMessage of the fixed frames, and of others that are not on the body."""
         return self.message([self._of_frame(frame, ns) for frame in (*self._fixed, *others)])
 
@@ -394,7 +394,7 @@ class BodyFrames:
             "twist": {"twist": velocity, "covariance": _diagonal(moving)},
         }
 
-    def _of_frame(self, frame: Frame, ns: int) -> Any:  # noqa: ANN401
+    def _of_frame(self, frame: FixedFrame, ns: int) -> Any:  # noqa: ANN401
         return self._placed(frame.parent, frame.name, frame.position, _from_angles(frame.angles), ns)
 
     def _of_matrix(self, parent: str, child: str, place: Matrix, ns: int) -> Any:  # noqa: ANN401

@@ -60,7 +60,7 @@ class _Topic:
         self.publish: Final = publisher.publish
         self.wanted = False
 
-    def look(self) -> None:
+    def poll(self) -> None:
         self.wanted = self._publisher.heard
 
 
@@ -72,9 +72,9 @@ class _Relay:
         self._follow = follow
         self._following: Subscription[Any] | None = None
 
-    def look(self) -> None:
+    def poll(self) -> None:
         for topic in self._topics:
-            topic.look()
+            topic.poll()
         if not any(topic.wanted for topic in self._topics):
             self.close()
         elif self._following is None:
@@ -87,7 +87,7 @@ class _Relay:
 
 
 class Telemetry:
-    """Publishes the streams of a robot server; `look` is to be called several times a second."""
+    """Publishes the streams of a robot server; `poll` is to be called several times a second."""
 
     def __init__(self, node: Node, robot: DescribedRobot, stamps: Stamps) -> None:
         """Announce topics for the robot's servants. Raises SystemException when the server is gone."""
@@ -115,10 +115,10 @@ class Telemetry:
             lambda sample: stamps.adjust(sample.time, sample.wall_time), rate=_ONCE_A_SECOND
         )
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Follow just the streams whose topics have listeners."""
         for relay in self._relays:
-            relay.look()
+            relay.poll()
         if self._clocks is not None:
             several = len(self._clocks) > 1
             if several and not self._jumps:

@@ -28,9 +28,9 @@ class Rig:
         self.device = device or FakeDevice("Nao", H25.joints, clock, {})
         safety = JointSafety(H25.joints, SafetyOptions(), H25.tables, H25.couplings, H25.speed_rules)
         self.gate = Gate(self.events)
-        self.guarded = GuardedDevice(self.device, safety, self.gate, self.look_within)
+        self.guarded = GuardedDevice(self.device, safety, self.gate, self.check_within)
 
-    def look_within(self, seconds):
+    def check_within(self, seconds):
         self.due = seconds
 
     def commands(self):
@@ -273,8 +273,8 @@ def test_the_watchdog_checks_in_time_after_a_command():
     watchdog.run()
     assert watchdog.due(0.0) == pytest.approx(1.0)
     clock.advance(0.3)
-    watchdog.look_within(0.02)
-    watchdog.look_within(0.5)  # later than what is due already
+    watchdog.check_within(0.02)
+    watchdog.check_within(0.5)  # later than what is due already
     assert watchdog.due(0.3) == pytest.approx(0.32)
     assert woken == [0.3]
 

@@ -39,7 +39,7 @@ class Rig:
     ) -> list[str]:
         self.clock.advance(step)
         reading = self.robot.read()
-        self.watch.look(
+        self.watch.poll(
             replace(
                 reading,
                 commands=(command, *reading.commands[1:]),

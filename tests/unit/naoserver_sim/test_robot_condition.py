@@ -29,8 +29,8 @@ class Rig:
         """Let time pass; return the new events."""
         for _ in range(seconds):
             self.clock.advance(1.0)
-            self.watch.look(self.robot.state())
-            self.joints.look(self.robot.read())
+            self.watch.poll(self.robot.state())
+            self.joints.poll(self.robot.read())
         events = self.events.snapshot()[0][self.told :]
         self.told += len(events)
         return [(event.level, event.source, event.message.split(":")[0]) for event in events]
