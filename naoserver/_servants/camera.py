@@ -33,21 +33,21 @@ from naoserver.parts import CameraFacts
 from naoserver.robot import Frame, Robot
 from zenoh_ice import Current
 
-Situation = NDArray[np.float64]
+Moment = NDArray[np.float64]
 """The robot time in s, roll and pitch of the torso, and the angles of all joints in rad."""
 
 _PERIOD: Final = 0.02
-_MOST_SITUATIONS: Final = 50
-"""Situations that are kept: those of a second."""
+_MOST_MOMENTS: Final = 50
+"""Moments that are kept: those of a second."""
 _WANTED: Final = 1.0
-"""Seconds after a picture for which situations are noted, for the next one."""
+"""Seconds after a picture for which moments are noted, for the next one."""
 
 
 class BodyHistory:
-    """Note the situations of the body while pictures are taken, and return that of a time.
+    """Note the moments of the body while pictures are taken, and return that of a time.
 
     `job` notes them every 20 ms of robot time from the first picture on, until none was taken for a second;
-    `begins` is called when it has something to do again. A picture that is older than all situations counts
+    `begins` is called when it has something to do again. A picture that is older than all moments counts
     as taken in the oldest one. Thread-safe.
     """
 
@@ -56,7 +56,7 @@ class BodyHistory:
         self._kinematics = kinematics_of(robot.body)
         self._begins = begins
         self._lock = threading.Lock()
-        self._past: deque[Situation] = deque(maxlen=_MOST_SITUATIONS)
+        self._past: deque[Moment] = deque(maxlen=_MOST_MOMENTS)
         self._used = -math.inf
         self.job: Final[Job] = Periodic(
             "places of the body",
@@ -67,19 +67,19 @@ class BodyHistory:
             wanted=self._wanted,
         )
 
-    def note(self) -> Situation:
-        """Note and return the present situation."""
+    def note(self) -> Moment:
+        """Note and return the present moment."""
         joints, senses = self._robot.read(), self._robot.senses
         inertial = senses.inertial() if senses else None
         tilt = (inertial.roll, inertial.pitch) if inertial else (0.0, 0.0)
-        situation = np.array([joints.time, *tilt, *joints.positions])
+        moment = np.array([joints.time, *tilt, *joints.positions])
         with self._lock:
-            if not self._past or self._past[-1][0] < situation[0]:
-                self._past.append(situation)
-        return situation
+            if not self._past or self._past[-1][0] < moment[0]:
+                self._past.append(moment)
+        return moment
 
-    def at(self, time: float) -> Situation:
-        """Return the situation at a time of a picture in s, between the noted ones."""
+    def at(self, time: float) -> Moment:
+        """Return the moment at a time of a picture in s, between the noted ones."""
         rested = not self._wanted()
         self._used = self._robot.clock.now()
         if rested:
@@ -94,9 +94,9 @@ class BodyHistory:
     def _wanted(self) -> bool:
         return self._robot.clock.now() - self._used < _WANTED
 
-    def place_in(self, situation: Situation, link: str) -> Matrix:
+    def place_in(self, moment: Moment, link: str) -> Matrix:
         """Return where a link is in the robot's frame."""
-        _, roll, pitch, *positions = situation.tolist()
+        _, roll, pitch, *positions = moment.tolist()
         angles = dict(zip((joint.name for joint in self._robot.joints), positions, strict=True))
         root = self._kinematics.torso_place(angles, roll, pitch)
         return root @ self._kinematics.link_place(link, angles)
@@ -176,7 +176,7 @@ class _Shot(NamedTuple):
 
     width: int
     height: int
-    situation: Situation
+    moment: Moment
 
 
 class CameraI(Camera):
@@ -212,8 +212,8 @@ class CameraI(Camera):
         """When it was taken, in robot time: its own time is that of the exposure, which may be earlier."""
         self._shot: _Shot | None = None  # replaced as a whole, too
         """How the newest image was taken."""
-        self._place: tuple[Situation | None, Matrix] = (None, np.eye(4))
-        """A situation and the camera's place in it: cached, because all points of an image share them."""
+        self._place: tuple[Moment | None, Matrix] = (None, np.eye(4))
+        """A moment and the camera's place in it: cached, because all points of an image share them."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._meter = RateMeter(robot.clock.now)
         self.job: Final[Job] = Periodic(
@@ -290,11 +290,11 @@ class CameraI(Camera):
             raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot, but beside it")
         settings = self._settings
         shot = self._shot or _Shot(settings.width, settings.height, self._history.note())
-        situation, camera = self._place
-        if situation is not shot.situation:
+        moment, camera = self._place
+        if moment is not shot.moment:
             mounted = matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
-            camera = self._history.place_in(shot.situation, self._link) @ mounted
-            self._place = shot.situation, camera
+            camera = self._history.place_in(shot.moment, self._link) @ mounted
+            self._place = shot.moment, camera
         focal = self._focal_length(shot.width)
         right, down = u - (shot.width - 1) / 2, v - (shot.height - 1) / 2
         ray = camera[:3, :3] @ (1.0, -right / focal, -down / focal)

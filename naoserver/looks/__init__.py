@@ -60,7 +60,7 @@ class Material(Struct, frozen=True, forbid_unknown_fields=True):
     opacity: float = 1.0
 
 
-class Shape(Struct, frozen=True, forbid_unknown_fields=True):
+class SeenShape(Struct, frozen=True, forbid_unknown_fields=True):
     """A shape on a link, as the comments in the looks of the Nao explain it."""
 
     link: str
@@ -79,7 +79,7 @@ class Shape(Struct, frozen=True, forbid_unknown_fields=True):
 class Part(NamedTuple):
     """A shape on one of the links on which it is seen."""
 
-    shape: Shape
+    shape: SeenShape
     link: str
     mirrored: bool
     """Whether it is the mirror image with respect to the plane y = 0 of the link."""
@@ -90,8 +90,8 @@ class Part(NamedTuple):
 class Shapes(Struct, frozen=True, forbid_unknown_fields=True):
     """The shapes of the shell, and of the blocks that may be shown in its place."""
 
-    shell: tuple[Shape, ...]
-    blocks: tuple[Shape, ...]
+    shell: tuple[SeenShape, ...]
+    blocks: tuple[SeenShape, ...]
 
 
 class Skin(Struct, frozen=True, forbid_unknown_fields=True):

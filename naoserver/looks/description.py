@@ -24,9 +24,8 @@ from naoserver.bodies import folder_of
 from naoserver.body import Body
 from naoserver.capabilities import Color, Vector
 from naoserver.kinematics import turned
-from naoserver.looks import Look, Looks, Material, Part, Shape, Shapes, Skin, read_looks, skin_names
-from naoserver.parts import NO_TURN, NOWHERE
-from naoserver.parts import Shape as ContactShape
+from naoserver.looks import Look, Looks, Material, Part, SeenShape, Shapes, Skin, read_looks, skin_names
+from naoserver.parts import NO_TURN, NOWHERE, Shape
 
 _MATERIAL: Final = "plain"
 GREY: Final = Material(color=(0.72, 0.74, 0.77), specular=0.3, shininess=0.3)
@@ -52,21 +51,21 @@ def plain_looks(body: Body) -> Looks:
     return Looks(skin, {})
 
 
-def seen(shape: ContactShape, material: str) -> Shape:
+def seen(shape: Shape, material: str) -> SeenShape:
     """Return how a contact shape looks in a material; a hull as the box around it."""
     shape = shape.boxed()
     link, at, size = shape.link, shape.position, shape.size
     if shape.kind == "sphere":
-        return Shape(link, "ellipsoid", material=material, size=size * 3, at=at)
+        return SeenShape(link, "ellipsoid", material=material, size=size * 3, at=at)
     if shape.kind in ("box", "ellipsoid"):
-        return Shape(link, shape.kind, material=material, size=size, at=at, turn=shape.turn)
+        return SeenShape(link, shape.kind, material=material, size=size, at=at, turn=shape.turn)
     if shape.kind == "cylinder":
-        return Shape(link, "disc", material=material, size=size, at=at, turn=shape.turn)
+        return SeenShape(link, "disc", material=material, size=size, at=at, turn=shape.turn)
     begin, end = shape.ends or _ends(shape)
-    return Shape(link, "capsule", material=material, size=size[:1], at=begin, to=end)
+    return SeenShape(link, "capsule", material=material, size=size[:1], at=begin, to=end)
 
 
-def _ends(capsule: ContactShape) -> tuple[Vector, Vector]:
+def _ends(capsule: Shape) -> tuple[Vector, Vector]:
     """Return the centers of the round ends of a capsule along its z axis."""
     x, y, z = capsule.position
     along_x, along_y, along_z = (capsule.size[1] * turned(capsule.turn)[:3, 2]).tolist()
@@ -127,7 +126,7 @@ def _form(part: Part, meshes: Mapping[str, int]) -> dict[str, Any]:
 
 
 def _primitive(
-    shape: Shape, mirror: NDArray[np.float64]
+    shape: SeenShape, mirror: NDArray[np.float64]
 ) -> tuple[list[float], NDArray[np.float64], NDArray[np.float64]]:
     """Return the half sizes, the middle and the axis of a shape."""
     size = [*shape.size, 0.0, 0.0][:3]
