@@ -13,15 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from interfaces.jderobot import (
-    Camera,
-    CameraDescription,
-    ConfigurationNotExistException,
-    FloorPoint,
-    HardwareFailedException,
-    ImageData,
-    ImageDescription,
-)
+from interfaces import jderobot
 from interfaces.nao import Severity
 from naoserver._event_log import EventLog
 from naoserver._servants.shared import MOST_QUOTED, require_finite, to_time
@@ -179,7 +171,7 @@ class _Shot(NamedTuple):
     moment: Moment
 
 
-class CameraI(Camera):
+class CameraI(jderobot.Camera):
     """Serve one camera of a robot.
 
     No image is taken while nobody calls, listens or has started streaming with startCameraStreaming. A call
@@ -226,28 +218,28 @@ class CameraI(Camera):
 
     # -- operations --------------------------------------------------------------------------------------
 
-    def getImageDescription(self, current: Current) -> ImageDescription:
+    def getImageDescription(self, current: Current) -> jderobot.ImageDescription:
         width, height = self._settings.width, self._settings.height
-        return ImageDescription(
+        return jderobot.ImageDescription(
             width=width, height=height, size=width * height * STREAMED_BYTES_A_PIXEL, format=STREAMED_FORMAT
         )
 
     def getImageFormat(self, current: Current) -> list[str]:
         return list(PIXEL_FORMATS)
 
-    def getImageData(self, format: str, current: Current) -> ImageData:
+    def getImageData(self, format: str, current: Current) -> jderobot.ImageData:
         if format not in PIXEL_FORMATS:
             known = ", ".join(PIXEL_FORMATS)
             message = f"{self.facts.name} has no format {format[:MOST_QUOTED]!r}; it has {known}"
             if format == "JPEG":
                 message += "; JPEG needs Pillow where the server runs: pip install pillow"
-            raise ConfigurationNotExistException(message)
+            raise jderobot.ConfigurationNotExistException(message)
         return _image(self._fresh(), format)
 
-    def getCameraDescription(self, current: Current) -> CameraDescription:
+    def getCameraDescription(self, current: Current) -> jderobot.CameraDescription:
         settings, facts = self._settings, self.facts
         focal = self._focal_length(settings.width)
-        return CameraDescription(
+        return jderobot.CameraDescription(
             name=facts.name,
             shortDescription=f"{settings.width}x{settings.height}, {settings.rate:g} images/s of robot time",
             streamingUri=_key(current) if self.wanted else "",
@@ -265,10 +257,10 @@ class CameraI(Camera):
             tilt=facts.tilt,
         )
 
-    def setCameraDescription(self, description: CameraDescription, current: Current) -> int:
+    def setCameraDescription(self, description: jderobot.CameraDescription, current: Current) -> int:
         settings = CameraOptions(description.width, description.height, description.rate)
         if problem := _problem(self.facts, settings):
-            raise ConfigurationNotExistException(problem)
+            raise jderobot.ConfigurationNotExistException(problem)
         self._settings = settings
         return 0
 
@@ -276,7 +268,7 @@ class CameraI(Camera):
         self._streaming.add(current.client)  # before the wait for an image: the client may die meanwhile
         try:
             self._fresh()
-        except HardwareFailedException:
+        except jderobot.HardwareFailedException:
             self._streaming.discard(current.client)
             raise
         return _key(current)
@@ -284,10 +276,12 @@ class CameraI(Camera):
     def stopCameraStreaming(self, current: Current) -> None:
         self._streaming.discard(current.client)
 
-    def getFloorPoint(self, u: float, v: float, height: float, current: Current) -> FloorPoint:
+    def getFloorPoint(self, u: float, v: float, height: float, current: Current) -> jderobot.FloorPoint:
         require_finite(u=u, v=v, height=height)
         if self._link is None:
-            raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot, but beside it")
+            raise jderobot.ConfigurationNotExistException(
+                f"{self.facts.name} is not on the robot, but beside it"
+            )
         settings = self._settings
         shot = self._shot or _Shot(settings.width, settings.height, self._history.note())
         moment, camera = self._place
@@ -300,9 +294,9 @@ class CameraI(Camera):
         ray = camera[:3, :3] @ (1.0, -right / focal, -down / focal)
         way = (height - camera[2, 3]) / ray[2] if ray[2] else math.inf
         if not 0.0 < way < math.inf:
-            return FloorPoint(math.inf, math.inf, math.inf)
+            return jderobot.FloorPoint(math.inf, math.inf, math.inf)
         x, y, _ = camera[:3, 3] + way * ray
-        return FloorPoint(float(x), float(y), float(way * np.linalg.norm(ray)))
+        return jderobot.FloorPoint(float(x), float(y), float(way * np.linalg.norm(ray)))
 
     def reset(self, current: Current) -> None:
         self._settings = self._options
@@ -349,7 +343,7 @@ class CameraI(Camera):
                 return self._take()
             except HardwareFailure as failure:
                 self._report(failure)
-                raise HardwareFailedException(str(failure)) from failure
+                raise jderobot.HardwareFailedException(str(failure)) from failure
 
     def _take(self) -> Frame:
         settings = self._settings
@@ -385,10 +379,12 @@ def _problem(facts: CameraFacts, settings: CameraOptions) -> str:
     return ""
 
 
-def _image(frame: Frame, format: str) -> ImageData:
+def _image(frame: Frame, format: str) -> jderobot.ImageData:
     pixels = PIXEL_FORMATS[format](frame.pixels)
-    return ImageData(
-        description=ImageDescription(width=frame.width, height=frame.height, size=len(pixels), format=format),
+    return jderobot.ImageData(
+        description=jderobot.ImageDescription(
+            width=frame.width, height=frame.height, size=len(pixels), format=format
+        ),
         timeStamp=to_time(frame.time),
         pixelData=pixels,
     )

@@ -6,20 +6,8 @@ import threading
 from collections.abc import Callable
 from typing import Final
 
+from interfaces import nao
 from interfaces.jderobot import InvalidValueException
-from interfaces.nao import (
-    HeardState,
-    Hearing,
-    LedColor,
-    Leds,
-    LedState,
-    SoundFacts,
-    Sounds,
-    SoundState,
-    Speech,
-    SpeechState,
-    Tone,
-)
 from naoserver._servants.shared import (
     refusals_raised,
     require_known,
@@ -34,7 +22,7 @@ from zenoh_ice import Current
 _LONGEST_FADE: Final = 60.0  # s
 
 
-class LedsI(Leds):
+class LedsI(nao.Leds):
     """Set the lights, and report what they show. `robot_time` is in s."""
 
     def __init__(self, lights: Lights, robot_time: Callable[[], float]) -> None:
@@ -45,7 +33,7 @@ class LedsI(Leds):
     def getLedNames(self, current: Current) -> list[str]:
         return list(self._lights.names)
 
-    def setLed(self, name: str, color: LedColor, seconds: float, current: Current) -> None:
+    def setLed(self, name: str, color: nao.LedColor, seconds: float, current: Current) -> None:
         require_known("light", name, self._lights.names)
         require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
         require_within(0.0, _LONGEST_FADE, seconds=seconds)
@@ -56,15 +44,15 @@ class LedsI(Leds):
         with refusals_raised():
             self._lights.reset()
 
-    def getLeds(self, current: Current) -> LedState:
+    def getLeds(self, current: Current) -> nao.LedState:
         return self._state()
 
-    def _state(self) -> LedState:
-        colors = {name: LedColor(*color) for name, color in self._lights.colors().items()}
-        return LedState(time=self._robot_time(), colors=colors)
+    def _state(self) -> nao.LedState:
+        colors = {name: nao.LedColor(*color) for name, color in self._lights.colors().items()}
+        return nao.LedState(time=self._robot_time(), colors=colors)
 
 
-class SpeechI(Speech):
+class SpeechI(nao.Speech):
     """Say texts, and report the present utterance. `robot_time` is in s."""
 
     def __init__(self, voice: Voice, robot_time: Callable[[], float]) -> None:
@@ -84,15 +72,17 @@ class SpeechI(Speech):
     def stop(self, current: Current) -> None:
         self._voice.stop()
 
-    def getSpeech(self, current: Current) -> SpeechState:
+    def getSpeech(self, current: Current) -> nao.SpeechState:
         return self._state()
 
-    def _state(self) -> SpeechState:
+    def _state(self) -> nao.SpeechState:
         said = self._voice.utterance()
-        return SpeechState(time=self._robot_time(), speaking=said.speaking, text=said.text, count=said.count)
+        return nao.SpeechState(
+            time=self._robot_time(), speaking=said.speaking, text=said.text, count=said.count
+        )
 
 
-class SoundsI(Sounds):
+class SoundsI(nao.Sounds):
     """Play sounds and tones, and report the present one. `robot_time` is in s."""
 
     def __init__(self, loudspeaker: Loudspeaker, robot_time: Callable[[], float]) -> None:
@@ -100,8 +90,8 @@ class SoundsI(Sounds):
         self._robot_time = robot_time
         self.stream: Final = stream_of(self._state, self.getSoundPublisher, "playing", "count")
 
-    def getSounds(self, current: Current) -> list[SoundFacts]:
-        return [SoundFacts(of.name, of.description, of.duration) for of in SOUNDS.values()]
+    def getSounds(self, current: Current) -> list[nao.SoundFacts]:
+        return [nao.SoundFacts(of.name, of.description, of.duration) for of in SOUNDS.values()]
 
     def play(self, name: str, loudness: float, current: Current) -> None:
         require_known("sound", name, SOUNDS)
@@ -115,7 +105,7 @@ class SoundsI(Sounds):
     def stop(self, current: Current) -> None:
         self._loudspeaker.stop()
 
-    def getSound(self, current: Current) -> SoundState:
+    def getSound(self, current: Current) -> nao.SoundState:
         return self._state()
 
     def _play(self, sound: Sound, loudness: float) -> None:
@@ -123,19 +113,19 @@ class SoundsI(Sounds):
         with refusals_raised():
             self._loudspeaker.play(sound, loudness)
 
-    def _state(self) -> SoundState:
+    def _state(self) -> nao.SoundState:
         now = self._loudspeaker.playback()
-        return SoundState(
+        return nao.SoundState(
             time=self._robot_time(),
             playing=now.playing,
             name=now.name,
             loudness=now.loudness,
-            tones=[Tone(tone.frequency, tone.seconds) for tone in now.tones],
+            tones=[nao.Tone(tone.frequency, tone.seconds) for tone in now.tones],
             count=now.count,
         )
 
 
-class HearingI(Hearing):
+class HearingI(nao.Hearing):
     """Report the sentences that `hear` gets. Thread-safe. `robot_time` is in s."""
 
     def __init__(self, robot_time: Callable[[], float]) -> None:
@@ -150,9 +140,9 @@ class HearingI(Hearing):
             self._last = sentence.strip(), self._last[1] + 1
         return ""
 
-    def getHeard(self, current: Current) -> HeardState:
+    def getHeard(self, current: Current) -> nao.HeardState:
         return self._state()
 
-    def _state(self) -> HeardState:
+    def _state(self) -> nao.HeardState:
         text, count = self._last
-        return HeardState(time=self._robot_time(), text=text, count=count)
+        return nao.HeardState(time=self._robot_time(), text=text, count=count)

@@ -12,15 +12,7 @@ from typing import Final
 
 import msgspec
 
-from interfaces.jderobot import (
-    InvalidValueException,
-    Pose3DEncoders,
-    Pose3DEncodersData,
-    Pose3DMotors,
-    Pose3DMotorsData,
-    Pose3DMotorsParams,
-)
-from interfaces.nao import HeadLimits, HeadPose, JointLimits, Joints, JointState, PoseHead
+from interfaces import jderobot, nao
 from naoserver._guarded_device import GuardedDevice
 from naoserver._servants.shared import (
     StateStream,
@@ -35,14 +27,14 @@ from naoserver.robot import JointReading
 from zenoh_ice import Current, typed
 
 
-class Pose3DMotorsI(Pose3DMotors):
+class Pose3DMotorsI(jderobot.Pose3DMotors):
     """Send the joints of `hinge` to positions. An axis that the hinge does not have is ignored."""
 
     def __init__(self, device: GuardedDevice, hinge: Hinge) -> None:
         self._device = device
         self._hinge = hinge
 
-    def getPose3DMotorsData(self, current: Current) -> Pose3DMotorsData:
+    def getPose3DMotorsData(self, current: Current) -> jderobot.Pose3DMotorsData:
         axes = self._hinge.axes
         goals = {axis: self._device.goal(of.joint) for axis, of in axes.items()}
         targets = {str(axis): of.of(goals[axis].target) for axis, of in axes.items()}
@@ -51,11 +43,11 @@ class Pose3DMotorsI(Pose3DMotors):
         speeds = {"panSpeed": max(pan, default=0.0), "tiltSpeed": max(other, default=0.0)}
         return msgspec.structs.replace(_NO_COMMAND, **targets, **speeds)
 
-    def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:
+    def setPose3DMotorsData(self, data: jderobot.Pose3DMotorsData, current: Current) -> int:
         require_finite(**msgspec.structs.asdict(data))
         for field, speed in (("panSpeed", data.panSpeed), ("tiltSpeed", data.tiltSpeed)):
             if speed < 0:
-                raise InvalidValueException(
+                raise jderobot.InvalidValueException(
                     f"{field} is {speed}: the speed of a position is not negative", field
                 )
         axes = self._hinge.axes
@@ -66,25 +58,25 @@ class Pose3DMotorsI(Pose3DMotors):
         with refusals_raised():
             return 1 if self._device.move(targets, speeds, client=current.client).limitations else 0
 
-    def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:
+    def getPose3DMotorsParams(self, current: Current) -> jderobot.Pose3DMotorsParams:
         return _motor_params(self._device, self._hinge.axes)
 
     def stop(self, current: Current) -> None:
         self._device.hold(self._hinge.joints)
 
 
-class Pose3DEncodersI(Pose3DEncoders):
+class Pose3DEncodersI(jderobot.Pose3DEncoders):
     """Report where the joints of `hinge` are, in calls and as a stream."""
 
     def __init__(self, device: GuardedDevice, hinge: Hinge) -> None:
         self._places = [(str(axis), of, device.index(of.joint)) for axis, of in hinge.axes.items()]
         self.stream: Final = StateStream(device.read, self.getPose3DEncodersDataPublisher, self._data)
 
-    def getPose3DEncodersData(self, current: Current) -> Pose3DEncodersData:
+    def getPose3DEncodersData(self, current: Current) -> jderobot.Pose3DEncodersData:
         return self.stream.now()
 
-    def _data(self, reading: JointReading) -> Pose3DEncodersData:
-        data = Pose3DEncodersData(
+    def _data(self, reading: JointReading) -> jderobot.Pose3DEncodersData:
+        data = jderobot.Pose3DEncodersData(
             x=0.0, y=0.0, z=0.0, pan=0.0, tilt=0.0, roll=0.0, timeStamp=to_time(reading.time)
         )
         for axis, of, index in self._places:
@@ -92,7 +84,7 @@ class Pose3DEncodersI(Pose3DEncoders):
         return data
 
 
-class NeckSpeedI(Pose3DMotors):
+class NeckSpeedI(jderobot.Pose3DMotors):
     """Turn the head at `panSpeed` and `tiltSpeed`, which must be renewed; positions are ignored."""
 
     def __init__(self, device: GuardedDevice, neck: Hinge) -> None:
@@ -100,18 +92,18 @@ class NeckSpeedI(Pose3DMotors):
         self._neck = neck
         self._pan, self._tilt = neck.axes[Axis.PAN], neck.axes[Axis.TILT]
 
-    def getPose3DMotorsData(self, current: Current) -> Pose3DMotorsData:
+    def getPose3DMotorsData(self, current: Current) -> jderobot.Pose3DMotorsData:
         pan, tilt = (of.sign * self._device.velocity(of.joint) for of in (self._pan, self._tilt))
         return msgspec.structs.replace(_NO_COMMAND, panSpeed=pan, tiltSpeed=tilt)
 
-    def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:
+    def setPose3DMotorsData(self, data: jderobot.Pose3DMotorsData, current: Current) -> int:
         require_finite(**msgspec.structs.asdict(data))
         pan, tilt = self._pan, self._tilt
         velocities = {pan.joint: pan.sign * data.panSpeed, tilt.joint: tilt.sign * data.tiltSpeed}
         with refusals_raised():
             return 1 if self._device.drive(velocities, current.client).limitations else 0
 
-    def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:
+    def getPose3DMotorsParams(self, current: Current) -> jderobot.Pose3DMotorsParams:
         return _motor_params(self._device, self._neck.axes)
 
     def stop(self, current: Current) -> None:
@@ -125,25 +117,27 @@ def limits_of(device: GuardedDevice, axis: HingeAxis) -> tuple[float, float]:
     return min(ends), max(ends)
 
 
-def _motor_params(device: GuardedDevice, axes: Mapping[Axis, HingeAxis]) -> Pose3DMotorsParams:
+def _motor_params(device: GuardedDevice, axes: Mapping[Axis, HingeAxis]) -> jderobot.Pose3DMotorsParams:
     """Return the limits and highest speeds of some axes; 0 for the others."""
-    limits = dict.fromkeys(Pose3DMotorsParams.__struct_fields__, 0.0)
+    limits = dict.fromkeys(jderobot.Pose3DMotorsParams.__struct_fields__, 0.0)
     for axis, of in axes.items():
         name = axis.capitalize()
         limits[f"min{name}"], limits[f"max{name}"] = limits_of(device, of)
         speed = "maxPanSpeed" if axis is Axis.PAN else "maxTiltSpeed"
         limits[speed] = min(limits[speed] or math.inf, device.speed_cap(of.joint))
-    return Pose3DMotorsParams(**limits)
+    return jderobot.Pose3DMotorsParams(**limits)
 
 
-_NO_COMMAND = Pose3DMotorsData(x=0.0, y=0.0, z=0.0, pan=0.0, tilt=0.0, roll=0.0, panSpeed=0.0, tiltSpeed=0.0)
+_NO_COMMAND = jderobot.Pose3DMotorsData(
+    x=0.0, y=0.0, z=0.0, pan=0.0, tilt=0.0, roll=0.0, panSpeed=0.0, tiltSpeed=0.0
+)
 
 
 _LONGEST_CHANGE: Final = 60.0
 """Longest duration of a change of stiffness in s."""
 
 
-class JointsI(Joints):
+class JointsI(nao.Joints):
     """Read and command all joints of a device."""
 
     def __init__(self, device: GuardedDevice) -> None:
@@ -153,13 +147,13 @@ class JointsI(Joints):
     def getJointNames(self, current: Current) -> list[str]:
         return [joint.name for joint in self._device.joints]
 
-    def getJointLimits(self, current: Current) -> list[JointLimits]:
+    def getJointLimits(self, current: Current) -> list[nao.JointLimits]:
         return [
-            JointLimits(joint.name, joint.lower, joint.upper, joint.max_velocity, joint.max_torque)
+            nao.JointLimits(joint.name, joint.lower, joint.upper, joint.max_velocity, joint.max_torque)
             for joint in self._device.joints
         ]
 
-    def getJointState(self, current: Current) -> JointState:
+    def getJointState(self, current: Current) -> nao.JointState:
         return self.stream.now()
 
     def setJointPositions(
@@ -181,7 +175,7 @@ class JointsI(Joints):
         self._device.hold()
 
 
-class PoseHeadI(PoseHead):
+class PoseHeadI(nao.PoseHead):
     """Point the head by the joints of `neck`, or turn it at a speed that must be renewed."""
 
     def __init__(self, device: GuardedDevice, neck: Hinge) -> None:
@@ -191,7 +185,7 @@ class PoseHeadI(PoseHead):
         self._places = device.index(self._pan.joint), device.index(self._tilt.joint)
         self.stream: Final = StateStream(device.read, self.getPosePublisher, self._pose)
 
-    def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
+    def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> nao.HeadPose:
         require_finite(pan=pan, tilt=tilt)
         require_positive(1.0, fraction=fraction)
         yaw, pitch, device = self._pan.joint, self._tilt.joint, self._device
@@ -199,7 +193,7 @@ class PoseHeadI(PoseHead):
         speeds = {joint: fraction * device.facts(joint).max_velocity for joint in (yaw, pitch)}
         with refusals_raised():
             accepted = device.move(targets, speeds, client=current.client).accepted
-        return HeadPose(
+        return nao.HeadPose(
             time=device.read().time,
             pan=self._pan.of(accepted[yaw]),
             tilt=self._tilt.of(accepted[pitch]),
@@ -207,7 +201,7 @@ class PoseHeadI(PoseHead):
             tiltSpeed=min(speeds[pitch], device.speed_cap(pitch)),
         )
 
-    def setSpeed(self, pan: float, tilt: float, current: Current) -> HeadPose:
+    def setSpeed(self, pan: float, tilt: float, current: Current) -> nao.HeadPose:
         require_finite(pan=pan, tilt=tilt)
         yaw, pitch = self._pan, self._tilt
         velocities = {yaw.joint: yaw.sign * pan, pitch.joint: pitch.sign * tilt}
@@ -220,12 +214,12 @@ class PoseHeadI(PoseHead):
     def stop(self, current: Current) -> None:
         self._device.hold(self._neck.joints)
 
-    def getPose(self, current: Current) -> HeadPose:
+    def getPose(self, current: Current) -> nao.HeadPose:
         return self.stream.now()
 
-    def getLimits(self, current: Current) -> HeadLimits:
+    def getLimits(self, current: Current) -> nao.HeadLimits:
         pan, tilt = limits_of(self._device, self._pan), limits_of(self._device, self._tilt)
-        return HeadLimits(
+        return nao.HeadLimits(
             minPan=pan[0],
             maxPan=pan[1],
             minTilt=tilt[0],
@@ -234,9 +228,9 @@ class PoseHeadI(PoseHead):
             maxTiltSpeed=self._device.speed_cap(self._tilt.joint),
         )
 
-    def _pose(self, reading: JointReading) -> HeadPose:
+    def _pose(self, reading: JointReading) -> nao.HeadPose:
         pan, tilt = self._places
-        return HeadPose(
+        return nao.HeadPose(
             time=reading.time,
             pan=self._pan.of(reading.positions[pan]),
             tilt=self._tilt.of(reading.positions[tilt]),
@@ -245,5 +239,5 @@ class PoseHeadI(PoseHead):
         )
 
 
-def _state(reading: JointReading) -> JointState:
-    return typed.convert(reading, JointState, from_attributes=True)
+def _state(reading: JointReading) -> nao.JointState:
+    return typed.convert(reading, nao.JointState, from_attributes=True)

@@ -16,20 +16,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver import capabilities
 from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.body import Body
-from naoserver.capabilities import (
-    STILL,
-    Balancer,
-    BatteryReading,
-    FootReading,
-    InertialReading,
-    Odometry,
-    OwnPostures,
-    SenseReading,
-    Stage,
-    WalkVelocity,
-)
 from naoserver.errors import HardwareFailure
 from naoserver.expression import FadingLights, Ramp, TimedSounds, TimedVoice
 from naoserver.jobs import ControlLoop
@@ -125,20 +114,24 @@ class FakeSenses:
         self.sonar_cone: Final = sonar.cone if sonar else 0.0
         self._clock = clock
         self._lock = threading.Lock()
-        foot = FootReading(*[_GRAVITY * body.mass / 8] * 4) if body.soles else FootReading()
-        charged = BatteryReading(charge=0.8, current=-1.9, temperature=30.0, plugged=False)
-        self._reading = SenseReading(
+        foot = (
+            capabilities.FootReading(*[_GRAVITY * body.mass / 8] * 4)
+            if body.soles
+            else capabilities.FootReading()
+        )
+        charged = capabilities.BatteryReading(charge=0.8, current=-1.9, temperature=30.0, plugged=False)
+        self._reading = capabilities.SenseReading(
             time=clock.now(),
             left_foot=foot,
             right_foot=foot,
-            battery=charged if body.battery else BatteryReading(),
+            battery=charged if body.battery else capabilities.BatteryReading(),
         )
 
-    def read(self) -> SenseReading:
+    def read(self) -> capabilities.SenseReading:
         with self._lock:
             return replace(self._reading, time=self._clock.now())
 
-    def inertial(self) -> InertialReading:
+    def inertial(self) -> capabilities.InertialReading:
         return self._reading.inertial
 
     def feel(self, **feelings: Any) -> None:  # noqa: ANN401 - fields of SenseReading
@@ -147,7 +140,7 @@ class FakeSenses:
             self._reading = replace(self._reading, **feelings)
 
 
-LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
+LIMITS: Final = capabilities.WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind of a robot that takes steps: those of the simulated Nao."""
 
 
@@ -158,30 +151,32 @@ class FakeWalker:
     lag = 0.0
     balances = False
 
-    def __init__(self, clock: Clock, joints: tuple[str, ...], limits: WalkVelocity = LIMITS) -> None:
+    def __init__(
+        self, clock: Clock, joints: tuple[str, ...], limits: capabilities.WalkVelocity = LIMITS
+    ) -> None:
         self.joints: Final = joints
         self.limits: Final = limits
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
-        self._velocity = STILL
-        self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
+        self._velocity = capabilities.STILL
+        self._odometry = capabilities.Odometry(clock.now(), 0.0, 0.0, 0.0)
         self._closed = False
 
-    def command(self, velocity: WalkVelocity) -> None:
+    def command(self, velocity: capabilities.WalkVelocity) -> None:
         with self._lock:
             self._go_on()
             if not self._closed:
                 self._velocity = velocity
 
-    def commanded(self) -> WalkVelocity:
+    def commanded(self) -> capabilities.WalkVelocity:
         return self._velocity
 
     @property
     def walking(self) -> bool:
         """Whether it moves: it stops at once."""
-        return self._velocity != STILL
+        return self._velocity != capabilities.STILL
 
-    def odometry(self) -> Odometry:
+    def odometry(self) -> capabilities.Odometry:
         with self._lock:
             self._go_on()
             return self._odometry
@@ -190,7 +185,7 @@ class FakeWalker:
         """Stop for good."""
         with self._lock:
             self._go_on()
-            self._velocity = STILL
+            self._velocity = capabilities.STILL
             self._closed = True
 
     def _go_on(self) -> None:
@@ -204,7 +199,7 @@ class FakeWalker:
         middle = before.heading + half
         chord = seconds * (math.sin(half) / half if half else 1.0)
         cosine, sine = chord * math.cos(middle), chord * math.sin(middle)
-        self._odometry = Odometry(
+        self._odometry = capabilities.Odometry(
             time=now,
             x=before.x + velocity.forward * cosine - velocity.left * sine,
             y=before.y + velocity.forward * sine + velocity.left * cosine,
@@ -216,7 +211,7 @@ class FakeDrive(FakeWalker):
     """Drive on two wheels as commanded, and count their turns."""
 
     def __init__(self, clock: Clock, wheels: Wheels) -> None:
-        limits = WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
+        limits = capabilities.WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
         super().__init__(clock, (wheels.left, wheels.right), limits)
         self._wheels = wheels
         self._angles = (0.0, 0.0)
@@ -441,9 +436,9 @@ class FakeRobot(FakeDevice):
     With `camera_failure` every capture raises HardwareFailure with that text.
     """
 
-    balancer: Balancer | None = None
-    postures: OwnPostures | None = None
-    stage: Stage | None = None
+    balancer: capabilities.Balancer | None = None
+    postures: capabilities.OwnPostures | None = None
+    stage: capabilities.Stage | None = None
     control_loop: ControlLoop | None = None
 
     def __init__(

@@ -8,18 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from naoserver import capabilities
 from naoserver.body import Body
-from naoserver.capabilities import (
-    Balancer,
-    InertialReading,
-    Lights,
-    Loudspeaker,
-    OwnPostures,
-    Senses,
-    Stage,
-    Voice,
-    Walker,
-)
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.connection import Connection, HardwareLimits, Link, LinkLost, Reporter
 from naoserver.hardware.lifecycle import End, Lifecycle, Start
@@ -127,13 +117,13 @@ class ServoRobot:
     """
 
     mechanisms: tuple[JointDevice, ...] = ()
-    walker: Walker | None = None
-    balancer: Balancer | None = None
-    lights: Lights | None = None
-    voice: Voice | None = None
-    loudspeaker: Loudspeaker | None = None
-    postures: OwnPostures | None = None
-    stage: Stage | None = None
+    walker: capabilities.Walker | None = None
+    balancer: capabilities.Balancer | None = None
+    lights: capabilities.Lights | None = None
+    voice: capabilities.Voice | None = None
+    loudspeaker: capabilities.Loudspeaker | None = None
+    postures: capabilities.OwnPostures | None = None
+    stage: capabilities.Stage | None = None
     control_loop: ControlLoop | None = None
 
     def __init__(
@@ -142,7 +132,7 @@ class ServoRobot:
         connect: Callable[[float], ServoBus],
         *,
         capture: Capture | None = None,
-        senses: Senses | None = None,
+        senses: capabilities.Senses | None = None,
         start: Start = Start.LEAVE,
         end: End = End.LEAVE,
         clock: Clock | None = None,
@@ -187,7 +177,7 @@ class ServoRobot:
         return self._reading
 
     def state(self) -> BodyState:
-        inertial = self.senses.inertial() if self.senses else InertialReading()
+        inertial = self.senses.inertial() if self.senses else capabilities.InertialReading()
         fallen = not self.body.mounted and inertial.tilt > self.body.lying_tilt
         return BodyState(inertial.tilt, fallen, 0.0 if self._connection.link is None else 1.0, 0.0)
 

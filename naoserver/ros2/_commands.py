@@ -17,17 +17,8 @@ from typing import Any, Final
 
 from msgspec.structs import replace
 
+from interfaces import nao
 from interfaces.jderobot import CameraDescription, CameraPrx, EncodersPrx, MotorsPrx
-from interfaces.nao import (
-    ActionState,
-    ActionStatus,
-    JointsPrx,
-    MotionsPrx,
-    PosturesPrx,
-    SafetyPrx,
-    SpeechPrx,
-    WalkPrx,
-)
 from naoserver.body import Body
 from zenoh_ice import SystemException, UserException
 from zenoh_ros2 import (
@@ -187,15 +178,15 @@ class Commands:
             stamps.frame_prefix + each for each in (ODOM, ROOT, FOOTPRINT)
         )
         self._refusals: deque[tuple[str, float]] = deque(maxlen=_MOST_REFUSALS)
-        self._body = robot.require(JointsPrx, "Body")
+        self._body = robot.require(nao.JointsPrx, "Body")
         self._names: Final = robot.body.joint_names
         self._chains: Final = _chains(robot.body)
-        self._safety = robot.require(SafetyPrx, "Safety")
+        self._safety = robot.require(nao.SafetyPrx, "Safety")
         motors = robot.find(MotorsPrx, "Motors")
-        walk, encoders = robot.find(WalkPrx, "Walk"), robot.find(EncodersPrx, "Encoders")
-        speech = robot.find(SpeechPrx, "Speech")
-        postures = robot.find(PosturesPrx, "Postures")
-        motions = robot.find(MotionsPrx, "Motions")
+        walk, encoders = robot.find(nao.WalkPrx, "Walk"), robot.find(EncodersPrx, "Encoders")
+        speech = robot.find(nao.SpeechPrx, "Speech")
+        postures = robot.find(nao.PosturesPrx, "Postures")
+        motions = robot.find(nao.MotionsPrx, "Motions")
 
         self.emergency_stop: Final = node.create_service(
             "std_srvs/srv/Trigger", "~/emergency_stop", self._stop, urgent=True
@@ -415,7 +406,7 @@ def _chains(body: Body) -> Mapping[str, Sequence[str]]:
     return {name: joints for name, joints in chains.items() if joints}
 
 
-def _begin(name: str, state: Callable[[], ActionState], begin: Callable[[], None]) -> int:
+def _begin(name: str, state: Callable[[], nao.ActionState], begin: Callable[[], None]) -> int:
     """Begin a motion or a posture and return its count; raises Aborted when another one took its place.
 
     Another client may begin one at the same moment. If it has the same name, only beginning again shows whose
@@ -433,16 +424,16 @@ def _begin(name: str, state: Callable[[], ActionState], begin: Callable[[], None
 
 
 def _accompany(
-    goal: ServerGoal, count: int, state: Callable[[], ActionState], stop: Callable[[], None]
+    goal: ServerGoal, count: int, state: Callable[[], nao.ActionState], stop: Callable[[], None]
 ) -> None:
     """Wait for the end of the motion or posture with a count; stop it when the goal is cancelled."""
     while True:
         now = state()
         if now.count != count:
             raise Aborted(f"{now.name} was begun instead")
-        if now.status is ActionStatus.Done:
+        if now.status is nao.ActionStatus.Done:
             return
-        if now.status in (ActionStatus.Stopped, ActionStatus.Failed):
+        if now.status in (nao.ActionStatus.Stopped, nao.ActionStatus.Failed):
             raise Aborted(now.message or now.status.name.lower())
         if goal.wait(_CHECK_PERIOD):
             stop()
