@@ -330,6 +330,10 @@ class CameraFacts(Struct, frozen=True):
     rates: tuple[_Positive, ...]
     """Highest image rate at each of `sizes`, in 1/s; every lower rate is supported, too."""
 
+    def focal_length(self, width: int) -> float:
+        """Return the focal length in pixels of images of some width."""
+        return width / 2 / math.tan(self.horizontal_fov / 2)
+
 
 class Camera(CameraFacts, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A camera on the body."""

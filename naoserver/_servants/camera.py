@@ -238,7 +238,7 @@ class CameraI(jderobot.Camera):
 
     def getCameraDescription(self, current: Current) -> jderobot.CameraDescription:
         settings, facts = self._settings, self.facts
-        focal = self._focal_length(settings.width)
+        focal = self.facts.focal_length(settings.width)
         return jderobot.CameraDescription(
             name=facts.name,
             shortDescription=f"{settings.width}x{settings.height}, {settings.rate:g} images/s of robot time",
@@ -289,7 +289,7 @@ class CameraI(jderobot.Camera):
             mounted = matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
             camera = self._history.place_in(shot.moment, self._link) @ mounted
             self._place = shot.moment, camera
-        focal = self._focal_length(shot.width)
+        focal = self.facts.focal_length(shot.width)
         right, down = u - (shot.width - 1) / 2, v - (shot.height - 1) / 2
         ray = camera[:3, :3] @ (1.0, -right / focal, -down / focal)
         way = (height - camera[2, 3]) / ray[2] if ray[2] else math.inf
@@ -355,10 +355,6 @@ class CameraI(jderobot.Camera):
         self._shot = _Shot(frame.width, frame.height, self._history.at(frame.time))
         self._meter.count(self._taken)
         return frame
-
-    def _focal_length(self, width: int) -> float:
-        """Return the focal length in pixels of images of some width."""
-        return width / 2 / math.tan(self.facts.horizontal_fov / 2)
 
     def _report(self, failure: HardwareFailure) -> None:
         self._events.add(Severity.Error, self.facts.name, str(failure), "camera")

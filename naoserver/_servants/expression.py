@@ -8,13 +8,7 @@ from typing import Final
 
 from interfaces import nao
 from interfaces.jderobot import InvalidValueException
-from naoserver._servants.shared import (
-    refusals_raised,
-    require_known,
-    require_positive,
-    require_within,
-    stream_of,
-)
+from naoserver._servants import shared
 from naoserver.capabilities import Lights, Loudspeaker, Sound, Voice
 from naoserver.expression import HIGHEST_TONE, LONGEST_TEXT, LONGEST_TONE, LOWEST_TONE, SOUNDS, single_tone
 from zenoh_ice import Current
@@ -28,20 +22,20 @@ class LedsI(nao.Leds):
     def __init__(self, lights: Lights, robot_time: Callable[[], float]) -> None:
         self._lights = lights
         self._robot_time = robot_time
-        self.stream: Final = stream_of(self._state, self.getLedsPublisher, "colors")
+        self.stream: Final = shared.stream_of(self._state, self.getLedsPublisher, "colors")
 
     def getLedNames(self, current: Current) -> list[str]:
         return list(self._lights.names)
 
     def setLed(self, name: str, color: nao.LedColor, seconds: float, current: Current) -> None:
-        require_known("light", name, self._lights.names)
-        require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
-        require_within(0.0, _LONGEST_FADE, seconds=seconds)
-        with refusals_raised():
+        shared.require_known("light", name, self._lights.names)
+        shared.require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
+        shared.require_within(0.0, _LONGEST_FADE, seconds=seconds)
+        with shared.refusals_raised():
             self._lights.set(name, (color.red, color.green, color.blue), seconds)
 
     def reset(self, current: Current) -> None:
-        with refusals_raised():
+        with shared.refusals_raised():
             self._lights.reset()
 
     def getLeds(self, current: Current) -> nao.LedState:
@@ -58,7 +52,9 @@ class SpeechI(nao.Speech):
     def __init__(self, voice: Voice, robot_time: Callable[[], float]) -> None:
         self._voice = voice
         self._robot_time = robot_time
-        self.stream: Final = stream_of(self._state, self.getSpeechPublisher, "speaking", "text", "count")
+        self.stream: Final = shared.stream_of(
+            self._state, self.getSpeechPublisher, "speaking", "text", "count"
+        )
 
     def say(self, text: str, current: Current) -> None:
         if not text.strip():
@@ -66,7 +62,7 @@ class SpeechI(nao.Speech):
         if len(text) > LONGEST_TEXT:
             message = f"text has {len(text)} characters: at most {LONGEST_TEXT} are said at a time"
             raise InvalidValueException(message, "text")
-        with refusals_raised():
+        with shared.refusals_raised():
             self._voice.say(text)
 
     def stop(self, current: Current) -> None:
@@ -88,18 +84,18 @@ class SoundsI(nao.Sounds):
     def __init__(self, loudspeaker: Loudspeaker, robot_time: Callable[[], float]) -> None:
         self._loudspeaker = loudspeaker
         self._robot_time = robot_time
-        self.stream: Final = stream_of(self._state, self.getSoundPublisher, "playing", "count")
+        self.stream: Final = shared.stream_of(self._state, self.getSoundPublisher, "playing", "count")
 
     def getSounds(self, current: Current) -> list[nao.SoundFacts]:
         return [nao.SoundFacts(of.name, of.description, of.duration) for of in SOUNDS.values()]
 
     def play(self, name: str, loudness: float, current: Current) -> None:
-        require_known("sound", name, SOUNDS)
+        shared.require_known("sound", name, SOUNDS)
         self._play(SOUNDS[name], loudness)
 
     def playTone(self, frequency: float, seconds: float, loudness: float, current: Current) -> None:
-        require_within(LOWEST_TONE, HIGHEST_TONE, frequency=frequency)
-        require_positive(LONGEST_TONE, seconds=seconds)
+        shared.require_within(LOWEST_TONE, HIGHEST_TONE, frequency=frequency)
+        shared.require_positive(LONGEST_TONE, seconds=seconds)
         self._play(single_tone(frequency, seconds), loudness)
 
     def stop(self, current: Current) -> None:
@@ -109,8 +105,8 @@ class SoundsI(nao.Sounds):
         return self._state()
 
     def _play(self, sound: Sound, loudness: float) -> None:
-        require_within(0.0, 1.0, loudness=loudness)
-        with refusals_raised():
+        shared.require_within(0.0, 1.0, loudness=loudness)
+        with shared.refusals_raised():
             self._loudspeaker.play(sound, loudness)
 
     def _state(self) -> nao.SoundState:
@@ -132,7 +128,7 @@ class HearingI(nao.Hearing):
         self._robot_time = robot_time
         self._last = "", 0
         self._lock = threading.Lock()
-        self.stream: Final = stream_of(self._state, self.getHeardPublisher, "count")
+        self.stream: Final = shared.stream_of(self._state, self.getHeardPublisher, "count")
 
     def hear(self, sentence: str) -> str:
         """Take a sentence. It recognizes no phrase in it, so the result is empty."""

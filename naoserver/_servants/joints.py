@@ -14,14 +14,7 @@ import msgspec
 
 from interfaces import jderobot, nao
 from naoserver._guarded_device import GuardedDevice
-from naoserver._servants.shared import (
-    StateStream,
-    refusals_raised,
-    require_finite,
-    require_positive,
-    require_within,
-    to_time,
-)
+from naoserver._servants import shared
 from naoserver.parts import Axis, Hinge, HingeAxis
 from naoserver.robot import JointReading
 from zenoh_ice import Current, typed
@@ -44,7 +37,7 @@ class Pose3DMotorsI(jderobot.Pose3DMotors):
         return msgspec.structs.replace(_NO_COMMAND, **targets, **speeds)
 
     def setPose3DMotorsData(self, data: jderobot.Pose3DMotorsData, current: Current) -> int:
-        require_finite(**msgspec.structs.asdict(data))
+        shared.require_finite(**msgspec.structs.asdict(data))
         for field, speed in (("panSpeed", data.panSpeed), ("tiltSpeed", data.tiltSpeed)):
             if speed < 0:
                 raise jderobot.InvalidValueException(
@@ -55,7 +48,7 @@ class Pose3DMotorsI(jderobot.Pose3DMotors):
         speeds = {
             of.joint: data.panSpeed if axis is Axis.PAN else data.tiltSpeed for axis, of in axes.items()
         }
-        with refusals_raised():
+        with shared.refusals_raised():
             return 1 if self._device.move(targets, speeds, client=current.client).limitations else 0
 
     def getPose3DMotorsParams(self, current: Current) -> jderobot.Pose3DMotorsParams:
@@ -70,14 +63,14 @@ class Pose3DEncodersI(jderobot.Pose3DEncoders):
 
     def __init__(self, device: GuardedDevice, hinge: Hinge) -> None:
         self._places = [(str(axis), of, device.index(of.joint)) for axis, of in hinge.axes.items()]
-        self.stream: Final = StateStream(device.read, self.getPose3DEncodersDataPublisher, self._data)
+        self.stream: Final = shared.StateStream(device.read, self.getPose3DEncodersDataPublisher, self._data)
 
     def getPose3DEncodersData(self, current: Current) -> jderobot.Pose3DEncodersData:
         return self.stream.now()
 
     def _data(self, reading: JointReading) -> jderobot.Pose3DEncodersData:
         data = jderobot.Pose3DEncodersData(
-            x=0.0, y=0.0, z=0.0, pan=0.0, tilt=0.0, roll=0.0, timeStamp=to_time(reading.time)
+            x=0.0, y=0.0, z=0.0, pan=0.0, tilt=0.0, roll=0.0, timeStamp=shared.to_time(reading.time)
         )
         for axis, of, index in self._places:
             setattr(data, axis, of.of(reading.positions[index]))
@@ -97,10 +90,10 @@ class NeckSpeedI(jderobot.Pose3DMotors):
         return msgspec.structs.replace(_NO_COMMAND, panSpeed=pan, tiltSpeed=tilt)
 
     def setPose3DMotorsData(self, data: jderobot.Pose3DMotorsData, current: Current) -> int:
-        require_finite(**msgspec.structs.asdict(data))
+        shared.require_finite(**msgspec.structs.asdict(data))
         pan, tilt = self._pan, self._tilt
         velocities = {pan.joint: pan.sign * data.panSpeed, tilt.joint: tilt.sign * data.tiltSpeed}
-        with refusals_raised():
+        with shared.refusals_raised():
             return 1 if self._device.drive(velocities, current.client).limitations else 0
 
     def getPose3DMotorsParams(self, current: Current) -> jderobot.Pose3DMotorsParams:
@@ -142,7 +135,7 @@ class JointsI(nao.Joints):
 
     def __init__(self, device: GuardedDevice) -> None:
         self._device = device
-        self.stream: Final = StateStream(device.read, self.getJointStatePublisher, _state)
+        self.stream: Final = shared.StateStream(device.read, self.getJointStatePublisher, _state)
 
     def getJointNames(self, current: Current) -> list[str]:
         return [joint.name for joint in self._device.joints]
@@ -159,16 +152,16 @@ class JointsI(nao.Joints):
     def setJointPositions(
         self, targets: dict[str, float], fraction: float, current: Current
     ) -> dict[str, float]:
-        require_positive(1.0, fraction=fraction)
+        shared.require_positive(1.0, fraction=fraction)
         speeds = {joint.name: fraction * joint.max_velocity for joint in self._device.joints}
-        with refusals_raised():
+        with shared.refusals_raised():
             return self._device.move(targets, speeds, client=current.client).accepted
 
     def setStiffnesses(
         self, stiffnesses: dict[str, float], seconds: float, current: Current
     ) -> dict[str, float]:
-        require_within(0.0, _LONGEST_CHANGE, seconds=seconds)
-        with refusals_raised():
+        shared.require_within(0.0, _LONGEST_CHANGE, seconds=seconds)
+        with shared.refusals_raised():
             return self._device.stiffen(stiffnesses, seconds, client=current.client)
 
     def stop(self, current: Current) -> None:
@@ -183,15 +176,15 @@ class PoseHeadI(nao.PoseHead):
         self._neck = neck
         self._pan, self._tilt = neck.axes[Axis.PAN], neck.axes[Axis.TILT]
         self._places = device.index(self._pan.joint), device.index(self._tilt.joint)
-        self.stream: Final = StateStream(device.read, self.getPosePublisher, self._pose)
+        self.stream: Final = shared.StateStream(device.read, self.getPosePublisher, self._pose)
 
     def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> nao.HeadPose:
-        require_finite(pan=pan, tilt=tilt)
-        require_positive(1.0, fraction=fraction)
+        shared.require_finite(pan=pan, tilt=tilt)
+        shared.require_positive(1.0, fraction=fraction)
         yaw, pitch, device = self._pan.joint, self._tilt.joint, self._device
         targets = {yaw: self._pan.joint_angle(pan), pitch: self._tilt.joint_angle(tilt)}
         speeds = {joint: fraction * device.facts(joint).max_velocity for joint in (yaw, pitch)}
-        with refusals_raised():
+        with shared.refusals_raised():
             accepted = device.move(targets, speeds, client=current.client).accepted
         return nao.HeadPose(
             time=device.read().time,
@@ -202,10 +195,10 @@ class PoseHeadI(nao.PoseHead):
         )
 
     def setSpeed(self, pan: float, tilt: float, current: Current) -> nao.HeadPose:
-        require_finite(pan=pan, tilt=tilt)
+        shared.require_finite(pan=pan, tilt=tilt)
         yaw, pitch = self._pan, self._tilt
         velocities = {yaw.joint: yaw.sign * pan, pitch.joint: pitch.sign * tilt}
-        with refusals_raised():
+        with shared.refusals_raised():
             accepted = self._device.drive(velocities, current.client).accepted
         pose = self.stream.now()
         pose.panSpeed, pose.tiltSpeed = (of.sign * accepted[of.joint] for of in (yaw, pitch))

@@ -15,15 +15,7 @@ from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Post
 from naoserver._guarded_device import GuardedDevice
 from naoserver._motions.player import MotionPlayer
 from naoserver._motions.routes import MotionRoute, PostureRoute, nearest_posture
-from naoserver._servants.shared import (
-    StateStream,
-    action_stream,
-    refusals_raised,
-    require_finite,
-    require_known,
-    require_positive,
-    require_within,
-)
+from naoserver._servants import shared
 from naoserver._walk import WalkGuard, WalkTo, way_to
 from naoserver.capabilities import Odometry, OwnPostures, PostureProgress
 from naoserver.errors import CommandRefused, RobotError
@@ -43,28 +35,28 @@ class MotorsI(Motors):
         return self._walk.commanded().forward
 
     def setV(self, v: float, current: Current) -> int:
-        require_finite(v=v)
+        shared.require_finite(v=v)
         return self._drive("forward", v, current)
 
     def getW(self, current: Current) -> float:
         return self._walk.commanded().turn
 
     def setW(self, w: float, current: Current) -> int:
-        require_finite(w=w)
+        shared.require_finite(w=w)
         return self._drive("turn", w, current)
 
     def getL(self, current: Current) -> float:
         return self._walk.commanded().left
 
     def setL(self, l: float, current: Current) -> int:  # noqa: E741  (the name in the interface)
-        require_finite(l=l)
+        shared.require_finite(l=l)
         return self._drive("left", l, current)
 
     def stop(self, current: Current) -> None:
         self._walk.stop()
 
     def _drive(self, kind: str, velocity: float, current: Current) -> int:
-        with refusals_raised():
+        with shared.refusals_raised():
             return 1 if self._walk.drive({kind: velocity}, current.client) else 0
 
 
@@ -74,12 +66,12 @@ class WalkI(Walk):
     def __init__(self, walk: WalkGuard, walk_to: WalkTo) -> None:
         self._walk = walk
         self._walk_to = walk_to
-        self.stream: Final = action_stream(walk_to.state, self.getWalkStatePublisher)
+        self.stream: Final = shared.action_stream(walk_to.state, self.getWalkStatePublisher)
 
     def walkTo(self, x: float, y: float, heading: float, current: Current) -> None:
-        require_within(-_FARTHEST_PLACE, _FARTHEST_PLACE, x=x, y=y)
-        require_within(-math.tau, math.tau, heading=heading)
-        with refusals_raised():
+        shared.require_within(-_FARTHEST_PLACE, _FARTHEST_PLACE, x=x, y=y)
+        shared.require_within(-math.tau, math.tau, heading=heading)
+        with shared.refusals_raised():
             way = way_to((x, y, heading), self._walk.read(), self._walk.limits, self._walk.lag)
             self._walk_to.begin(way, current.client)
 
@@ -94,7 +86,7 @@ class EncodersI(Encoders):
     """Report where the robot believes it is, in calls and as a stream."""
 
     def __init__(self, walk: WalkGuard) -> None:
-        self.stream: Final = StateStream(walk.read, self.getEncodersDataPublisher, _data)
+        self.stream: Final = shared.StateStream(walk.read, self.getEncodersDataPublisher, _data)
 
     def getEncodersData(self, current: Current) -> EncodersData:
         return self.stream.now()
@@ -126,7 +118,9 @@ class MotionsI(Motions):
 
     def __init__(self, player: MotionPlayer) -> None:
         self._player = player
-        self.stream: Final = action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
+        self.stream: Final = shared.action_stream(
+            lambda: player.progress(MOTION), self.getMotionStatePublisher
+        )
 
     def getMotions(self, current: Current) -> list[MotionFacts]:
         motions = self._player.motions.values()
@@ -134,10 +128,10 @@ class MotionsI(Motions):
 
     def play(self, name: str, pace: float, current: Current) -> None:
         motions = self._player.motions
-        require_known("motion", name, motions)
-        require_positive(_HIGHEST_SPEED, pace=pace)
+        shared.require_known("motion", name, motions)
+        shared.require_positive(_HIGHEST_SPEED, pace=pace)
         route = MotionRoute(self._player.body, motions[name], motions.values())
-        with refusals_raised():
+        with shared.refusals_raised():
             self._player.begin(MOTION, name, route, pace=pace, client=current.client)
 
     def stop(self, current: Current) -> None:
@@ -151,7 +145,7 @@ class PosturesI(Postures):
     """Common part of both kinds of postures."""
 
     def __init__(self) -> None:
-        self.stream: Final = action_stream(self.progress, self.getPostureStatePublisher)
+        self.stream: Final = shared.action_stream(self.progress, self.getPostureStatePublisher)
 
     @property
     @abstractmethod
@@ -170,9 +164,9 @@ class PosturesI(Postures):
         return list(self.names)
 
     def goToPosture(self, name: str, fraction: float, current: Current) -> None:
-        require_known("posture", name, self.names)
-        require_positive(1.0, fraction=fraction)
-        with refusals_raised():
+        shared.require_known("posture", name, self.names)
+        shared.require_positive(1.0, fraction=fraction)
+        with shared.refusals_raised():
             self.go(name, fraction, current.client)
 
     def getPostureState(self, current: Current) -> ActionState:

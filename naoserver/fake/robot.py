@@ -44,11 +44,6 @@ class Ball:
     height: float
 
 
-def focal_length(camera: CameraFacts, width: int) -> float:
-    """Return the focal length in pixels of an image `width` pixels wide."""
-    return width / 2 / math.tan(camera.horizontal_fov / 2)
-
-
 def project(place: Matrix, ball: Ball) -> Point:
     """Return the centre of a ball in the frame of a camera in m: ahead, to the left, up.
 
@@ -71,7 +66,7 @@ def paint(
     """
     width, height = size
     image = np.full((height, width, 3), _GROUND, np.uint8)
-    focal = focal_length(camera, width)
+    focal = camera.focal_length(width)
     for (ahead, left, up), color in sorted(balls, key=lambda placed: -placed[0][0]):
         if ahead <= ball_radius:
             continue
@@ -190,9 +185,7 @@ class FakeWalker:
 
     def _go_on(self) -> None:
         """Move up to now: a constant velocity in its own frame leads along an arc of a circle."""
-        before = self._odometry
-        velocity = self._velocity
-        now = self._clock.now()
+        before, velocity, now = self._odometry, self._velocity, self._clock.now()
         seconds = max(0.0, now - before.time)
         turned = velocity.turn * seconds
         half = turned / 2.0
@@ -239,13 +232,9 @@ class FakeDrive(FakeWalker):
 
 def _walker_of(body: Body, clock: Clock) -> FakeWalker | None:
     """Return the walk of a body, by its kind."""
-    match body.walk:
-        case None:
-            return None
-        case Wheels() as wheels:
-            return FakeDrive(clock, wheels)
-        case _:
-            return FakeWalker(clock, body.groups.legs)
+    if isinstance(body.walk, Wheels):
+        return FakeDrive(clock, body.walk)
+    return FakeWalker(clock, body.groups.legs) if body.walk else None
 
 
 LAG: Final = 0.02
@@ -270,10 +259,7 @@ class _Motion(NamedTuple):
         """
         if self.rate == 0.0 and self.position == self.setpoint:
             return self  # at rest, as most joints are
-        left = max(0.0, time - self.time)
-        setpoint = self.setpoint
-        position = self.position
-        rate = self.rate
+        left, setpoint, position, rate = max(0.0, time - self.time), self.setpoint, self.position, self.rate
         if rate:
             piece = min(left, (self.end - setpoint) / rate)
             lagging = setpoint - rate * LAG

@@ -147,13 +147,13 @@ class ServoRobot:
         self.senses: Final = senses
         self.clock: Final[Clock] = clock or WallClock()
         self._capture = capture
-        reporter = Reporter(self.name)
+        reporter, stiff = Reporter(self.name), dict.fromkeys(body.joint_names, 1.0)
         self._connection = Connection(connect, self.clock, reporter, limits)
         self.lifecycle: Final[Lifecycle[ServoBus]] = Lifecycle(
             self._connection,
             reporter,
-            (lambda _bus: self._stiffen_all(1.0)) if start is Start.STIFFEN else None,
-            (lambda bus: bus.stiffen(dict.fromkeys(body.joint_names, 0.0))) if end is End.LIMP else None,
+            (lambda _bus: self.command_stiffnesses(stiff, 0.0)) if start is Start.STIFFEN else None,
+            (lambda bus: bus.stiffen(dict.fromkeys(stiff, 0.0))) if end is End.LIMP else None,
         )
         self._connection.on_open.append(self._open)
         self._connection.on_tick.append(self._tick)
@@ -217,9 +217,6 @@ class ServoRobot:
             if self._connection.link is not None and not self._closed:
                 for name, goal in goals.items():
                     self._joints[name].goal, self._joints[name].speed = goal
-
-    def _stiffen_all(self, stiffness: float) -> None:
-        self.command_stiffnesses(dict.fromkeys(self.body.joint_names, stiffness), 0.0)
 
     def _forget(self) -> None:
         """Let setpoints rest where they are."""

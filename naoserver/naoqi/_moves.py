@@ -52,7 +52,11 @@ class NaoqiJoints:
         self._joints = {joint.name: joint for joint in state.facts.joints}
         self._calls = calls
         self.orders: Final[CoalescingQueue[Order]] = CoalescingQueue(
-            "joints", connection, reporter, self._send_orders, lambda order: order.target is None
+            "joints",
+            connection,
+            reporter,
+            lambda link, orders: [link.begin(method, *given) for method, *given in calls_of(orders)],
+            lambda order: order.target is None,
         )
         self._stiffnesses: CoalescingQueue[tuple[float, float]] = CoalescingQueue(
             "stiffness", connection, reporter, self._send_stiffnesses, lambda _change: False
@@ -94,9 +98,6 @@ class NaoqiJoints:
         if orders:
             self.orders.post(orders)
 
-    def _send_orders(self, link: CallLink, orders: Mapping[str, Order]) -> list[Reply]:
-        return [link.begin(method, *arguments) for method, *arguments in calls_of(orders)]
-
     def _send_stiffnesses(self, link: CallLink, wanted: Mapping[str, tuple[float, float]]) -> list[Reply]:
         at_once = {joint: value for joint, (value, seconds) in wanted.items() if seconds <= 0.0}
         slowly = {joint: change for joint, change in wanted.items() if change[1] > 0.0}
@@ -118,7 +119,9 @@ def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[flo
     targets = {joint: order.target for joint, order in orders.items() if order.target is not None}
     fractions = {joint: min(1.0, max(_SLOWEST_FRACTION, orders[joint].fraction)) for joint in targets}
     if len(set(fractions.values())) > _FEW:
-        fractions = {joint: _rounded(fraction) for joint, fraction in fractions.items()}
+        for joint, fraction in fractions.items():
+            rounded = math.exp(math.floor(math.log(fraction) / _STEP + 1e-9) * _STEP)
+            fractions[joint] = max(_SLOWEST_FRACTION, rounded)
     groups: dict[float, list[str]] = {}
     for joint, fraction in fractions.items():
         groups.setdefault(fraction, []).append(joint)
@@ -130,10 +133,6 @@ def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[flo
         # Relative to their present setpoints, which only the robot knows at this moment.
         calls.append(("ALMotion.changeAngles", held, [0.0] * len(held), _HOLD_FRACTION))
     return calls
-
-
-def _rounded(fraction: float) -> float:
-    return max(_SLOWEST_FRACTION, math.exp(math.floor(math.log(fraction) / _STEP + 1e-9) * _STEP))
 
 
 _RESTING_PERIOD: Final = 0.2

@@ -284,14 +284,10 @@ class Commands:
 
     def _go(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
         """Walk to a place in the frame odom or base_footprint, while the publisher exists."""
-        place = message.pose.position
-        turn = message.pose.orientation
-        frame = message.header.frame_id
+        place, turn, frame = message.pose.position, message.pose.orientation, message.header.frame_id
         sine = 2.0 * (turn.w * turn.z + turn.x * turn.y)
         cosine = 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
-        x = place.x
-        y = place.y
-        heading = math.atan2(sine, cosine)
+        x, y, heading = place.x, place.y, math.atan2(sine, cosine)
         if not (math.isfinite(x) and math.isfinite(y)):
             raise RefusedError("the place is not a finite number")
         if not (math.isfinite(sine) and math.isfinite(cosine)):  # infinite ones would give a finite heading
@@ -344,14 +340,12 @@ class Commands:
         ActionServer(self._node, f"naoqi_bridge_msgs/action/{kind}", name, execute, needs_client=needs_client)
 
     def _pose(self, goal: ServerGoal, name: str, fraction: float) -> None:
-        postures = self._postures
-        count = _begin(name, postures.getPostureState, lambda: postures.goToPosture(name, fraction))
-        _accompany(goal, count, postures.getPostureState, postures.stop)
+        of = self._postures
+        _act(goal, name, of.getPostureState, lambda: of.goToPosture(name, fraction), of.stop)
 
     def _play(self, goal: ServerGoal) -> None:
-        motions, name = self._motions, goal.request.behavior
-        count = _begin(name, motions.getMotionState, lambda: motions.play(name, _FULL_PACE))
-        _accompany(goal, count, motions.getMotionState, motions.stop)
+        of, name = self._motions, goal.request.behavior
+        _act(goal, name, of.getMotionState, lambda: of.play(name, _FULL_PACE), of.stop)
 
     def _say(self, goal: ServerGoal) -> None:
         """Say a text after those that wait, until it has been said or dropped."""
@@ -423,10 +417,15 @@ def _begin(name: str, state: Callable[[], nao.ActionState], begin: Callable[[], 
     raise Aborted(f"{now.name} was begun instead")
 
 
-def _accompany(
-    goal: ServerGoal, count: int, state: Callable[[], nao.ActionState], stop: Callable[[], None]
+def _act(
+    goal: ServerGoal,
+    name: str,
+    state: Callable[[], nao.ActionState],
+    begin: Callable[[], None],
+    stop: Callable[[], None],
 ) -> None:
-    """Wait for the end of the motion or posture with a count; stop it when the goal is cancelled."""
+    """Begin a motion or a posture, and wait for its end; stop it when the goal is cancelled."""
+    count = _begin(name, state, begin)
     while True:
         now = state()
         if now.count != count:

@@ -216,10 +216,7 @@ def compressed_image(header: Fields, data: ImageData) -> Fields:
 
 def camera_info(header: Fields, camera: CameraDescription) -> Fields:
     """Return a sensor_msgs/msg/CameraInfo without distortion: our cameras have none, real ones a little."""
-    fx = camera.fdistx
-    fy = camera.fdisty
-    u = camera.u0
-    v = camera.v0
+    fx, fy, u, v = camera.fdistx, camera.fdisty, camera.u0, camera.v0
     return {
         "header": header,
         "height": camera.height,
