@@ -365,10 +365,6 @@ PERIOD: Final = 0.05
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
 
 
-class _Late(Exception):
-    """The robot has not reached its place in time; the text says so."""
-
-
 class WalkTo:
     """Walk to places through `guard`; `tick` is due every PERIOD of robot time while it is `busy`.
 
@@ -416,8 +412,7 @@ class WalkTo:
         with self._lock:
             self._guard.stop()
             if self._way is not None:
-                self._commanded = STILL
-                self._state = replace(self._state, message="stopped")
+                self._wait_until_it_stands("stopped")
 
     def tick(self) -> None:
         """Correct and renew the velocity; end the walk at the end of the way."""
@@ -425,34 +420,35 @@ class WalkTo:
             way = self._way
             if way is None:
                 return
-            try:
-                if self._commanded != STILL:
-                    self._go_on(way)
-            except _Late as late:
-                self._guard.stop()  # it is on its way until it stands
-                self._commanded = STILL
-                self._state = replace(self._state, message=str(late))
-            except RobotError as error:
-                with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
-                    self._guard.drive(asdict(STILL), self._client, after=self._commanded)
-                if self._guard.commanded() == STILL:  # it is on its way until it stands
-                    self._commanded = STILL
-                    self._state = replace(self._state, message=str(error))
+            if self._commanded != STILL:
+                self._state = replace(self._state, progress=way.progress(self._guard.read()))
+                if self._robot_time() > self._end:
+                    self._guard.stop()
+                    self._wait_until_it_stands(f"it did not get there within {way.patience:.0f} s")
                 else:
-                    self._finish(ActionStatus.Stopped, str(error))
+                    self._renew(way)
             # The joints are free when the guard has nothing more to watch.
             if self._commanded == STILL and self._guard.watch() is None:
                 self._finish(ActionStatus.Stopped if self._state.message else ActionStatus.Done)
 
-    def _go_on(self, way: Way) -> None:
-        self._state = replace(self._state, progress=way.progress(self._guard.read()))
-        if self._robot_time() > self._end:
-            raise _Late(f"it did not get there within {way.patience:.0f} s")
-        self._drive(way, self._client, self._commanded)
+    def _renew(self, way: Way) -> None:
+        try:
+            self._drive(way, self._client, self._commanded)
+        except RobotError as error:
+            with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
+                self._guard.drive(asdict(STILL), self._client, after=self._commanded)
+            if self._guard.commanded() == STILL:
+                self._wait_until_it_stands(str(error))
+            else:
+                self._finish(ActionStatus.Stopped, str(error))
 
     def _drive(self, way: Way, client: str, after: WalkVelocity | None) -> None:
         self._guard.drive(asdict(way.velocity(self._guard.read())), client, after=after)
         self._commanded = self._guard.commanded()  # as it was limited
+
+    def _wait_until_it_stands(self, message: str) -> None:
+        self._commanded = STILL
+        self._state = replace(self._state, message=message)
 
     def _finish(self, status: ActionStatus, message: str = "") -> None:
         self._way = None
