@@ -12,7 +12,7 @@ from naoserver._gate import Gate
 from naoserver._safety import Goal, JointSafety, Outcome
 from naoserver.errors import InvalidCommand
 from naoserver.parts import JointFacts
-from naoserver.robot import JointDevice, JointReading
+from naoserver.robot import JointDevice, JointFault, JointReading
 from zenoh_ice.text import few
 
 _logger = logging.getLogger(__name__)
@@ -178,7 +178,7 @@ class GuardedDevice:
         """
         with self._lock:
             self.gate.require(client, begun=bool(activity))
-            _require_reached(stiffnesses, self.read())
+            _require_reached(stiffnesses, self.read().faults)
             safe = self._safety.safe_stiffnesses(stiffnesses)
             if not self._closed:
                 self._device.command_stiffnesses(safe, seconds)
@@ -235,14 +235,16 @@ class GuardedDevice:
             raise InvalidCommand(
                 joint, f"{joint} keeps the robot upright: use postures or motions, or make its legs limp"
             )
-        _require_reached(joints, reading)
+        if reading.faults:
+            _require_reached(joints, reading.faults)
 
     def _obey(self, command: Callable[[JointReading], Outcome]) -> Outcome:
         with self._lock:
             reading = self.read()
             outcome = self._apply(command(reading))
             due = self._safety.next_watch(reading, self.events.wall_time())
-        self.events.add_limited(outcome.limitations)
+        if outcome.limitations:
+            self.events.add_limited(outcome.limitations)
         if due is not None:
             self.check_within(due)
         return outcome
@@ -256,9 +258,8 @@ class GuardedDevice:
         return outcome
 
 
-def _require_reached(joints: Iterable[str], reading: JointReading) -> None:
+def _require_reached(joints: Iterable[str], faults: Mapping[str, JointFault]) -> None:
     """Raise InvalidCommand if the servo of a joint is lost."""
-    if reading.faults:
-        for joint in joints:
-            if (fault := reading.faults.get(joint)) is not None and fault.lost:
-                raise InvalidCommand(joint, f"{joint} is not reached: {fault.message}; command other joints")
+    for joint in joints:
+        if (fault := faults.get(joint)) is not None and fault.lost:
+            raise InvalidCommand(joint, f"{joint} is not reached: {fault.message}; command other joints")

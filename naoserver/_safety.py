@@ -119,6 +119,7 @@ class JointSafety:
     ) -> None:
         self.options: Final = options
         self._facts = {joint.name: joint for joint in joints}
+        self._passive = {joint.name for joint in joints if joint.passive}
         self._index = {joint.name: index for index, joint in enumerate(joints)}
         self._speed_rules: dict[str, list[SpeedRule]] = {}  # of each joint that has any
         for rule in speed_rules if options.speed_rules else ():
@@ -242,7 +243,7 @@ class JointSafety:
         """Stop joints at once, wherever they are, except passive ones."""
         outcome = Outcome()
         for joint in joints:
-            if not self._facts[joint].passive:
+            if joint not in self._passive:
                 self._hold(joint, reading, outcome)
         return outcome
 
@@ -325,7 +326,7 @@ class JointSafety:
             if joint not in self._facts:
                 name = joint[:_LONGEST_NAME]
                 raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self._facts)}")
-            if self._facts[joint].passive:
+            if joint in self._passive:
                 raise InvalidCommand(joint, f"{joint} has no motor: it moves with what touches it")
             if not math.isfinite(value):
                 raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
