@@ -20,10 +20,17 @@ from naoserver._servants.camera import BodyHistory, CameraI
 from naoserver._servants.expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver._servants.joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
 from naoserver._servants.moves import EncodersI, KeyFramePosturesI, MotionsI, MotorsI, OwnPosturesI, WalkI
-from naoserver._servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
+from naoserver._servants.sensors import (
+    BatteryI,
+    FootPressureI,
+    GroundTruthI,
+    InertialUnitI,
+    SceneI,
+    SonarI,
+    TouchI,
+)
 from naoserver._servants.server import ClockI, DescriptionI, HealthI, SafetyI
 from naoserver._servants.shared import StateStream
-from naoserver._servants.simulation import GroundTruthI, SceneI
 from naoserver._walk import PERIOD as WALK_PERIOD
 from naoserver._walk import WalkGuard, WalkTo
 from naoserver.capabilities import Senses, Walker

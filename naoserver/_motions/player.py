@@ -14,8 +14,7 @@ from msgspec.structs import replace
 
 from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver._guarded_device import GuardedDevice
-from naoserver._motions.keyframes import Motion
-from naoserver._motions.motion_file import load_motions
+from naoserver._motions.motion_file import Motion, load_motions
 from naoserver._motions.routes import (
     SLOWEST_PACE,
     UPRIGHT,

@@ -18,7 +18,7 @@ from operator import itemgetter
 from types import MappingProxyType
 from typing import Final, Protocol
 
-from naoserver._motions.keyframes import Interpolation, Key, Motion
+from naoserver._motions.motion_file import Interpolation, Key, Motion
 from naoserver.body import Body
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.kinematics import kinematics_of

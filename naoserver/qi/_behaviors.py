@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 from typing import Final
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.keyframes import Motion
+from naoserver._motions.motion_file import Motion
 from naoserver._motions.routes import MotionRoute, Route
 from naoserver._servants.moves import MOTION
 from naoserver.errors import InvalidCommand

@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 from msgspec import structs
 
-from naoserver._motions.keyframes import Key, Motion
-from naoserver._motions.motion_file import load_motions, parse_motion
+from naoserver._motions.motion_file import Key, Motion, load_motions, parse_motion
 from naoserver._motions.routes import (
     MotionRoute,
     PostureRoute,
