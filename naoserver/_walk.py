@@ -9,7 +9,6 @@ from __future__ import annotations
 import cmath
 import math
 import threading
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -56,12 +55,15 @@ def way_to(place: Place, start: Odometry, highest: WalkVelocity, lag: float = 0.
     if not (highest.forward and highest.turn):
         what = "turn" if highest.forward else "drive forwards"
         raise InvalidCommand("walk", f"the robot cannot {what}, so it cannot go to a place")
-    kind = StraightWay if highest.left else SteeredWay
+    kind = Way if highest.left else SteeredWay
     return kind(place, start, highest, lag)
 
 
-class Way(ABC):
-    """The way to a place: the velocities on it, asked for again and again until the robot is there."""
+class Way:
+    """The way to a place: the velocities on it, asked for again and again until the robot is there.
+
+    It is straight, of a robot that goes in every direction, which turns to the heading first.
+    """
 
     def __init__(self, place: Place, start: Odometry, highest: WalkVelocity, lag: float = 0.0) -> None:
         x, y, heading = place
@@ -74,33 +76,18 @@ class Way(ABC):
         self.patience: Final = _SPARE_TIME + 3.0 * self._duration(complex(x, y), heading)
         """Robot seconds that it may take."""
 
-    @abstractmethod
-    def velocity(self, now: Odometry) -> WalkVelocity:
-        """Return the velocity for the rest of the way, within the limits of each; all 0 at its end."""
-
     def progress(self, now: Odometry) -> float:
         """Return the completed fraction of the way."""
         left = self._left(*self._rest(now))
         return min(max(1.0 - left / max(self._length, _PLACE_TOLERANCE), 0.0), 1.0)
-
-    @abstractmethod
-    def _left(self, way: complex, turn: float) -> float:
-        """Return the m and rad that are left together, given the place and the turn in the robot's frame."""
-
-    @abstractmethod
-    def _duration(self, way: complex, turn: float) -> float:
-        """Return the seconds of the way at full speed."""
 
     def _rest(self, now: Odometry) -> tuple[complex, float]:
         """Return the place and the turn to its heading in the robot's frame."""
         way = (self._goal - complex(now.x, now.y)) * cmath.rect(1.0, -now.heading)
         return way, math.remainder(self._heading - now.heading, math.tau)
 
-
-class StraightWay(Way):
-    """The straight way of a robot that goes in every direction; it turns to the heading first."""
-
     def velocity(self, now: Odometry) -> WalkVelocity:
+        """Return the velocity for the rest of the way, within the limits of each; all 0 at its end."""
         way, turn = self._rest(now)
         if abs(way) < _PLACE_TOLERANCE and abs(turn) < 2 * _PLACE_TOLERANCE:
             return STILL
@@ -116,9 +103,11 @@ class StraightWay(Way):
         return WalkVelocity(forward, left, turning)
 
     def _left(self, way: complex, turn: float) -> float:
+        """Return the m and rad that are left together, given the place and the turn in the robot's frame."""
         return abs(way) + abs(turn)
 
     def _duration(self, way: complex, turn: float) -> float:
+        """Return the seconds of the way at full speed."""
         highest = self._highest
         straight = math.hypot(way.real / highest.forward, way.imag / highest.left)
         return straight + abs(turn) / highest.turn
