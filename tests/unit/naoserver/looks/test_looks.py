@@ -34,7 +34,7 @@ def test_each_robot_has_looks():
 
 @pytest.mark.parametrize("name", ["pepper", "../looks/nao", ""])
 def test_other_names_are_refused(name):
-    with pytest.raises(RobotError, match="no looks of .* booster_t1, cart, nao, unitree_g1"):
+    with pytest.raises(RobotError, match=r"no looks of .* booster_t1, cart, nao, unitree_g1"):
         read_looks(name)
 
 
