@@ -1,6 +1,6 @@
 """Servants of what is sensed, and of what only a simulation knows and has: ground truth and scene.
 
-Each of a sensor reports a part of the readings of the senses; joints and cameras have servants of their own.
+Each of a sensor reports a part of the readings of the senses; joints and cameras have other servants.
 """
 
 from __future__ import annotations
