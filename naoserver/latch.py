@@ -96,17 +96,21 @@ class Latch:
         lock = os.open(self.path.with_suffix(".lock"), flags, 0o600)
         deadline = time.monotonic() + self._patience
         try:
-            while not _try_lock(lock):
-                if time.monotonic() >= deadline:
-                    raise RobotError(
-                        f"another server of the same robot runs, and has {self.path}: end that one, or give "
-                        "this one another --realm"
-                    )
-                time.sleep(_LOOK_PERIOD)
+            while True:
+                try:
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    if time.monotonic() >= deadline:
+                        raise RobotError(
+                            f"another server of the same robot runs, and has {self.path}:"
+                            " end that one, or give this one another --realm"
+                        ) from None
+                    time.sleep(_LOOK_PERIOD)
+                else:
+                    return lock
         except BaseException:
             os.close(lock)
             raise
-        return lock
 
     def _read(self) -> Kept:
         try:
@@ -131,15 +135,6 @@ class Latch:
         with os.fdopen(descriptor, "wb") as file:
             file.write(content)
         beside.replace(self.path)
-
-
-def _try_lock(lock: int) -> bool:
-    """Take a lock, if nobody else has it; return whether it is ours."""
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
 
 
 def _flush(path: Path) -> None:

@@ -77,12 +77,11 @@ class Pose3DEncodersI(jderobot.Pose3DEncoders):
         return data
 
 
-class NeckSpeedI(jderobot.Pose3DMotors):
+class NeckSpeedI(Pose3DMotorsI):
     """Turn the head at `panSpeed` and `tiltSpeed`, which must be renewed; positions are ignored."""
 
     def __init__(self, device: GuardedDevice, neck: Hinge) -> None:
-        self._device = device
-        self._neck = neck
+        super().__init__(device, neck)
         self._pan, self._tilt = neck.axes[Axis.PAN], neck.axes[Axis.TILT]
 
     def getPose3DMotorsData(self, current: Current) -> jderobot.Pose3DMotorsData:
@@ -95,12 +94,6 @@ class NeckSpeedI(jderobot.Pose3DMotors):
         velocities = {pan.joint: pan.sign * data.panSpeed, tilt.joint: tilt.sign * data.tiltSpeed}
         with shared.refusals_raised():
             return 1 if self._device.drive(velocities, current.client).limitations else 0
-
-    def getPose3DMotorsParams(self, current: Current) -> jderobot.Pose3DMotorsParams:
-        return _motor_params(self._device, self._neck.axes)
-
-    def stop(self, current: Current) -> None:
-        self._device.hold(self._neck.joints)
 
 
 def limits_of(device: GuardedDevice, axis: HingeAxis) -> tuple[float, float]:
