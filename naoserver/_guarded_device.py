@@ -79,6 +79,8 @@ class GuardedDevice:
         self.joints: Final = device.joints
         self.read: Final = device.read
         """Return the newest snapshot of the joints without blocking."""
+        self.with_coupled: Final = safety.with_coupled
+        """Return joints, in their order, and all that share a motor with them."""
         self._device = device
         self._safety = safety
         self.gate: Final = gate
@@ -154,7 +156,7 @@ class GuardedDevice:
 
         The activity that has claimed one is asked to end; it keeps the joints that it still needs for that.
         """
-        names = self._safety.with_coupled(self._index if joints is None else joints)
+        names = self.with_coupled(self._index if joints is None else joints)
         left = self.claims.stop(names)
         names = tuple(name for name in names if name not in left)
         self._obey(lambda reading: self._safety.hold(names, reading))

@@ -167,7 +167,7 @@ _CANNOT: Final = {"forward": "go forwards or backwards", "left": "go sideways", 
 
 
 @dataclass(frozen=True, slots=True)
-class _Drive:
+class _Velocity:
     """A velocity of one kind, with its client and its end in steady wall time."""
 
     value: float
@@ -203,7 +203,7 @@ class WalkGuard:
         self._options = options
         self._highest: dict[str, float] = asdict(walker.limits)
         self._lock = threading.Lock()
-        self._drives: dict[str, _Drive] = {}
+        self._drives: dict[str, _Velocity] = {}
         self._ended: dict[str, float] = {}  # clients that have not let go, and when they last tried
         self._closed = False
 
@@ -248,7 +248,7 @@ class WalkGuard:
                     limitations.append((_SOURCE, reason))
                 drives.pop(kind, None)
                 if safe:
-                    drives[kind] = _Drive(safe, client, deadline, renewed=after is None)
+                    drives[kind] = _Velocity(safe, client, deadline, renewed=after is None)
             if not self._closed:
                 self._command(drives)
         self._events.add_limited(limitations)
@@ -322,7 +322,7 @@ class WalkGuard:
             self._ended[client] = now
         return clings
 
-    def _stop_where(self, condition: Callable[[_Drive], bool]) -> list[str]:
+    def _stop_where(self, condition: Callable[[_Velocity], bool]) -> list[str]:
         """Stop the velocities that meet a condition; return their kinds."""
         with self._lock:
             if not self._walker.walking:
@@ -332,7 +332,7 @@ class WalkGuard:
                 self._command({kind: drive for kind, drive in self._drives.items() if kind not in stopped})
         return stopped
 
-    def _command(self, drives: dict[str, _Drive]) -> None:
+    def _command(self, drives: dict[str, _Velocity]) -> None:
         """Command the walker. Raises InvalidCommand, and then commands nothing."""
         if not drives:
             self._drives = {}

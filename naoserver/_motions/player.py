@@ -149,7 +149,7 @@ class MotionPlayer:
             if action is None or (kind and action.kind != kind):
                 return
             self._finish(ActionStatus.Stopped, message)
-        self._device.hold(self._joints(action.leg))
+        self._hold(action.leg)
 
     def drop_client(self, client: str) -> None:
         """End the action of a lost client: at once, or after its present leg in the safest posture."""
@@ -163,7 +163,7 @@ class MotionPlayer:
             else:
                 action.route, action.cut_short = ending, _GONE
         if ending is None:
-            self._device.hold(self._joints(action.leg))
+            self._hold(action.leg)
         how = "stopped" if ending is None else "will end in the safest posture that it reaches"
         self._device.events.add(Severity.Warning, "Motions", f"{action.activity} {how}: {_GONE}", "lost")
 
@@ -181,7 +181,7 @@ class MotionPlayer:
                 message = f"{action.activity} ended: {error}"
             else:
                 return
-        self._device.hold(self._joints(action.leg))
+        self._hold(action.leg)
         self._device.events.add(Severity.Warning, "Motions", message, "failed")
 
     def close(self) -> None:
@@ -226,7 +226,7 @@ class MotionPlayer:
         action.leg = leg
         if leg is None:
             return
-        joints = self._joints(leg)
+        joints = self._device.with_coupled(leg.keys)
         self._device.claims.claim(action.activity, joints, lambda: self._let_go(action))
         action.begin, action.since = self._commands(), self.robot_time()
         stiffnesses = zip(self._names, self._device.read().stiffnesses, strict=True)
@@ -274,10 +274,5 @@ class MotionPlayer:
     def _commands(self) -> dict[str, float]:
         return dict(zip(self._names, self._device.read().commands, strict=True))
 
-    def _joints(self, leg: Motion | None) -> frozenset[str]:
-        """Return the joints that a leg moves, including those that share a motor."""
-        joints = set(leg.keys) if leg else set()
-        for pair in self.body.couplings:
-            if {pair.leader, pair.follower} & joints:
-                joints |= {pair.leader, pair.follower}
-        return frozenset(joints)
+    def _hold(self, leg: Motion | None) -> None:
+        self._device.hold(leg.keys if leg else ())

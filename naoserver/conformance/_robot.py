@@ -150,9 +150,8 @@ class Need:
     has: Callable[[Robot], object]
 
 
-def needs(*parts: Need) -> pytest.MarkDecorator:
-    """Skip a test, by the name of what is missing, for a robot that lacks one of the parts."""
-    return pytest.mark.needs(*parts)
+needs: Final = pytest.mark.needs
+"""Skips a test, by the name of what is missing, for a robot that lacks one of the parts, each a `Need`."""
 
 
 def free_joints(body: Body) -> list[Joint]:
