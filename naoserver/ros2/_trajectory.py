@@ -212,14 +212,15 @@ class TrajectoryFollower:
         self._body = body
         self._robot_time: Final = robot_time
         self._names: Final = tuple(body.getJointNames())
-        self._limits: Final = {limits.name: limits for limits in body.getJointLimits()}
+        self.limits: Final = {limits.name: limits for limits in body.getJointLimits()}
+        """Those of each joint by name."""
         self._lock = threading.Lock()
         self._owners: dict[str, Order] = {}
 
     def execute(self, goal: ServerGoal) -> dict[str, object]:
         """Follow the trajectory of a goal to its end; the action's `execute`."""
         try:
-            trajectory = self.read(goal.request)
+            trajectory = read_goal(goal.request, self.limits)
             self.claim(goal, trajectory)
             try:
                 self.follow(goal, trajectory)
@@ -229,10 +230,6 @@ class TrajectoryFollower:
             code = error.code if isinstance(error, TrajectoryError) else INVALID_GOAL
             raise Aborted(str(error), {"error_code": code, "error_string": str(error)}) from error
         return {"error_code": SUCCESSFUL, "error_string": ""}
-
-    def read(self, goal: Any) -> Trajectory:  # noqa: ANN401 - a message's class
-        """Return the trajectory of a goal of the action; raises TrajectoryError, which names the joint."""
-        return read_goal(goal, self._limits)
 
     def claim(self, order: Order, trajectory: Trajectory, former: Collection[Order | None] = ()) -> None:
         """Give an order the joints of its trajectory, and all joints of `former` orders: these end."""
@@ -314,7 +311,7 @@ class TrajectoryFollower:
         """Send the setpoints to their targets at the next sample, no faster than necessary."""
         targets = trajectory.at(time + period)
         commands = np.array([state.commands[column] for column in columns])
-        highest = np.array([self._limits[name].maxVelocity for name in trajectory.joints])
+        highest = np.array([self.limits[name].maxVelocity for name in trajectory.joints])
         needed = float(np.max(np.abs(targets - commands) / highest)) / max(period, 0.001)
         fraction = min(max(_HURRY * needed, _SLOWEST_FRACTION), 1.0)
         self._body.setJointPositions(dict(zip(trajectory.joints, targets.tolist(), strict=True)), fraction)
@@ -365,7 +362,8 @@ class TrajectoryTopic:
         if not message.points:
             self._stop()
             return
-        trajectory = self._follower.read(self._types.make(f"{TYPE}_Goal", trajectory=message))
+        goal = self._types.make(f"{TYPE}_Goal", trajectory=message)
+        trajectory = read_goal(goal, self._follower.limits)
         order = _Order(sender)
         with self._lock:
             if self._closed:
