@@ -9,11 +9,10 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple
-
-import numpy as np
+from itertools import chain
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from naoserver._naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.body import Body
@@ -49,40 +48,52 @@ class Measurements(NamedTuple):
     senses: SenseReading
 
 
+Spellings: TypeAlias = tuple[str, ...]
+"""The keys of a value in ALMemory, of which a robot has one: those of the inertial unit changed with NAO5."""
+
+
+def _of_device(*names: str) -> Spellings:
+    return tuple(f"{DEVICES}{name}/Sensor/Value" for name in names)
+
+
+_UNIT: Final = "InertialSensor/"
+_ACCELERATION: Final = [_of_device(f"{_UNIT}Accelerometer{axis}", f"{_UNIT}Acc{axis}") for axis in AXES]
+_TURNING: Final = [_of_device(f"{_UNIT}Gyroscope{axis}", f"{_UNIT}Gyr{axis}") for axis in AXES]
+_ROLL, _PITCH = (_of_device(f"{_UNIT}Angle{axis}") for axis in "XY")
+_FEET: Final = [[_of_device(f"{foot}/FSR/{corner}") for corner in CORNERS] for foot in ("LFoot", "RFoot")]
+_SONAR: Final = [_of_device(f"US/{side}") for side in ("Left", "Right")]
+_CHARGE, _CURRENT, _WARMTH = (_of_device(f"Battery/{part}") for part in ("Charge", "Current", "Temperature"))
+_PLUGGED: Final = ("BatteryPowerPluggedChanged",)
+_OF_SENSES: Final = (*_ACCELERATION, *_TURNING, _ROLL, _PITCH, *_FEET[0], *_FEET[1], *_SONAR)
+_OF_BATTERY: Final = (_CHARGE, _CURRENT, _WARMTH, _PLUGGED)
+
+
 class MemoryLayout:
     """The keys to request, and the conversion of the answer.
 
-    `known` are all keys that the robot has. Of several spellings, the first known one is used: those of the
-    inertial unit changed with NAO5. Sensors that the robot lacks read as at rest: nothing pressed,
+    `known` are all keys that the robot has. Sensors that the robot lacks read as at rest: nothing pressed,
     nothing near; a charge that it does not report is NaN.
     The signs of the inertial unit are those of a NAO6, or of a Nao before it.
     Raises KeyError, naming it, for a joint that has no position.
     """
 
     def __init__(self, known: Collection[str], body: Body, *, nao6: bool = True) -> None:
-        self.keys: Final[list[str]] = []
-        known = frozenset(known)
-        self._known = known
         self._body = body
-        self._joints = {field: self._table(key) for field, key in JOINT_KEYS.items()}
-        if None in self._joints["positions"]:
-            raise KeyError(body.joint_names[self._joints["positions"].index(None)])
-        unit = f"{DEVICES}InertialSensor/"
-        self._acceleration_signs, self._turning_signs = _SIGNS_NAO6 if nao6 else _SIGNS_BEFORE
-        self._acceleration = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _ACC) for a in AXES]
-        self._angular_velocity = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _GYR) for a in AXES]
-        self._roll, self._pitch = (self._add([f"{unit}Angle{axis}/Sensor/Value"]) for axis in "XY")
-        self._feet = [
-            [self._add([f"{DEVICES}{foot}/FSR/{corner}/Sensor/Value"]) for corner in CORNERS]
-            for foot in ("LFoot", "RFoot")
-        ]
-        self._sonar = [self._add([f"{DEVICES}US/{side}/Sensor/Value"]) for side in ("Left", "Right")]
-        self._touch = [(name, self._add([touch_key(name)])) for name in body.touch_sensors]
-        battery = f"{DEVICES}Battery/"
-        self._charge, self._current, self._temperature = (
-            self._add([f"{battery}{part}/Sensor/Value"]) for part in ("Charge", "Current", "Temperature")
-        )
-        self._plugged = self._add(["BatteryPowerPluggedChanged"])
+        self._signs = _SIGNS_NAO6 if nao6 else _SIGNS_BEFORE
+        self._touch = {name: (touch_key(name),) for name in body.touch_sensors}
+        # A joint that shares a motor may have its leader's value.
+        leaders = {pair.follower: pair.leader for pair in body.couplings}
+        names = [(joint, leaders.get(joint, joint)) for joint in body.joint_names]
+        self._joints: dict[str, list[Spellings]] = {
+            field: [(key.format(own), key.format(leader)) for own, leader in names]
+            for field, key in JOINT_KEYS.items()
+        }
+        wanted = (*chain(*self._joints.values()), *_OF_SENSES, *self._touch.values(), *_OF_BATTERY)
+        known = frozenset(known)
+        self.keys: Final = [key for key in dict.fromkeys(chain(*wanted)) if key in known]
+        for joint, keys in zip(body.joint_names, self._joints["positions"], strict=True):
+            if known.isdisjoint(keys):
+                raise KeyError(joint)
 
     def read(self, values: Sequence[Any], time: float) -> Measurements:
         """Return the measurements in the answer to `keys`, taken at `time` in s.
@@ -91,20 +102,20 @@ class MemoryLayout:
         """
         if len(values) != len(self.keys):
             raise ValueError(f"{len(values)} values came for {len(self.keys)} keys")
-        numbers = np.array([_number(value) for value in values], dtype=float)
+        numbers = dict(zip(self.keys, map(_number, values), strict=True))
 
-        def at(index: int | None, otherwise: float = 0.0) -> float:
-            value = otherwise if index is None else float(numbers[index])
+        def at(keys: Spellings, otherwise: float = 0.0) -> float:
+            value = next((numbers[key] for key in keys if key in numbers), math.nan)
             return otherwise if math.isnan(value) else value
 
-        def vector(places: Sequence[int | None], signs: Vector, rest: float = 0.0) -> Vector:
+        def vector(parts: Sequence[Spellings], signs: Vector, rest: float = 0.0) -> Vector:
             """Return three values, each with its sign; missing ones are 0, and `rest` along z."""
-            entries = zip(places, signs, (0.0, 0.0, rest), strict=True)
-            x, y, z = (sign * at(place, sign * otherwise) for place, sign, otherwise in entries)
+            entries = zip(parts, signs, (0.0, 0.0, rest), strict=True)
+            x, y, z = (sign * at(keys, sign * otherwise) for keys, sign, otherwise in entries)
             return x, y, z
 
         def joints(field: str, otherwise: float = 0.0) -> tuple[float, ...]:
-            return tuple(at(index, otherwise) for index in self._joints[field])
+            return tuple(at(keys, otherwise) for keys in self._joints[field])
 
         positions = joints("positions", math.nan)
         for joint, position in zip(self._body.joints, positions, strict=True):
@@ -113,8 +124,9 @@ class MemoryLayout:
             if not joint.lower - _STRAY <= position <= joint.upper + _STRAY:
                 raise ValueError(f"{joint.name} is at {position:g}, out of its range")
         commands = zip(self._joints["commands"], positions, strict=True)
-        left, right = (FootReading(*(max(0.0, GRAVITY * at(i)) for i in foot)) for foot in self._feet)
-        charge, current = at(self._charge, math.nan), at(self._current)
+        left, right = (FootReading(*(max(0.0, GRAVITY * at(i)) for i in foot)) for foot in _FEET)
+        charge, current = at(_CHARGE, math.nan), at(_CURRENT)
+        acceleration_signs, turning_signs = self._signs
         return Measurements(
             joints=JointReading(
                 time=time,
@@ -128,45 +140,26 @@ class MemoryLayout:
             senses=SenseReading(
                 time=time,
                 inertial=InertialReading(
-                    acceleration=vector(self._acceleration, self._acceleration_signs, rest=GRAVITY),
-                    angular_velocity=vector(self._angular_velocity, self._turning_signs),
-                    roll=at(self._roll),
-                    pitch=at(self._pitch),
+                    acceleration=vector(_ACCELERATION, acceleration_signs, rest=GRAVITY),
+                    angular_velocity=vector(_TURNING, turning_signs),
+                    roll=at(_ROLL),
+                    pitch=at(_PITCH),
                 ),
                 left_foot=left,
                 right_foot=right,
                 sonar=SonarReading(
-                    *(at(index) if 0.0 < at(index) <= FARTHEST_ECHO else math.inf for index in self._sonar)
+                    *(at(index) if 0.0 < at(index) <= FARTHEST_ECHO else math.inf for index in _SONAR)
                 ),
-                touched=frozenset(name for name, index in self._touch if at(index) > _PRESSED),
+                touched=frozenset(name for name, keys in self._touch.items() if at(keys) > _PRESSED),
                 battery=BatteryReading(
                     charge=charge,
                     current=current,
-                    temperature=at(self._temperature),
-                    plugged=bool(at(self._plugged, float(current > 0.0))),
+                    temperature=at(_WARMTH),
+                    plugged=bool(at(_PLUGGED, float(current > 0.0))),
                 ),
             ),
         )
 
-    def _add(self, spellings: Sequence[str] | Iterator[str]) -> int | None:
-        """Request the first key that the robot knows; return its place in the answer, None without one."""
-        for key in spellings:
-            if key in self._known:
-                self.keys.append(key)
-                return len(self.keys) - 1
-        return None
-
-    def _table(self, key: str) -> list[int | None]:
-        """Request a value of each joint; a joint that shares a motor may have its leader's value."""
-        leaders = {pair.follower: pair.leader for pair in self._body.couplings}
-        return [
-            self._add(key.format(name) for name in (joint, leaders.get(joint, joint)))
-            for joint in self._body.joint_names
-        ]
-
-
-_ACC: Final = ("Accelerometer", "Acc")
-_GYR: Final = ("Gyroscope", "Gyr")
 
 # Convert the robot's values to specific force and turning rate, x forward, y left, z up: a standing robot
 # reports -9.8 along z. All RoboCup code that ran on both does the same, such as the providers of Nao Devils;
