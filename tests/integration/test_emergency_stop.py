@@ -45,7 +45,7 @@ RELEASES = RECORDED["releases"]
 REASON = "a hand in the way"
 HASTY = StopLimits(state=0.3, standstill=0.2)
 """For robots that say nothing of their joints, or never come to rest: what others do ends before."""
-LOST = StopLimits(state=0.3, standstill=1.0)
+LOST = StopLimits(state=CALL_LIMIT, standstill=1.0)
 """For robots that are lost for good."""
 STOPPED = b"\x80"
 
