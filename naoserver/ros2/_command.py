@@ -22,8 +22,6 @@ from ._description import DescribedRobot, GatewayError
 from ._messages import Stamps
 from ._telemetry import Telemetry
 
-__all__ = ["EXPECTED", "app", "serve"]
-
 EXPECTED: Final = (RosError, GatewayError)
 """Errors that are reported in one line."""
 

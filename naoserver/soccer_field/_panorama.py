@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from naoserver.soccer_field.model import Array, Field, FieldLines
 
-__all__ = ["Found", "Mask", "Panorama", "Pose", "View", "expected_lines", "leans", "turn", "wrapped"]
-
 Mask = NDArray[np.bool_]
 
 _FARTHEST_POINT: Final = 3.0
