@@ -105,8 +105,10 @@ class MemoryLayout:
         numbers = dict(zip(self.keys, map(_number, values), strict=True))
 
         def at(keys: Spellings, otherwise: float = 0.0) -> float:
-            value = next((numbers[key] for key in keys if key in numbers), math.nan)
-            return otherwise if math.isnan(value) else value
+            for key in keys:
+                if key in numbers:
+                    return otherwise if math.isnan(numbers[key]) else numbers[key]
+            return otherwise
 
         def vector(parts: Sequence[Spellings], signs: Vector, rest: float = 0.0) -> Vector:
             """Return three values, each with its sign; missing ones are 0, and `rest` along z."""
