@@ -21,8 +21,7 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.postures import UPRIGHT, situation_of
-from naoserver._motions.routes import changes_stance
+from naoserver._motions.routes import UPRIGHT, changes_stance, situation_of
 from naoserver.bodies import find_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.motion_rig import MOTIONS, MotionRig

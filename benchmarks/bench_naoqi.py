@@ -31,7 +31,7 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
-from naoserver.hardware.link import CallLink, call
+from naoserver.hardware.connection import CallLink, call
 from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import RobotAddress
 from naoserver.options import ServerOptions

@@ -9,22 +9,9 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from naoserver import parts
 from naoserver.errors import RobotError
 from naoserver.footsteps import Footsteps
-from naoserver.parts import (
-    CORNERS,
-    NO_TURN,
-    NOWHERE,
-    SHAPE_SIZES,
-    Camera,
-    Coupling,
-    Joint,
-    Kick,
-    RangeTable,
-    Shape,
-    Steps,
-    Wheels,
-)
 
 if TYPE_CHECKING:
     from naoserver.body import Body
@@ -56,21 +43,28 @@ def check(body: Body) -> None:
         _require_agreement(pair, body)
     _require_one_pair("table", [(table.independent, table.dependent) for table in body.tables])
     for table in body.tables:
-        _require_rows(table, body.joint[table.dependent])
+        joint = body.joint[table.dependent]
+        for angle, lower, upper in table.rows:
+            if lower > joint.upper or upper < joint.lower:
+                raise RobotError(f"range table of {joint.name}: at {angle} rad it is outside its own range")
     _require_whole_postures(body)
     for shape in body.shapes:
         _require_sizes(shape)
     for camera in body.cameras:
-        _require_rates(camera)
+        if len(camera.sizes) != len(camera.rates):
+            sizes, rates = len(camera.sizes), len(camera.rates)
+            raise RobotError(f"camera {camera.name}: {sizes} sizes, but {rates} rates")
     _require_soles(body)
     for name, kick in body.kicks.items():
-        _require_place(f"kick {name}", kick)
-    if isinstance(body.walk, Wheels):
+        for axis, (lower, upper) in (("x", kick.x), ("y", kick.y)):
+            if not lower < upper:
+                raise RobotError(f"kick {name}: its {axis} from {lower:g} to {upper:g} is empty")
+    if isinstance(body.walk, parts.Wheels):
         _require_fast_wheels(body, body.walk)
     _require_finite(body.name, body.as_data())
 
 
-def _require_sound(joint: Joint, body: Body) -> None:
+def _require_sound(joint: parts.Joint, body: Body) -> None:
     """Raise RobotError for a joint, fixed or not, that cannot be."""
     what = f"joint {joint.name}"
     if not math.isclose(math.hypot(*joint.axis), 1.0, abs_tol=1e-6):
@@ -115,28 +109,15 @@ def _require_whole_postures(body: Body) -> None:
         raise RobotError(f"rest: there is no posture {body.rest!r}")
 
 
-def _require_rates(camera: Camera) -> None:
-    sizes, rates = len(camera.sizes), len(camera.rates)
-    if sizes != rates:
-        raise RobotError(f"camera {camera.name}: {sizes} sizes, but {rates} rates")
-
-
 def _require_soles(body: Body) -> None:
     """Raise RobotError unless a body has two soles or none, and those that its walk needs."""
-    if isinstance(body.walk, Steps | Footsteps) and not body.soles:
+    if isinstance(body.walk, parts.Steps | Footsteps) and not body.soles:
         raise RobotError("walk: it takes steps, but the body has no soles")
     if len(body.soles) not in (0, 2):
         raise RobotError(f"soles: {len(body.soles)} soles; a body has a left and a right one, or none")
     for sole in body.soles:
-        if sole.pressure and sole.pressure.keys() != set(CORNERS):
-            raise RobotError(f"sole of {sole.link}: its pressure sensors are not {', '.join(CORNERS)}")
-
-
-def _require_place(what: str, kick: Kick) -> None:
-    """Raise RobotError when a kick leaves no place for the ball."""
-    for axis, (lower, upper) in (("x", kick.x), ("y", kick.y)):
-        if not lower < upper:
-            raise RobotError(f"{what}: its {axis} from {lower:g} to {upper:g} is empty")
+        if sole.pressure and sole.pressure.keys() != set(parts.CORNERS):
+            raise RobotError(f"sole of {sole.link}: its pressure sensors are not {', '.join(parts.CORNERS)}")
 
 
 def _require_one_pair(what: str, pairs: Sequence[tuple[str, str]]) -> None:
@@ -150,13 +131,10 @@ def _require_one_pair(what: str, pairs: Sequence[tuple[str, str]]) -> None:
             raise RobotError(f"{what}: {follower} depends on {leader}, so it must be in no other {what}")
 
 
-def _require_agreement(pair: Coupling, body: Body) -> None:
+def _require_agreement(pair: parts.Coupling, body: Body) -> None:
     """Raise RobotError when two joints cannot move together wherever the leader may be."""
-    what, leader, follower = (
-        f"coupling of {pair.follower}",
-        body.joint[pair.leader],
-        body.joint[pair.follower],
-    )
+    what = f"coupling of {pair.follower}"
+    leader, follower = body.joint[pair.leader], body.joint[pair.follower]
     if pair.ratio == 0.0:
         raise RobotError(f"{what}: with the ratio 0 it does not follow {pair.leader}")
     if leader.passive != follower.passive:
@@ -170,14 +148,7 @@ def _require_agreement(pair: Coupling, body: Body) -> None:
         )
 
 
-def _require_rows(table: RangeTable, joint: Joint) -> None:
-    """Raise RobotError when a table leaves a joint nothing of its range."""
-    for angle, lower, upper in table.rows:
-        if lower > joint.upper or upper < joint.lower:
-            raise RobotError(f"range table of {joint.name}: at {angle} rad it is outside its own range")
-
-
-def _require_fast_wheels(body: Body, wheels: Wheels) -> None:
+def _require_fast_wheels(body: Body, wheels: parts.Wheels) -> None:
     """Raise RobotError when the motors of the wheels cannot drive as fast as the body says."""
     for name in (wheels.left, wheels.right):
         highest = body.joint[name].max_velocity * wheels.radius
@@ -187,15 +158,15 @@ def _require_fast_wheels(body: Body, wheels: Wheels) -> None:
             )
 
 
-def _require_sizes(shape: Shape) -> None:
+def _require_sizes(shape: parts.Shape) -> None:
     if shape.kind == "hull":
         if len(shape.points) < _FEWEST_POINTS:
             raise RobotError(f"a hull of {shape.link}: {len(shape.points)} points, at least {_FEWEST_POINTS}")
-        if (shape.position, shape.turn, shape.ends) != (NOWHERE, NO_TURN, None):
+        if (shape.position, shape.turn, shape.ends) != (parts.NOWHERE, parts.NO_TURN, None):
             raise RobotError(f"a hull of {shape.link}: its points say where it is, so leave out its place")
     elif shape.points:
         raise RobotError(f"a {shape.kind} of {shape.link}: only a hull has points")
-    wanted = 1 if shape.ends else SHAPE_SIZES[shape.kind]
+    wanted = 1 if shape.ends else parts.SHAPE_SIZES[shape.kind]
     if len(shape.size) != wanted:
         raise RobotError(f"a {shape.kind} of {shape.link}: {len(shape.size)} sizes instead of {wanted}")
 
@@ -246,7 +217,7 @@ def _named_joints(body: Body) -> Iterable[tuple[str, Iterable[str]]]:
         yield f"hinge {name}", (axis.joint for axis in axes.values())
     for name, posture in body.postures.items():
         yield f"posture {name}", posture.angles
-    if isinstance(body.walk, Wheels):
+    if isinstance(body.walk, parts.Wheels):
         yield "walk", (body.walk.left, body.walk.right)
 
 

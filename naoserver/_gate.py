@@ -89,7 +89,8 @@ class Gate:
                 why, what = f"unreachable: {self._lost.why}", "wait until it is found again"
             elif self._stop_reason is not None:
                 why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
-            elif holder := self._other_holder(client):
+            elif (lease := self._held()) and lease.client != client:
+                holder = lease.holder
                 why, what = f"held by {holder}", "wait until the lease is given back"
             else:
                 return
@@ -158,9 +159,10 @@ class Gate:
         if not client:  # nobody would notice its end, and all that say as little would hold it together
             raise CommandRefused("a lease is for a client that keeps a link: this call names none")
         with self._lock:
-            if taken := self._other_holder(client):
-                raise CommandRefused(f"the robot is held by {taken}; wait until it is given back", taken)
-            new = self._lease is None
+            if (lease := self._held()) and lease.client != client:
+                message = f"the robot is held by {lease.holder}; wait until it is given back"
+                raise CommandRefused(message, lease.holder)
+            new = lease is None
             self._lease = _Lease(client, holder, self.events.wall_time() + seconds)
         self._keep()
         if new:
@@ -185,8 +187,7 @@ class Gate:
     def state(self) -> SafetyState:
         """Return who may command the robot now."""
         with self._lock:
-            self._drop_ended()
-            lease = self._lease
+            lease = self._held()
             return SafetyState(
                 time=self.events.robot_time(),
                 stopped=self._stop_reason is not None,
@@ -245,11 +246,8 @@ class Gate:
     def _report(self, level: Severity, message: str, kind: str) -> None:
         self.events.add(level, "Safety", message, kind)
 
-    def _other_holder(self, client: str) -> str:
-        """Return the holder of the robot if it is not the client; empty otherwise."""
-        self._drop_ended()
-        return self._lease.holder if self._lease is not None and self._lease.client != client else ""
-
-    def _drop_ended(self) -> None:
+    def _held(self) -> _Lease | None:
+        """Return the lease that somebody has now."""
         if self._lease is not None and self.events.wall_time() >= self._lease.end:
             self._lease = None
+        return self._lease

@@ -12,48 +12,46 @@ from naoserver._gate import Gate
 from naoserver._safety import Goal, JointSafety, Outcome
 from naoserver.errors import InvalidCommand
 from naoserver.parts import JointFacts
-from naoserver.robot import JointDevice, JointReading
+from naoserver.robot import JointDevice, JointFault, JointReading
 from zenoh_ice.text import few
 
 _logger = logging.getLogger(__name__)
 
 
 class Claims:
-    """Claims on the joints of a device. Thread-safe."""
+    """Claims on the joints of a device by activities, such as "the walk". Thread-safe."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._claims: dict[str, tuple[frozenset[str], Callable[[], None]]] = {}
 
-    def claim(self, owner: str, joints: Iterable[str], stop: Callable[[], None]) -> None:
-        """Claim joints for `owner`, a name such as "the walk", in place of its earlier ones.
+    def claim(self, activity: str, joints: Iterable[str], stop: Callable[[], None]) -> None:
+        """Claim joints for an activity, in place of its earlier ones.
 
-        `stop` is called when one of them must hold still: it ends the owner's action.
-        Raises InvalidCommand, and then claims nothing, while another owner has one of them.
+        `stop` is called when one of them must hold still: it ends the activity.
+        Raises InvalidCommand, and then claims nothing, while another activity has one of them.
         """
         wanted = frozenset(joints)
         with self._lock:
-            self._check(wanted, owner)
-            self._claims[owner] = (wanted, stop)
+            self.check(wanted, activity)
+            self._claims[activity] = (wanted, stop)
 
-    def has(self, owner: str) -> bool:
-        """Return whether any joints belong to `owner`."""
+    def release(self, activity: str) -> frozenset[str]:
+        """Release the joints of an activity; return those that it had."""
         with self._lock:
-            return owner in self._claims
-
-    def release(self, owner: str) -> frozenset[str]:
-        """Release the joints of `owner`; return those that it had."""
-        with self._lock:
-            joints, _ = self._claims.pop(owner, (frozenset[str](), None))
+            joints, _ = self._claims.pop(activity, (frozenset[str](), None))
         return joints
 
-    def check(self, joints: Iterable[str], owner: str = "") -> None:
-        """Raise InvalidCommand, naming the joint and its owner, unless `owner` may move all the joints."""
+    def check(self, joints: Iterable[str], activity: str = "") -> None:
+        """Raise InvalidCommand, naming joint and activity, if another activity has one of the joints."""
         with self._lock:
-            self._check(joints, owner)
+            for joint in joints:
+                for name, (claimed, _) in self._claims.items():
+                    if name != activity and joint in claimed:
+                        raise InvalidCommand(joint, f"{joint} is moved by {name} now: stop it first")
 
     def stop(self, joints: Iterable[str]) -> frozenset[str]:
-        """Stop the actions that own any of the joints; return the joints that they still own."""
+        """Stop the activities that have any of the joints; return the joints that they still have."""
         wanted = frozenset(joints)
         with self._lock:
             claims = [claim for claim in self._claims.values() if claim[0] & wanted]
@@ -65,37 +63,33 @@ class Claims:
         with self._lock:
             return wanted & frozenset().union(*(joints for joints, _ in self._claims.values()))
 
-    def _check(self, joints: Iterable[str], owner: str) -> None:
-        for joint in joints:
-            for name, (claimed, _) in self._claims.items():
-                if name != owner and joint in claimed:
-                    raise InvalidCommand(joint, f"{joint} is moved by {name} now: stop it first")
-
 
 class GuardedDevice:
     """Pass commands through `safety` to `device`, one at a time, and log its changes as events.
 
     `gate` accepts each command or refuses it with CommandRefused; a hold is never refused. The client of a
     command is the caller, as known to the gate; an empty client cannot hold a lease.
-    `look_within` is called after a command with the wall seconds within which `watch` is due.
+    `check_within` is called after a command with the wall seconds within which `watch` is due.
     """
 
     def __init__(
-        self, device: JointDevice, safety: JointSafety, gate: Gate, look_within: Callable[[float], None]
+        self, device: JointDevice, safety: JointSafety, gate: Gate, check_within: Callable[[float], None]
     ) -> None:
         self.name: Final = device.name
         self.joints: Final = device.joints
         self.read: Final = device.read
         """Return the newest snapshot of the joints without blocking."""
+        self.with_coupled: Final = safety.with_coupled
+        """Return joints, in their order, and all that share a motor with them."""
         self._device = device
         self._safety = safety
         self.gate: Final = gate
         self.events: Final = gate.events
-        self.look_within: Final = look_within
+        self.check_within: Final = check_within
         self._lock = threading.Lock()
         self._closed = False
         self.claims: Final = Claims()
-        """The joints of running actions: only their owners may command them."""
+        """The joints of running activities, which alone may command them."""
         self.balancing: Callable[[], Iterable[str]] = tuple
         """Return the joints by which the robot keeps its balance now: only motions and postures move them."""
         self._index = {joint.name: index for index, joint in enumerate(device.joints)}
@@ -124,22 +118,23 @@ class GuardedDevice:
             return self._safety.velocity(joint)
 
     def move(
-        self, targets: Mapping[str, float], speeds: Mapping[str, float], *, client: str = "", owner: str = ""
+        self,
+        targets: Mapping[str, float],
+        speeds: Mapping[str, float],
+        *,
+        client: str = "",
+        activity: str = "",
     ) -> Outcome:
         """Send joints to targets. Raises InvalidCommand or CommandRefused, and then commands nothing.
 
-        `owner` may command joints that it has claimed, at full speed; it is then for the owner to end the
-        motion when its client is lost.
+        An `activity` may command joints that it has claimed, at full speed; it then ends the motion itself
+        when its client is lost.
         """
 
         def command(reading: JointReading) -> Outcome:
-            self.gate.require(client, begun=bool(owner))
-            self.claims.check(targets, owner)
-            if not owner:
-                self._require_spare(targets)
-            _require_reached(targets, reading)
-            sender = "" if owner else client
-            return self._safety.move(targets, speeds, reading, sender, full_speed=bool(owner))
+            self._admit(targets, reading, client, activity)
+            sender = "" if activity else client
+            return self._safety.safe_goals(targets, speeds, reading, sender, full_speed=bool(activity))
 
         return self._obey(command)
 
@@ -151,44 +146,42 @@ class GuardedDevice:
         now = self.events.wall_time()
 
         def command(reading: JointReading) -> Outcome:
-            self.gate.require(client)
-            self.claims.check(velocities)
-            self._require_spare(velocities)
-            _require_reached(velocities, reading)
-            return self._safety.drive(velocities, reading, client, now)
+            self._admit(velocities, reading, client)
+            return self._safety.safe_velocities(velocities, reading, client, now)
 
         return self._obey(command)
 
     def hold(self, joints: Iterable[str] | None = None) -> None:
         """Stop joints at once, or all; joints that one motor drives stop together.
 
-        The owner of a claim is asked to end; it keeps the joints that it still needs for that.
+        The activity that has claimed one is asked to end; it keeps the joints that it still needs for that.
         """
-        names = self._safety.with_coupled(self._index if joints is None else joints)
+        names = self.with_coupled(self._index if joints is None else joints)
         left = self.claims.stop(names)
         names = tuple(name for name in names if name not in left)
         self._obey(lambda reading: self._safety.hold(names, reading))
 
-    def free(self, owner: str) -> None:
-        """Release the joints of `owner`, and hold them where they are.
+    def free(self, activity: str) -> None:
+        """Release the joints of an activity, and hold them where they are.
 
-        The next owner can command them only after that.
+        The next activity can command them only after that.
         """
-        if self.claims.has(owner):
-            self._obey(lambda reading: self._safety.hold(self.claims.release(owner), reading))
+        with self._lock:
+            if joints := self.claims.release(activity):
+                self._apply(self._safety.hold(joints, self.read()))
 
     def stiffen(
-        self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = "", owner: str = ""
+        self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = "", activity: str = ""
     ) -> dict[str, float]:
         """Change how strongly joints hold; return the stiffnesses that were set.
 
-        With `owner`, for a motion that may outlive its client, as in `move`. Raises InvalidCommand or
+        With `activity`, for a motion that may outlive its client, as in `move`. Raises InvalidCommand or
         CommandRefused, and then changes nothing.
         """
         with self._lock:
-            self.gate.require(client, begun=bool(owner))
-            _require_reached(stiffnesses, self.read())
-            safe = self._safety.stiffen(stiffnesses)
+            self.gate.require(client, begun=bool(activity))
+            _require_reached(stiffnesses, self.read().faults)
+            safe = self._safety.safe_stiffnesses(stiffnesses)
             if not self._closed:
                 self._device.command_stiffnesses(safe, seconds)
         return {joint: safe[joint] for joint in stiffnesses}
@@ -223,7 +216,7 @@ class GuardedDevice:
     def close(self) -> None:
         """Stop all joints and refuse further motion.
 
-        Joints that are still moved by an action, such as the legs in the last step of a walk, are left to it.
+        Joints that an activity still moves, such as the legs in the last step of a walk, are left to it.
         """
         if self._closed:
             return
@@ -233,21 +226,29 @@ class GuardedDevice:
             self._apply(self._safety.hold(joints, self.read()))
             self._closed = True
 
-    def _require_spare(self, joints: Iterable[str]) -> None:
-        """Raise InvalidCommand if the robot balances by one of the joints: moved alone, it would fall."""
-        for joint in sorted(set(self.balancing()).intersection(joints)):
+    def _admit(
+        self, joints: Mapping[str, float], reading: JointReading, client: str, activity: str = ""
+    ) -> None:
+        """Raise CommandRefused or InvalidCommand unless the joints may be commanded now."""
+        self.gate.require(client, begun=bool(activity))
+        self.claims.check(joints, activity)
+        if not activity and (balancing := joints.keys() & set(self.balancing())):
+            joint = min(balancing)  # moved alone, it would let the robot fall
             raise InvalidCommand(
                 joint, f"{joint} keeps the robot upright: use postures or motions, or make its legs limp"
             )
+        if reading.faults:
+            _require_reached(joints, reading.faults)
 
     def _obey(self, command: Callable[[JointReading], Outcome]) -> Outcome:
         with self._lock:
             reading = self.read()
             outcome = self._apply(command(reading))
             due = self._safety.next_watch(reading, self.events.wall_time())
-        self.events.add_limited(outcome.limitations)
+        if outcome.limitations:
+            self.events.add_limited(outcome.limitations)
         if due is not None:
-            self.look_within(due)
+            self.check_within(due)
         return outcome
 
     def _apply(self, outcome: Outcome) -> Outcome:
@@ -259,9 +260,8 @@ class GuardedDevice:
         return outcome
 
 
-def _require_reached(joints: Iterable[str], reading: JointReading) -> None:
+def _require_reached(joints: Iterable[str], faults: Mapping[str, JointFault]) -> None:
     """Raise InvalidCommand if the servo of a joint is lost."""
-    if reading.faults:
-        for joint in joints:
-            if (fault := reading.faults.get(joint)) is not None and fault.lost:
-                raise InvalidCommand(joint, f"{joint} is not reached: {fault.message}; command other joints")
+    for joint in joints:
+        if (fault := faults.get(joint)) is not None and fault.lost:
+            raise InvalidCommand(joint, f"{joint} is not reached: {fault.message}; command other joints")

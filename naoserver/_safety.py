@@ -20,7 +20,7 @@ The `Outcome` reports every change. Callers serialise the calls (`naoserver._gua
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -36,6 +36,7 @@ _REACHED: Final = 1e-3
 _SAG: Final = 0.05
 """Distance in rad from its setpoint at which a load may hold a joint; beyond it, the joint lags behind."""
 
+_TOO_FAST: Final = "speed {:.4g} is too fast"
 _LONGEST_NAME: Final = 64
 """Maximum characters of a client's text in an error."""
 _ROUNDING: Final = 1e-9
@@ -63,77 +64,6 @@ class Outcome:
     limitations: list[Limitation] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
     """Joints that are held because their velocity was not renewed or their client was lost."""
-
-
-class JointRules:
-    """The rules for the joints of one device; an Outcome reports what they change."""
-
-    def __init__(
-        self,
-        joints: Sequence[JointFacts],
-        options: SafetyOptions,
-        couplings: Iterable[Coupling],
-        speed_rules: Iterable[SpeedRule],
-    ) -> None:
-        self.facts: Final = {joint.name: joint for joint in joints}
-        self._options = options
-        self._index = {joint.name: index for index, joint in enumerate(joints)}
-        self._speed_rules: dict[str, list[SpeedRule]] = {}  # of each joint that has any
-        for rule in speed_rules if options.speed_rules else ():
-            for joint in rule.slower:
-                self._speed_rules.setdefault(joint, []).append(rule)
-        self.couplings: Final = tuple(couplings)
-        # The same for velocities, for highest speeds and for stiffnesses.
-        self.rates: Final = [replace(pair, offset=0.0) for pair in self.couplings]
-        self.speeds: Final = [replace(pair, ratio=abs(pair.ratio)) for pair in self.rates]
-        self.stiffnesses: Final = [replace(pair, ratio=1.0) for pair in self.rates]
-
-    def check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
-        """Return a copy of the values.
-
-        Raises InvalidCommand for an unknown or a passive joint, or a value not finite.
-        """
-        for joint, value in values.items():
-            if joint not in self.facts:
-                name = joint[:_LONGEST_NAME]
-                raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self.facts)}")
-            if self.facts[joint].passive:
-                raise InvalidCommand(joint, f"{joint} has no motor: it moves with what touches it")
-            if not math.isfinite(value):
-                raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
-        return dict(values)
-
-    def speed_cap(self, joint: str, reading: JointReading) -> float:
-        """Return the highest speed that a command gets at a reading, in rad/s or m/s."""
-        fraction = self._options.speed_fraction
-        for rule in self._speed_rules.get(joint, ()):
-            if all(
-                reading.positions[self._index[other]] < below for other, below in rule.while_below.items()
-            ):
-                fraction = min(fraction, rule.fraction)
-        return fraction * self.facts[joint].max_velocity
-
-    def default_speed(self, joint: str, reading: JointReading) -> float:
-        """Return the speed of a position command that gives none, at most the cap."""
-        speed = self._options.default_fraction * self.facts[joint].max_velocity
-        return min(speed, self.speed_cap(joint, reading))
-
-    def cap_speed(self, joint: str, speed: float, cap: float, outcome: Outcome) -> float:
-        """Return a speed, or velocity, capped."""
-        return self.limit(joint, speed, (-cap, cap), "speed {:.4g} is too fast", outcome)
-
-    def limit(
-        self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: Outcome
-    ) -> float:
-        """Return a value clamped to limits; `problem`, formatted with it, describes a value outside them."""
-        lower, upper = limits
-        if lower <= value <= upper:
-            return value
-        safe = clamp(value, lower, upper)
-        if abs(safe - value) > _ROUNDING:
-            reason = f"{problem.format(value)}, limited to {safe:.4g}"
-            outcome.limitations.append(Limitation(joint, reason))
-        return safe
 
 
 def couple(values: dict[str, float], pairs: Sequence[Coupling]) -> list[Limitation]:
@@ -177,7 +107,7 @@ class _Drive:
 
 
 class JointSafety:
-    """Watch over the joints of one device."""
+    """Watch over the joints of one device; an Outcome reports what its rules change."""
 
     def __init__(
         self,
@@ -188,11 +118,21 @@ class JointSafety:
         speed_rules: Iterable[SpeedRule] = (),
     ) -> None:
         self.options: Final = options
-        self._rules = JointRules(joints, options, couplings, speed_rules)
-        self.speed_cap: Final = self._rules.speed_cap
+        self._facts = {joint.name: joint for joint in joints}
+        self._passive = {joint.name for joint in joints if joint.passive}
         self._index = {joint.name: index for index, joint in enumerate(joints)}
+        self._speed_rules: dict[str, list[SpeedRule]] = {}  # of each joint that has any
+        for rule in speed_rules if options.speed_rules else ():
+            for joint in rule.slower:
+                self._speed_rules.setdefault(joint, []).append(rule)
+        self._couplings = tuple(couplings)
+        # The same for velocities, for highest speeds and for stiffnesses.
+        self._rates = [replace(pair, offset=0.0) for pair in self._couplings]
+        self._speeds = [replace(pair, ratio=abs(pair.ratio)) for pair in self._rates]
+        self._stiffnesses = [replace(pair, ratio=1.0) for pair in self._rates]
         self._tables = tuple(tables)
         self._table_of = {table.dependent: table for table in self._tables}
+        self._tabled = {joint for table in self._tables for joint in (table.independent, table.dependent)}
         # A joint is in at most one of the two; in neither before its first command.
         self._drives: dict[str, _Drive] = {}
         self._goals: dict[str, Goal] = {}
@@ -211,7 +151,7 @@ class JointSafety:
         drive = self._drives.get(joint)
         return drive.target if drive else 0.0
 
-    def move(
+    def safe_goals(
         self,
         targets: Mapping[str, float],
         speeds: Mapping[str, float],
@@ -226,21 +166,21 @@ class JointSafety:
         With `full_speed`, a speed is limited only by the motor, not by the options: for tested motions.
         Raises InvalidCommand, and then commands nothing.
         """
-        rules = self._rules
-        wanted = rules.check(targets, "target")
-        limits = rules.check({joint: speeds[joint] for joint in wanted if joint in speeds}, "speed")
+        wanted = self._check(targets, "target")
+        limits = self._check({joint: speeds[joint] for joint in wanted if joint in speeds}, "speed")
         for joint, speed in limits.items():
             if speed < 0:
                 raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
-        outcome = Outcome(limitations=[*couple(wanted, rules.couplings), *couple(limits, rules.speeds)])
+        outcome = Outcome(limitations=[*couple(wanted, self._couplings), *couple(limits, self._speeds)])
         self._wake(reading)
         for joint, target in wanted.items():
-            facts, problem = rules.facts[joint], "{:.4g} is out of range"
-            safe = rules.limit(joint, target, (facts.lower, facts.upper), problem, outcome)
-            speed = limits.get(joint) or rules.default_speed(joint, reading)
-            cap = facts.max_velocity if full_speed else rules.speed_cap(joint, reading)
-            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, cap, outcome)), client)
-        for pair in rules.couplings:
+            facts, problem = self._facts[joint], "{:.4g} is out of range"
+            safe = self._limit(joint, target, (facts.lower, facts.upper), problem, outcome)
+            speed = limits.get(joint) or self._default_speed(joint, reading)
+            cap = facts.max_velocity if full_speed else self.speed_cap(joint, reading)
+            speed = self._limit(joint, speed, (-cap, cap), _TOO_FAST, outcome)
+            self._set_goal(joint, Goal(safe, speed), client)
+        for pair in self._couplings:
             if pair.leader in wanted:
                 target, speed = self._goals[pair.leader]
                 self._set_goal(pair.follower, Goal(pair.of(target), abs(pair.ratio) * speed), client)
@@ -250,22 +190,25 @@ class JointSafety:
         outcome.accepted = {joint: self._goals[joint].target for joint in targets}
         return outcome
 
-    def drive(
+    def safe_velocities(
         self, velocities: Mapping[str, float], reading: JointReading, client: str, now: float
     ) -> Outcome:
         """Move joints at `velocities` until `now` plus the timeout, in steady wall time.
 
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self._rules.check(velocities, "velocity")
-        outcome = Outcome(limitations=couple(wanted, self._rules.rates))
+        wanted = self._check(velocities, "velocity")
+        outcome = Outcome(limitations=couple(wanted, self._rates))
         self._wake(reading)
         deadline = now + self.options.velocity_timeout
         for joint, velocity in wanted.items():
-            target = self._rules.cap_speed(joint, velocity, self.speed_cap(joint, reading), outcome)
+            cap = self.speed_cap(joint, reading)
+            target = self._limit(joint, velocity, (-cap, cap), _TOO_FAST, outcome)
             reached = self._drives[joint].velocity if joint in self._drives else 0.0
-            self._set_drive(joint, _Drive(target, reached, deadline, client))
-        for pair in self._rules.couplings:
+            for former in (self._goals, self._clients, self._issued):
+                former.pop(joint, None)
+            self._drives[joint] = _Drive(target, reached, deadline, client)
+        for pair in self._couplings:
             if pair.leader in wanted:
                 self._drives[pair.follower].target = pair.ratio * self._drives[pair.leader].target
         for table in self._tables:
@@ -276,22 +219,22 @@ class JointSafety:
         self._command(wanted, reading, outcome)
         return outcome
 
-    def stiffen(self, stiffnesses: Mapping[str, float]) -> dict[str, float]:
+    def safe_stiffnesses(self, stiffnesses: Mapping[str, float]) -> dict[str, float]:
         """Return the stiffness of each motor that a command changes.
 
         Raises InvalidCommand unless every stiffness is from 0 to 1.
         """
-        wanted = self._rules.check(stiffnesses, "stiffness")
+        wanted = self._check(stiffnesses, "stiffness")
         for joint, value in wanted.items():
             if not 0.0 <= value <= 1.0:
                 raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
-        couple(wanted, self._rules.stiffnesses)
+        couple(wanted, self._stiffnesses)
         return wanted
 
     def with_coupled(self, joints: Iterable[str]) -> tuple[str, ...]:
         """Return joints, in their order, and all that share a motor with them."""
         found = list(joints)
-        for pair in self._rules.couplings:
+        for pair in self._couplings:
             if pair.leader in found or pair.follower in found:
                 found += (pair.leader, pair.follower)
         return tuple(dict.fromkeys(found))
@@ -300,7 +243,7 @@ class JointSafety:
         """Stop joints at once, wherever they are, except passive ones."""
         outcome = Outcome()
         for joint in joints:
-            if not self._rules.facts[joint].passive:
+            if joint not in self._passive:
                 self._hold(joint, reading, outcome)
         return outcome
 
@@ -321,9 +264,7 @@ class JointSafety:
         """Hold the joints that a lost client moves."""
         outcome = Outcome()
         sent = self._sent_by(client, reading)
-        self._stop(
-            (joint for joint, drive in self._drives.items() if drive.client == client), reading, outcome
-        )
+        self._stop(lambda drive: drive.client == client, reading, outcome)
         for joint in sent:
             outcome.stopped.append(joint)
             self._hold(joint, reading, outcome)
@@ -332,9 +273,7 @@ class JointSafety:
     def watch(self, reading: JointReading, now: float) -> Outcome:
         """Check the moving joints: stop expired velocities, continue ramps, keep clear of limits."""
         outcome = Outcome()
-        self._stop(
-            (joint for joint, drive in self._drives.items() if now >= drive.deadline), reading, outcome
-        )
+        self._stop(lambda drive: now >= drive.deadline, reading, outcome)
         self._command((), reading, outcome)
         return outcome
 
@@ -358,7 +297,7 @@ class JointSafety:
             goal, other = self._goals[joint], self._goals.get(table.independent)
             limits = table.at(other.target if other else self._setpoint(table.independent, reading))
             problem = f"{{:.4g}} would hit at this {table.independent}"
-            safe = self._rules.limit(joint, goal.target, limits, problem, outcome)
+            safe = self._limit(joint, goal.target, limits, problem, outcome)
             if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed), self._clients[joint] or client)
 
@@ -376,6 +315,51 @@ class JointSafety:
                 outcome.limitations.append(Limitation(joint, reason))
                 self._goals[joint] = Goal(goal.target, speed)
 
+    # -- the rules --------------------------------------------------------------------------------------
+
+    def _check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
+        """Return a copy of the values.
+
+        Raises InvalidCommand for an unknown or a passive joint, or a value not finite.
+        """
+        for joint, value in values.items():
+            if joint not in self._facts:
+                name = joint[:_LONGEST_NAME]
+                raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self._facts)}")
+            if joint in self._passive:
+                raise InvalidCommand(joint, f"{joint} has no motor: it moves with what touches it")
+            if not math.isfinite(value):
+                raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
+        return dict(values)
+
+    def speed_cap(self, joint: str, reading: JointReading) -> float:
+        """Return the highest speed that a command gets at a reading, in rad/s or m/s."""
+        fraction = self.options.speed_fraction
+        for rule in self._speed_rules.get(joint, ()):
+            if all(
+                reading.positions[self._index[other]] < below for other, below in rule.while_below.items()
+            ):
+                fraction = min(fraction, rule.fraction)
+        return fraction * self._facts[joint].max_velocity
+
+    def _default_speed(self, joint: str, reading: JointReading) -> float:
+        """Return the speed of a position command that gives none, at most the cap."""
+        speed = self.options.default_fraction * self._facts[joint].max_velocity
+        return min(speed, self.speed_cap(joint, reading))
+
+    def _limit(
+        self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: Outcome
+    ) -> float:
+        """Return a value clamped to limits; `problem`, formatted with it, describes a value outside them."""
+        lower, upper = limits
+        if lower <= value <= upper:
+            return value
+        safe = clamp(value, lower, upper)
+        if abs(safe - value) > _ROUNDING:
+            reason = f"{problem.format(value)}, limited to {safe:.4g}"
+            outcome.limitations.append(Limitation(joint, reason))
+        return safe
+
     # -- commands to the joints --------------------------------------------------------------------------
 
     def _set_goal(self, joint: str, goal: Goal, client: str) -> None:
@@ -386,15 +370,9 @@ class JointSafety:
         self._resting.discard(joint)
         self._held_back.discard(joint)
 
-    def _set_drive(self, joint: str, drive: _Drive) -> None:
-        self._goals.pop(joint, None)
-        self._clients.pop(joint, None)
-        self._drives[joint] = drive
-        self._issued.pop(joint, None)
-
     def _stay(self, joint: str, reading: JointReading) -> None:
         """Make the present position of a joint its goal, without a command to the device."""
-        goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint, reading))
+        goal = Goal(self._setpoint(joint, reading), self._default_speed(joint, reading))
         self._set_goal(joint, goal, "")
         self._issued[joint] = (goal.target, goal.speed)
         self._resting.add(joint)
@@ -410,14 +388,15 @@ class JointSafety:
 
     def _sent_by(self, client: str, reading: JointReading) -> list[str]:
         """Return the joints on the way to a goal that a client set."""
-        sent = (joint for joint, sender in self._clients.items() if sender == client)
-        return [joint for joint in sent if self._moving(joint, reading)]
+        return self._moving([joint for joint, sender in self._clients.items() if sender == client], reading)
 
-    def _stop(self, joints: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
-        for joint in list(joints):
-            if self._drives[joint].target != 0.0:
-                outcome.stopped.append(joint)
-            self._hold(joint, reading, outcome)
+    def _stop(self, which: Callable[[_Drive], bool], reading: JointReading, outcome: Outcome) -> None:
+        """Hold the joints with some velocities."""
+        for joint, drive in list(self._drives.items()):
+            if which(drive):
+                if drive.target != 0.0:
+                    outcome.stopped.append(joint)
+                self._hold(joint, reading, outcome)
 
     def _command(self, named: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
         """Fill in the commands to the device: for joints that are named, driven, or subject to a table."""
@@ -425,7 +404,10 @@ class JointSafety:
         self._time = reading.time
         horizon = max(1.5 * elapsed, self.options.period)  # robot seconds that pass before the next check
         for joint, drive in list(self._drives.items()):
-            self._ramp(joint, drive, elapsed)
+            step = self._facts[joint].max_velocity / self.options.ramp_time * elapsed
+            if joint in self._held_back and drive.velocity * drive.target <= 0.0:
+                drive.velocity = 0.0  # it is at its limit: it rests there, and moves back from rest
+            drive.velocity += clamp(drive.target - drive.velocity, -step, step)
             if drive.velocity == drive.target == 0.0:
                 self._hold(joint, reading, outcome)
             else:
@@ -450,12 +432,6 @@ class JointSafety:
                         joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome
                     )
                 self._issue_position(joint, safe, self.speed_cap(joint, reading), outcome)
-
-    def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
-        step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
-        if joint in self._held_back and drive.velocity * drive.target <= 0.0:
-            drive.velocity = 0.0  # it is at its limit: it rests there, and moves back from rest
-        drive.velocity += clamp(drive.target - drive.velocity, -step, step)
 
     def _command_drive(
         self, joint: str, velocity: float, horizon: float, reading: JointReading, outcome: Outcome
@@ -495,7 +471,7 @@ class JointSafety:
 
     def _range(self, joint: str, horizon: float, reading: JointReading) -> tuple[float, float]:
         """Return the range in which the joint may be until `horizon` robot seconds from now."""
-        facts = self._rules.facts[joint]
+        facts = self._facts[joint]
         table = self._table_of.get(joint)
         if table is None:
             return facts.lower, facts.upper
@@ -519,12 +495,17 @@ class JointSafety:
             self._time = reading.time - self.options.period
 
     def _at_work(self, reading: JointReading) -> bool:
-        joints = (joint for table in self._tables for joint in (table.independent, table.dependent))
-        return bool(self._drives) or any(self._moving(joint, reading) for joint in joints)
+        """Return whether joints move that `watch` checks: those with a velocity or a table."""
+        return bool(self._drives or self._moving(self._tabled & self._goals.keys(), reading))
 
-    def _moving(self, joint: str, reading: JointReading) -> bool:
-        goal = self.goal(joint)
-        return goal is not None and abs(self._setpoint(joint, reading) - goal.target) > _REACHED
+    def _moving(self, joints: Iterable[str], reading: JointReading) -> list[str]:
+        """Return the joints, of some with goals, that are on the way to them."""
+        return [
+            joint
+            for joint in joints
+            if joint not in self._resting
+            and abs(reading.commands[self._index[joint]] - self._goals[joint].target) > _REACHED
+        ]
 
 
 def _is_within(setpoint: float, limits: tuple[float, float]) -> bool:

@@ -1,10 +1,12 @@
 """The walk, on legs or on wheels, behind its safety layer, the only way to command it; and walks to a place.
 
-On the way to a place, the velocity is renewed through the guard until the robot arrives.
+A way leads to a place on the floor, as the velocity from where the robot is; on it, that velocity is renewed
+through the guard until the robot arrives.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 import threading
 from collections.abc import Callable, Mapping
@@ -16,20 +18,156 @@ from msgspec.structs import replace
 
 from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver._guarded_device import GuardedDevice
-from naoserver._way import Way
-from naoserver.capabilities import STILL, Walker, WalkVelocity
+from naoserver.capabilities import STILL, Odometry, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.options import SafetyOptions
 
+_GAIN: Final = 1.5
+"""Ratio of the velocity to the rest of the way, in 1/s."""
+_CAUTION: Final = 0.6
+"""The same times the lag of the robot: with more, it would go beyond the place."""
+_PLACE_TOLERANCE: Final = 0.02
+"""Distance in m, and in rad / 2, within which a place counts as reached."""
+_LEAST_TURN: Final = 0.2
+"""Velocity in rad/s below which a turn may come to nothing: the backlash of the legs swallows it."""
+_LEAVING: Final = 3.0 * _PLACE_TOLERANCE
+"""Distance in m at which a robot that has reached the place, and turns there, counts as off it again."""
+_AHEAD: Final = 0.3
+"""Angle in rad to the place within which a robot that cannot go sideways drives towards it."""
+_EVEN: Final = 1e-6
+"""Angle in rad by which driving backwards must save turning."""
+_PASSED: Final = 0.1
+"""Distance in m within which such a robot that has passed the place returns without turning round."""
+_SPARE_TIME: Final = 10.0
+"""Robot seconds that a way may take in addition to three times its duration at full speed."""
+
+Place = tuple[float, float, float]
+"""x and y in m and a heading in rad, relative to the robot's place at the start."""
+
+
+def way_to(place: Place, start: Odometry, highest: WalkVelocity, lag: float = 0.0) -> Way:
+    """Return the way to a place from the robot's place at `start`, at most at the velocities `highest`.
+
+    A robot whose velocity lags behind commands, by `lag` in s, slows down earlier.
+
+    Raises InvalidCommand for a robot that cannot get to every place: one that cannot turn, or only turns.
+    """
+    if not (highest.forward and highest.turn):
+        what = "turn" if highest.forward else "drive forwards"
+        raise InvalidCommand("walk", f"the robot cannot {what}, so it cannot go to a place")
+    kind = Way if highest.left else SteeredWay
+    return kind(place, start, highest, lag)
+
+
+class Way:
+    """The way to a place: the velocities on it, asked for again and again until the robot is there.
+
+    It is straight, of a robot that goes in every direction, which turns to the heading first.
+    """
+
+    def __init__(self, place: Place, start: Odometry, highest: WalkVelocity, lag: float = 0.0) -> None:
+        x, y, heading = place
+        self._gain = min(_GAIN, _CAUTION / lag) if lag else _GAIN
+        # In the plane, x + iy.
+        self._goal = complex(start.x, start.y) + cmath.rect(1.0, start.heading) * complex(x, y)
+        self._heading = start.heading + heading
+        self._highest = highest
+        self._length = self._left(complex(x, y), heading)
+        self.patience: Final = _SPARE_TIME + 3.0 * self._duration(complex(x, y), heading)
+        """Robot seconds that it may take."""
+
+    def progress(self, now: Odometry) -> float:
+        """Return the completed fraction of the way."""
+        left = self._left(*self._rest(now))
+        return min(max(1.0 - left / max(self._length, _PLACE_TOLERANCE), 0.0), 1.0)
+
+    def _rest(self, now: Odometry) -> tuple[complex, float]:
+        """Return the place and the turn to its heading in the robot's frame."""
+        way = (self._goal - complex(now.x, now.y)) * cmath.rect(1.0, -now.heading)
+        return way, math.remainder(self._heading - now.heading, math.tau)
+
+    def velocity(self, now: Odometry) -> WalkVelocity:
+        """Return the velocity for the rest of the way, within the limits of each; all 0 at its end."""
+        way, turn = self._rest(now)
+        if abs(way) < _PLACE_TOLERANCE and abs(turn) < 2 * _PLACE_TOLERANCE:
+            return STILL
+        highest = self._highest
+        turning = min(max(self._gain * turn, -highest.turn), highest.turn)
+        if abs(turn) > 2 * _PLACE_TOLERANCE:
+            turning = math.copysign(max(abs(turning), min(_LEAST_TURN, highest.turn)), turn)
+        # Legs do not turn and go at full speed together. It turns first: sideways it is slow.
+        share = 1.0 - abs(turning) / highest.turn
+        parts = (way.real, highest.forward), (way.imag, highest.left)
+        gain = min((self._gain, *(share * limit / abs(part) for part, limit in parts if part)))
+        forward, left = (min(max(gain * part, -limit), limit) for part, limit in parts)
+        return WalkVelocity(forward, left, turning)
+
+    def _left(self, way: complex, turn: float) -> float:
+        """Return the m and rad that are left together, given the place and the turn in the robot's frame."""
+        return abs(way) + abs(turn)
+
+    def _duration(self, way: complex, turn: float) -> float:
+        """Return the seconds of the way at full speed."""
+        highest = self._highest
+        straight = math.hypot(way.real / highest.forward, way.imag / highest.left)
+        return straight + abs(turn) / highest.turn
+
+
+class SteeredWay(Way):
+    """The way of a robot that cannot go sideways: it turns to the place, drives there, and turns again.
+
+    It drives backwards where that takes less turning.
+    """
+
+    def __init__(self, place: Place, start: Odometry, highest: WalkVelocity, lag: float = 0.0) -> None:
+        super().__init__(place, start, highest, lag)
+        way, turn = self._rest(start)
+        self._side = 1.0 if _turning(way, turn) <= _turning(-way, turn) + _EVEN else -1.0  # -1: backwards
+        self._there = abs(way) < _PLACE_TOLERANCE
+
+    def velocity(self, now: Odometry) -> WalkVelocity:
+        way, turn = self._rest(now)
+        self._there = abs(way) < (_LEAVING if self._there else _PLACE_TOLERANCE)
+        if self._there:
+            return STILL if abs(turn) < 2 * _PLACE_TOLERANCE else WalkVelocity(turn=self._turn(turn))
+        side = self._side
+        if (side * way).real < 0.0 and abs(way) < _PASSED:
+            side = -side
+        bearing = cmath.phase(side * way)
+        if abs(bearing) > _AHEAD:
+            return WalkVelocity(turn=self._turn(bearing))
+        speed = min(self._gain * abs(way), self._highest.forward)
+        return WalkVelocity(forward=side * speed, turn=self._turn(bearing))
+
+    def _turn(self, angle: float) -> float:
+        """Return the velocity of the turn with which to turn by an angle."""
+        return min(max(self._gain * angle, -self._highest.turn), self._highest.turn)
+
+    def _left(self, way: complex, turn: float) -> float:
+        return abs(way) + min(_turning(way, turn), _turning(-way, turn))
+
+    def _duration(self, way: complex, turn: float) -> float:
+        turning = min(_turning(way, turn), _turning(-way, turn))
+        return abs(way) / self._highest.forward + turning / self._highest.turn
+
+
+def _turning(way: complex, turn: float) -> float:
+    """Return the angle in rad by which a robot turns that drives forwards to a place, and turns there."""
+    if abs(way) < _PLACE_TOLERANCE:
+        return abs(turn)
+    bearing = cmath.phase(way)
+    return abs(bearing) + abs(math.remainder(turn - bearing, math.tau))
+
+
 WALK: Final = "the walk"
-"""Owner of the legs, or of the wheels, while it walks."""
+"""The activity that claims the legs, or the wheels, while it walks."""
 _SOURCE: Final = "Walk"
 _CANNOT: Final = {"forward": "go forwards or backwards", "left": "go sideways", "turn": "turn"}
 """What a robot cannot that has the limit 0 of a kind of velocity."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Drive:
+class _Velocity:
     """A velocity of one kind, with its client and its end in steady wall time."""
 
     value: float
@@ -65,7 +203,7 @@ class WalkGuard:
         self._options = options
         self._highest: dict[str, float] = asdict(walker.limits)
         self._lock = threading.Lock()
-        self._drives: dict[str, _Drive] = {}
+        self._drives: dict[str, _Velocity] = {}
         self._ended: dict[str, float] = {}  # clients that have not let go, and when they last tried
         self._closed = False
 
@@ -83,7 +221,7 @@ class WalkGuard:
         nothing.
         """
         limitations = []
-        self._look_for_end()
+        self._check_for_end()
         with self._lock:
             if after is not None and (commanded := self._walker.commanded()) != after:
                 if commanded == STILL and self._walker.ended:
@@ -110,11 +248,11 @@ class WalkGuard:
                     limitations.append((_SOURCE, reason))
                 drives.pop(kind, None)
                 if safe:
-                    drives[kind] = _Drive(safe, client, deadline, renewed=after is None)
+                    drives[kind] = _Velocity(safe, client, deadline, renewed=after is None)
             if not self._closed:
                 self._command(drives)
         self._events.add_limited(limitations)
-        self._body.look_within(self._options.period)
+        self._body.check_within(self._options.period)
         return bool(limitations)
 
     def stop(self) -> None:
@@ -138,7 +276,7 @@ class WalkGuard:
 
     def watch(self) -> float | None:
         """Stop expired velocities; return the wall seconds until the next check, None while it rests."""
-        self._look_for_end()
+        self._check_for_end()
         now = self._events.wall_time()
         stopped = self._stop_where(lambda drive: now >= drive.deadline)
         if stopped:
@@ -158,7 +296,7 @@ class WalkGuard:
                 self._command({})
                 self._closed = True
 
-    def _look_for_end(self) -> None:
+    def _check_for_end(self) -> None:
         """Report it when the robot has ended the walk."""
         with self._lock:
             ended = bool(self._drives) and self._walker.commanded() == STILL
@@ -184,7 +322,7 @@ class WalkGuard:
             self._ended[client] = now
         return clings
 
-    def _stop_where(self, condition: Callable[[_Drive], bool]) -> list[str]:
+    def _stop_where(self, condition: Callable[[_Velocity], bool]) -> list[str]:
         """Stop the velocities that meet a condition; return their kinds."""
         with self._lock:
             if not self._walker.walking:
@@ -194,7 +332,7 @@ class WalkGuard:
                 self._command({kind: drive for kind, drive in self._drives.items() if kind not in stopped})
         return stopped
 
-    def _command(self, drives: dict[str, _Drive]) -> None:
+    def _command(self, drives: dict[str, _Velocity]) -> None:
         """Command the walker. Raises InvalidCommand, and then commands nothing."""
         if not drives:
             self._drives = {}
@@ -214,10 +352,6 @@ class WalkGuard:
 PERIOD: Final = 0.05
 """Robot seconds between two corrections of the velocity."""
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
-
-
-class _Late(Exception):
-    """The robot has not reached its place in time; the text says so."""
 
 
 class WalkTo:
@@ -267,8 +401,7 @@ class WalkTo:
         with self._lock:
             self._guard.stop()
             if self._way is not None:
-                self._commanded = STILL
-                self._state = replace(self._state, message="stopped")
+                self._wait_until_it_stands("stopped")
 
     def tick(self) -> None:
         """Correct and renew the velocity; end the walk at the end of the way."""
@@ -276,34 +409,35 @@ class WalkTo:
             way = self._way
             if way is None:
                 return
-            try:
-                if self._commanded != STILL:
-                    self._go_on(way)
-            except _Late as late:
-                self._guard.stop()  # it is on its way until it stands
-                self._commanded = STILL
-                self._state = replace(self._state, message=str(late))
-            except RobotError as error:
-                with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
-                    self._guard.drive(asdict(STILL), self._client, after=self._commanded)
-                if self._guard.commanded() == STILL:  # it is on its way until it stands
-                    self._commanded = STILL
-                    self._state = replace(self._state, message=str(error))
+            if self._commanded != STILL:
+                self._state = replace(self._state, progress=way.progress(self._guard.read()))
+                if self._robot_time() > self._end:
+                    self._guard.stop()
+                    self._wait_until_it_stands(f"it did not get there within {way.patience:.0f} s")
                 else:
-                    self._finish(ActionStatus.Stopped, str(error))
+                    self._renew(way)
             # The joints are free when the guard has nothing more to watch.
             if self._commanded == STILL and self._guard.watch() is None:
                 self._finish(ActionStatus.Stopped if self._state.message else ActionStatus.Done)
 
-    def _go_on(self, way: Way) -> None:
-        self._state = replace(self._state, progress=way.progress(self._guard.read()))
-        if self._robot_time() > self._end:
-            raise _Late(f"it did not get there within {way.patience:.0f} s")
-        self._drive(way, self._client, self._commanded)
+    def _renew(self, way: Way) -> None:
+        try:
+            self._drive(way, self._client, self._commanded)
+        except RobotError as error:
+            with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
+                self._guard.drive(asdict(STILL), self._client, after=self._commanded)
+            if self._guard.commanded() == STILL:
+                self._wait_until_it_stands(str(error))
+            else:
+                self._finish(ActionStatus.Stopped, str(error))
 
     def _drive(self, way: Way, client: str, after: WalkVelocity | None) -> None:
         self._guard.drive(asdict(way.velocity(self._guard.read())), client, after=after)
         self._commanded = self._guard.commanded()  # as it was limited
+
+    def _wait_until_it_stands(self, message: str) -> None:
+        self._commanded = STILL
+        self._state = replace(self._state, message=message)
 
     def _finish(self, status: ActionStatus, message: str = "") -> None:
         self._way = None

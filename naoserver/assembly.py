@@ -13,26 +13,29 @@ from typing import Any, Final
 from naoserver._event_log import EventLog
 from naoserver._gate import Gate
 from naoserver._guarded_device import GuardedDevice
-from naoserver._hearing import Hearing
 from naoserver._motions.player import PERIOD, MotionPlayer
-from naoserver._motions.postures import situation_of
+from naoserver._motions.routes import situation_of
 from naoserver._safety import JointSafety
-from naoserver._servants.body import JointsI, PoseHeadI
-from naoserver._servants.body_history import BodyHistory
-from naoserver._servants.camera import CameraI
-from naoserver._servants.description import DescriptionI
+from naoserver._servants.camera import BodyHistory, CameraI
 from naoserver._servants.expression import HearingI, LedsI, SoundsI, SpeechI
-from naoserver._servants.health import ClockI, HealthI, SafetyI
-from naoserver._servants.hinge import NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
-from naoserver._servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI
-from naoserver._servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
+from naoserver._servants.joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
+from naoserver._servants.moves import EncodersI, KeyFramePosturesI, MotionsI, MotorsI, OwnPosturesI, WalkI
+from naoserver._servants.sensors import (
+    BatteryI,
+    FootPressureI,
+    GroundTruthI,
+    InertialUnitI,
+    SceneI,
+    SonarI,
+    TouchI,
+)
+from naoserver._servants.server import ClockI, DescriptionI, HealthI, SafetyI
 from naoserver._servants.shared import StateStream
-from naoserver._servants.simulation import GroundTruthI, SceneI
-from naoserver._servants.walk import EncodersI, MotorsI, WalkI
 from naoserver._walk import PERIOD as WALK_PERIOD
 from naoserver._walk import WalkGuard, WalkTo
 from naoserver.capabilities import Senses, Walker
 from naoserver.errors import RobotError
+from naoserver.expression import Hearing
 from naoserver.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.latch import Latch
 from naoserver.options import CameraOptions, SafetyOptions, ServerOptions
@@ -95,10 +98,8 @@ class Assembly:
         self._add(Description=DescriptionI(robot.body, robot.looks))
         self.body: Final = self._add_body()
         """The robot's joints behind the safety layer."""
-        self.walk_to: WalkTo | None = None
+        self.walk_to: Final = None if robot.walker is None else self._add_walk(robot.walker)
         """Its walk to a place; None when it does not walk."""
-        if robot.walker is not None:
-            self._add_walk(robot.walker)
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
@@ -109,7 +110,10 @@ class Assembly:
             self.hearing.listen(ears.hear)
             self._add(Hearing=ears)
         for mechanism in robot.mechanisms:
-            self._add_mechanism(mechanism)
+            # Its gate is never shut: the mechanism of a ball is not part of the robot.
+            device = self._guard(mechanism, self.options.mechanism_safety, Gate(self.events))
+            axes = (HingeAxis(joint.name) for joint in mechanism.joints)
+            self._add_hinge(device, Hinge(mechanism.name, dict(zip(_BALL_AXES, axes, strict=True))))
         self._history = BodyHistory(robot, self._wake)
         self._cameras = self._add_cameras()
         if robot.lights is not None and robot.lights.names:
@@ -124,7 +128,10 @@ class Assembly:
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
         """Periodic jobs, except those that the robot's own control loop does."""
-        self._moves: Final = self._move_jobs()
+        self._moves: Final = [self._action_job("motions", PERIOD, self.player)]
+        """The jobs that move the robot along a path, for as long as it lasts."""
+        if self.walk_to is not None:
+            self._moves.append(self._action_job("walk", WALK_PERIOD, self.walk_to))
         if robot.control_loop is None:
             self.jobs.extend(self._moves)
         else:
@@ -184,12 +191,13 @@ class Assembly:
         self._add(Body=JointsI(body))
         return body
 
-    def _add_walk(self, walker: Walker) -> None:
+    def _add_walk(self, walker: Walker) -> WalkTo:
         walk = WalkGuard(walker, self.body, self.options.safety)
         self.gate.on_stop(walk.stop)
         self.watched.append(walk)
-        self.walk_to = WalkTo(walk, self._robot.clock.now, self._wake)
-        self._add(Motors=MotorsI(walk), Encoders=EncodersI(walk), Walk=WalkI(walk, self.walk_to))
+        walk_to = WalkTo(walk, self._robot.clock.now, self._wake)
+        self._add(Motors=MotorsI(walk), Encoders=EncodersI(walk), Walk=WalkI(walk, walk_to))
+        return walk_to
 
     def _add_senses(self, senses: Senses) -> None:
         body = self._robot.body
@@ -203,12 +211,6 @@ class Assembly:
             self._add(Battery=BatteryI(senses))
         if senses.sonar_range is not None:
             self._add(Sonar=SonarI(senses))
-
-    def _add_mechanism(self, mechanism: JointDevice) -> None:
-        # Its gate is never shut: the mechanism of a ball is not part of the robot.
-        device = self._guard(mechanism, self.options.mechanism_safety, Gate(self.events))
-        axes = (HingeAxis(joint.name) for joint in mechanism.joints)
-        self._add_hinge(device, Hinge(mechanism.name, dict(zip(_BALL_AXES, axes, strict=True))))
 
     def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
         motors, encoders = Pose3DMotorsI(device, hinge), Pose3DEncodersI(device, hinge)
@@ -259,28 +261,22 @@ class Assembly:
             self._safety.publish()
             self.health.publish()
 
+        wall, publish, publisher = self._wall, self._clock.publish, self._clock.getTimePublisher
         return [
             self._watchdog,
             *(self._state_job(read, streams) for read, streams in by_source.items()),
             Periodic(
                 "clock",
-                self._wall,
+                wall,
                 lambda: _CLOCK_PERIOD,
-                self._clock.publish,
+                publish,
                 thread="reports",
-                wanted=lambda: self._clock.getTimePublisher.listening,
+                wanted=lambda: publisher.listening,
             ),
-            Periodic("reports", self._wall, lambda: _HEALTH_PERIOD, report),
-            *(self._camera_job(camera) for camera in self._cameras),
+            Periodic("reports", wall, lambda: _HEALTH_PERIOD, report),
+            *(camera.job for camera in self._cameras),
             self._history.job,
         ]
-
-    def _move_jobs(self) -> list[Job]:
-        """Return the jobs that move the robot along a path, for as long as it lasts."""
-        motions = self._action_job("motions", PERIOD, self.player)
-        if self.walk_to is None:
-            return [motions]
-        return [motions, self._action_job("walk", WALK_PERIOD, self.walk_to)]
 
     def _action_job(self, name: str, period: float, action: MotionPlayer | WalkTo) -> Job:
         clock = self._robot.clock
@@ -309,22 +305,11 @@ class Assembly:
             gap=lambda: clock.rate * _STATE_GAP,
         )
 
-    def _camera_job(self, camera: CameraI) -> Job:
-        name = f"images of {camera.facts.name}"
-        return Periodic(
-            name, self._robot.clock, lambda: camera.period, camera.publish, wanted=lambda: camera.wanted
-        )
-
     def _guard(self, device: JointDevice, options: SafetyOptions, gate: Gate) -> GuardedDevice:
         # The body's own rules apply to its joints only, not to those of a mechanism.
-        body = self._robot.body if device is self._robot else None
-        safety = JointSafety(
-            device.joints,
-            options,
-            body.tables if body else (),
-            body.couplings if body else (),
-            body.speed_rules if body else (),
-        )
-        guarded = GuardedDevice(device, safety, gate, self._watchdog.look_within)
+        body = self._robot.body
+        rules = (body.tables, body.couplings, body.speed_rules) if device is self._robot else ()
+        safety = JointSafety(device.joints, options, *rules)
+        guarded = GuardedDevice(device, safety, gate, self._watchdog.check_within)
         self.watched.append(guarded)
         return guarded

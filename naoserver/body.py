@@ -9,48 +9,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta, Struct
+from msgspec.structs import asdict, replace
 
+from naoserver import parts
 from naoserver._body_checks import check
 from naoserver.errors import RobotError
 from naoserver.looks import Looks
-from naoserver.parts import (
-    LYING_TILT,
-    MOST_CAMERAS,
-    MOST_PARTS,
-    Axis,
-    Battery,
-    Camera,
-    Coupling,
-    FallRules,
-    Gear,
-    Groups,
-    Hinge,
-    HingeAxis,
-    InertialUnit,
-    Joint,
-    Kick,
-    Lamp,
-    Link,
-    Loop,
-    MotorHeat,
-    Name,
-    Place,
-    Play,
-    Posture,
-    RangeTable,
-    Shape,
-    Sole,
-    Sonar,
-    SpeedRule,
-    TouchSensor,
-    Walk,
-)
 from zenoh_ice.toml_file import convert
 
 LARGEST_DESCRIPTION: Final = (1 << 20) - 64
@@ -60,56 +30,56 @@ LARGEST_DESCRIPTION: Final = (1 << 20) - 64
 class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=False, dict=True):
     """A robot's body. Raises RobotError when its parts do not belong together, naming the part."""
 
-    name: Name
+    name: parts.Name
     """The manufacturer's name for it, such as `H25`."""
     title: str = ""
     """What a person calls it, such as `Nao H25`."""
-    links: Annotated[tuple[Link, ...], Meta(min_length=1, max_length=MOST_PARTS)]
+    links: Annotated[tuple[parts.Link, ...], Meta(min_length=1, max_length=parts.MOST_PARTS)]
     """The rigid parts, the root first, each after the link that carries it."""
-    joints: Annotated[tuple[Joint, ...], Meta(max_length=MOST_PARTS)] = ()
+    joints: Annotated[tuple[parts.Joint, ...], Meta(max_length=parts.MOST_PARTS)] = ()
     """The joints in the order of every reading."""
-    fixed_joints: Annotated[tuple[Joint, ...], Meta(max_length=MOST_PARTS)] = ()
+    fixed_joints: Annotated[tuple[parts.Joint, ...], Meta(max_length=parts.MOST_PARTS)] = ()
     """Places where a link is fixed to another, at the angle 0."""
-    gears: dict[str, Gear] = {}
-    play: Play | None = None
+    gears: dict[str, parts.Gear] = {}
+    play: parts.Play | None = None
     """None for gears like those of a Nao."""
-    couplings: tuple[Coupling, ...] = ()
+    couplings: tuple[parts.Coupling, ...] = ()
     """The pairs of joints that move together."""
-    loops: tuple[Loop, ...] = ()
+    loops: tuple[parts.Loop, ...] = ()
     """What closes chains of links to loops."""
-    tables: tuple[RangeTable, ...] = ()
+    tables: tuple[parts.RangeTable, ...] = ()
     """The ranges that keep parts of the body off each other."""
-    speed_rules: tuple[SpeedRule, ...] = ()
-    groups: Groups = Groups()
-    hinges: dict[str, dict[Axis, HingeAxis]] = {}
+    speed_rules: tuple[parts.SpeedRule, ...] = ()
+    groups: parts.Groups = parts.Groups()
+    hinges: dict[str, dict[parts.Axis, parts.HingeAxis]] = {}
     """The Pose3D devices of the body by name."""
-    effectors: dict[Name, Place] = {}
+    effectors: dict[parts.Name, parts.Place] = {}
     """The parts whose places can be asked for and reached: hands, feet, the head, cameras."""
-    cameras: Annotated[tuple[Camera, ...], Meta(max_length=MOST_CAMERAS)] = ()
+    cameras: Annotated[tuple[parts.Camera, ...], Meta(max_length=parts.MOST_CAMERAS)] = ()
     """The cameras, the most important one first."""
-    inertial_unit: InertialUnit | None = None
-    soles: tuple[Sole, ...] = ()
+    inertial_unit: parts.InertialUnit | None = None
+    soles: tuple[parts.Sole, ...] = ()
     """The soles of the left and of the right foot, or none."""
-    sonar: Sonar | None = None
-    touch: dict[Name, TouchSensor] = {}
+    sonar: parts.Sonar | None = None
+    touch: dict[parts.Name, parts.TouchSensor] = {}
     """The touch sensors by name."""
-    lights: dict[str, Lamp] = {}
-    battery: Battery | None = None
-    motor_heat: MotorHeat | None = None
+    lights: dict[str, parts.Lamp] = {}
+    battery: parts.Battery | None = None
+    motor_heat: parts.MotorHeat | None = None
     """None for motors whose temperatures are not watched."""
     voice: bool = False
     """Whether it has a loudspeaker, on which it speaks and plays sounds."""
-    postures: dict[str, Posture] = {}
+    postures: dict[str, parts.Posture] = {}
     rest: str = ""
     """The posture in which it starts; without one, joints are as near to 0 as their ranges let them."""
-    falls: FallRules | None = None
+    falls: parts.FallRules | None = None
     """None for a robot that cannot fall."""
-    walk: Walk | None = None
-    kicks: dict[Name, Kick] = {}
+    walk: parts.Walk | None = None
+    kicks: dict[parts.Name, parts.Kick] = {}
     """The motions that kick, by name."""
     mounted: bool = False
     """Whether its root is fixed to the floor, as an arm's on a table."""
-    shapes: Annotated[tuple[Shape, ...], Meta(max_length=MOST_PARTS)] = ()
+    shapes: Annotated[tuple[parts.Shape, ...], Meta(max_length=parts.MOST_PARTS)] = ()
     intangible: tuple[str, ...] = ()
     """Links whose shapes do not touch other links of the body."""
     overlapping: tuple[tuple[str, str], ...] = ()
@@ -129,17 +99,17 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
         return tuple(joint.name for joint in self.joints)
 
     @cached_property
-    def joint(self) -> Mapping[str, Joint]:
+    def joint(self) -> Mapping[str, parts.Joint]:
         """The joints by name."""
         return {joint.name: joint for joint in self.joints}
 
     @cached_property
-    def moved_by(self) -> Mapping[str, Joint]:
+    def moved_by(self) -> Mapping[str, parts.Joint]:
         """The joint, movable or fixed, between each link and the one that carries it, by the link's name."""
         return {joint.child: joint for joint in (*self.joints, *self.fixed_joints)}
 
     @property
-    def root(self) -> Link:
+    def root(self) -> parts.Link:
         """The link that carries all others, such as the torso."""
         return self.links[0]
 
@@ -149,7 +119,7 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
         return sum(link.mass for link in self.links)
 
     @cached_property
-    def following(self) -> Mapping[str, Coupling]:
+    def following(self) -> Mapping[str, parts.Coupling]:
         """The coupling of each joint that follows another one."""
         return {pair.follower: pair for pair in self.couplings}
 
@@ -160,20 +130,20 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
             joint.name for joint in self.joints if not joint.passive and joint.name not in self.following
         )
 
-    def hinge(self, name: str) -> Hinge | None:
+    def hinge(self, name: str) -> parts.Hinge | None:
         """Return a Pose3D device of the body; None when it has no such."""
-        return Hinge(name, self.hinges[name]) if name in self.hinges else None
+        return parts.Hinge(name, self.hinges[name]) if name in self.hinges else None
 
     @property
-    def neck(self) -> Hinge | None:
+    def neck(self) -> parts.Hinge | None:
         """What points the first camera, by pan and tilt: a neck, or a waist; None without such joints."""
         neck = self.hinge("Neck")
-        return neck if neck and {Axis.PAN, Axis.TILT} <= neck.axes.keys() else None
+        return neck if neck and {parts.Axis.PAN, parts.Axis.TILT} <= neck.axes.keys() else None
 
     @property
     def lying_tilt(self) -> float:
         """The tilt of the torso in rad beyond which it lies rather than stands, crouches or sits."""
-        return self.falls.lying_tilt if self.falls else LYING_TILT
+        return self.falls.lying_tilt if self.falls else parts.LYING_TILT
 
     @property
     def touch_sensors(self) -> tuple[str, ...]:
@@ -211,42 +181,39 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
 
     def as_data(self) -> dict[str, Any]:
         """Return its parts except the looks as tables, lists, texts and numbers."""
-        parts = msgspec.structs.asdict(self)
-        del parts["looks"]
-        data: dict[str, Any] = msgspec.to_builtins(parts)
+        own = asdict(self)
+        del own["looks"]
+        data: dict[str, Any] = msgspec.to_builtins(own)
         return data
 
     def without(self, name: str, title: str, joints: Collection[str], touch: Collection[str]) -> Body:
         """Return a copy called `name`: some joints are fixed at the angle 0, some touch sensors missing."""
+
+        def left(names: Iterable[str]) -> tuple[str, ...]:
+            return tuple(name for name in names if name not in joints)
+
+        groups = {
+            group: left(names) for group, names in asdict(self.groups).items() if isinstance(names, tuple)
+        }
         postures = {
-            key: msgspec.structs.replace(
-                posture, angles={at: angle for at, angle in posture.angles.items() if at not in joints}
-            )
+            key: replace(posture, angles={at: posture.angles[at] for at in left(posture.angles)})
             for key, posture in self.postures.items()
         }
-        rules = tuple(
-            msgspec.structs.replace(rule, slower=tuple(at for at in rule.slower if at not in joints))
-            for rule in self.speed_rules
-        )
-        groups = {
-            group: tuple(at for at in names if at not in joints)
-            for group, names in msgspec.structs.asdict(self.groups).items()
-            if isinstance(names, tuple)
+        hinges = {
+            hinge: axes
+            for hinge, axes in self.hinges.items()
+            if not any(axis.joint in joints for axis in axes.values())
         }
-        return msgspec.structs.replace(
+        return replace(
             self,
             name=name,
             title=title,
             joints=tuple(joint for joint in self.joints if joint.name not in joints),
             fixed_joints=(*self.fixed_joints, *(joint for joint in self.joints if joint.name in joints)),
-            groups=msgspec.structs.replace(self.groups, **groups),
-            hinges={
-                hinge: axes
-                for hinge, axes in self.hinges.items()
-                if not any(axis.joint in joints for axis in axes.values())
-            },
+            groups=replace(self.groups, **groups),
+            hinges=hinges,
             postures=postures,
-            speed_rules=rules,
+            speed_rules=tuple(replace(rule, slower=left(rule.slower)) for rule in self.speed_rules),
             touch={sensor: place for sensor, place in self.touch.items() if sensor not in touch},
         )
 
@@ -273,15 +240,13 @@ def write_body(body: Body) -> str:
     return json.dumps(_without_infinite(body.as_data()))
 
 
+_INFINITE: Final = (math.inf, -math.inf)
+
+
 def _without_infinite(value: Any) -> Any:  # noqa: ANN401
     if isinstance(value, dict):
-        kept = ((key, item) for key, item in value.items() if not _is_infinite(item))
-        return {key: _without_infinite(item) for key, item in kept}
+        return {key: _without_infinite(item) for key, item in value.items() if item not in _INFINITE}
     return [_without_infinite(item) for item in value] if isinstance(value, (list, tuple)) else value
-
-
-def _is_infinite(value: object) -> bool:
-    return isinstance(value, float) and math.isinf(value)
 
 
 def _unique(file: str) -> Callable[[list[tuple[str, Any]]], dict[str, Any]]:

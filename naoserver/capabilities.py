@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Literal, Protocol, runtime_checkable
 
-from naoserver._sounds import Sound, Tone
-
 Vector = tuple[float, float, float]
 
 
@@ -247,6 +245,29 @@ class Voice(Protocol):
 
     def utterance(self) -> Utterance:
         """Return the present utterance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tone:
+    """A tone of a frequency in Hz, or a rest of frequency 0, for some seconds."""
+
+    frequency: float
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sound:
+    """Tones one after the other."""
+
+    name: str
+    tones: tuple[Tone, ...]
+    description: str = ""
+    """A line for people."""
+
+    @property
+    def duration(self) -> float:
+        """Its length in s."""
+        return sum(tone.seconds for tone in self.tones)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,7 @@
-"""Lights, voice and sounds over time, for robots without lamps or loudspeaker: colors fade, texts last."""
+"""Lights, voice and sounds over time, for robots without lamps, loudspeaker or ears.
+
+Colors fade, texts last, and sounds are tones: there are no files of audio. What people say is typed.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from naoserver._sounds import Sound
-from naoserver.capabilities import Color, Playback, Utterance
+from naoserver.capabilities import Color, Playback, Sound, Tone, Utterance
 from naoserver.errors import InvalidCommand
 from naoserver.parts import Lamp
 
@@ -127,6 +129,45 @@ class TimedVoice:
         self._begun += 1
 
 
+LOWEST_TONE: Final = 50.0
+"""The lowest tone in Hz."""
+HIGHEST_TONE: Final = 8000.0
+"""The highest tone in Hz: half the lowest rate at which NAOqi plays, 16000 samples a second.
+
+Source: http://doc.aldebaran.com/2-4/naoqi/audio/alaudiodevice.html, *Performances and Limitations*.
+"""
+LONGEST_TONE: Final = 10.0
+"""Seconds of the longest tone."""
+
+
+def single_tone(frequency: float, seconds: float) -> Sound:
+    """Return a tone as a sound, whose name is `tone`."""
+    return Sound("tone", (Tone(frequency, seconds),))
+
+
+def _sound(name: str, description: str, *tones: tuple[float, float]) -> Sound:
+    return Sound(name, tuple(Tone(*tone) for tone in tones), description)
+
+
+_TABLE: Final = (
+    _sound("beep", "a short signal", (880, 0.2)),
+    _sound("yes", "two tones upwards", (659, 0.12), (988, 0.25)),
+    _sound("no", "two tones downwards", (392, 0.2), (294, 0.4)),
+    _sound("question", "up, and up again", (523, 0.15), (494, 0.1), (784, 0.3)),
+    _sound(
+        "fanfare",
+        "for a success",
+        *((523, 0.12), (0, 0.03), (523, 0.12), (0, 0.03), (523, 0.12)),
+        *((659, 0.2), (523, 0.15), (659, 0.15), (784, 0.6)),
+    ),
+    _sound("whistle", "a referee's: short, then long", (2800, 0.15), (0, 0.1), (2800, 0.7)),
+    _sound("alarm", "high and low in turn", *((960, 0.25), (770, 0.25)) * 3),
+)
+
+SOUNDS: Final[Mapping[str, Sound]] = {sound.name: sound for sound in _TABLE}
+"""The sounds by name."""
+
+
 class TimedSounds:
     """Play sounds on a clock, `now` in s. Implements Loudspeaker; thread-safe."""
 
@@ -149,3 +190,27 @@ class TimedSounds:
     def playback(self) -> Playback:
         with self._lock:
             return replace(self._newest, playing=self._now() < self._end)
+
+
+LONGEST_SENTENCE: Final = 500
+"""Characters of the longest sentence."""
+
+
+class Hearing:
+    """Pass sentences on to all listeners. Thread-safe once they are known."""
+
+    def __init__(self) -> None:
+        self._listeners: list[Callable[[str], str]] = []
+
+    def listen(self, understand: Callable[[str], str]) -> None:
+        """Call `understand` with each sentence; it returns what it recognized, an empty text if nothing."""
+        self._listeners.append(understand)
+
+    def hear(self, sentence: str) -> str:
+        """Return what was recognized in a sentence, empty if nothing. Raises InvalidCommand if it is none."""
+        if not sentence.strip():
+            raise InvalidCommand("text", "text is empty: there is nothing to hear")
+        if len(sentence) > LONGEST_SENTENCE:
+            message = f"text has {len(sentence)} characters: at most {LONGEST_SENTENCE} are heard at a time"
+            raise InvalidCommand("text", message)
+        return ", ".join(filter(None, [understand(sentence) for understand in self._listeners]))

@@ -71,17 +71,7 @@ class Footsteps(
 
     def __post_init__(self) -> None:
         """Refuse figures with which nobody can walk. Raises RobotError."""
-        positive = (
-            "com_height",
-            "width",
-            "lift",
-            "double_support",
-            "shortest_step",
-            "reach",
-            "narrowest",
-            "backward",
-        )
-        for name in (*positive, "pull", "acceleration_share"):
+        for name in ("com_height", "lift", "double_support", "reach", "narrowest", "backward"):
             self._require(name, 0.0, math.inf)
         for name in ("standing_gain", "walking_gain", "place_gain", "arm_swing"):
             if not 0.0 <= getattr(self, name) < math.inf:

@@ -147,7 +147,7 @@ class Watchdog:
         self._lock = threading.Lock()
         self._next = clock.now()
 
-    def look_within(self, seconds: float) -> None:
+    def check_within(self, seconds: float) -> None:
         """Check again in at most `seconds`: something has been commanded."""
         when = self.clock.now() + seconds
         with self._lock:

@@ -98,7 +98,9 @@ class Kinematics:
         """
         found = dict(angles)
         moved = list(dict.fromkeys(joint for name in goals for joint, _ in self._frames(name, angles)[0]))
-        leaders = dict.fromkeys(self._leader(joint) for joint in moved if not joint.passive)
+        pairs = self.body.following
+        names = (joint.name for joint in moved if not joint.passive)
+        leaders = dict.fromkeys(pairs[name].leader if name in pairs else name for name in names)
         motors = [_Motor(self.body, leader, angles) for leader in leaders]
         columns = {
             joint: (column, ratio)
@@ -115,9 +117,7 @@ class Kinematics:
                 tried |= motor.moved(found, step)
             error_then, jacobian_then = self._errors(goals, tried, columns)
             if error_then @ error_then < error @ error:
-                found = tried
-                error = error_then
-                jacobian = jacobian_then
+                found, error, jacobian = tried, error_then, jacobian_then
                 damping = max(damping / 3.0, _DAMPING)
             else:
                 damping *= 10.0
@@ -177,11 +177,6 @@ class Kinematics:
             if joint.name in angles:
                 frames.append((joint, place))
         return frames, place
-
-    def _leader(self, joint: Joint) -> str:
-        """Return the joint that leads the motor of a joint."""
-        pair = self.body.following.get(joint.name)
-        return pair.leader if pair else joint.name
 
     def _errors(
         self, goals: Goals, angles: Mapping[str, float], columns: Mapping[str, tuple[int, float]]

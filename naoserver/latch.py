@@ -46,12 +46,16 @@ class Latch:
 
     def __enter__(self) -> Self:
         try:
-            _make_own(self.path.parent)
+            folder = self.path.parent
+            folder.mkdir(parents=True, exist_ok=True)
+            found = folder.stat()
+            if found.st_mode & 0o077 and found.st_uid == os.geteuid():
+                folder.chmod(0o700)  # its files say who holds a robot
             self._lock = self._locked()
             self.found = self._newest = self._read()
             self._write(running=True)
             # From now on a loss of power, too, leaves a file that stops the next server: this one or a newer.
-            for path in (self.path, self.path.parent):
+            for path in (self.path, folder):
                 _flush(path)
         except OSError as error:
             self.release()
@@ -92,17 +96,21 @@ class Latch:
         lock = os.open(self.path.with_suffix(".lock"), flags, 0o600)
         deadline = time.monotonic() + self._patience
         try:
-            while not _try_lock(lock):
-                if time.monotonic() >= deadline:
-                    raise RobotError(
-                        f"another server of the same robot runs, and has {self.path}: end that one, or give "
-                        "this one another --realm"
-                    )
-                time.sleep(_LOOK_PERIOD)
+            while True:
+                try:
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    if time.monotonic() >= deadline:
+                        raise RobotError(
+                            f"another server of the same robot runs, and has {self.path}:"
+                            " end that one, or give this one another --realm"
+                        ) from None
+                    time.sleep(_LOOK_PERIOD)
+                else:
+                    return lock
         except BaseException:
             os.close(lock)
             raise
-        return lock
 
     def _read(self) -> Kept:
         try:
@@ -127,23 +135,6 @@ class Latch:
         with os.fdopen(descriptor, "wb") as file:
             file.write(content)
         beside.replace(self.path)
-
-
-def _make_own(folder: Path) -> None:
-    """Make a folder that only this user sees into: its files say who holds a robot. Raises OSError."""
-    folder.mkdir(parents=True, exist_ok=True)
-    found = folder.stat()
-    if found.st_mode & 0o077 and found.st_uid == os.geteuid():
-        folder.chmod(0o700)
-
-
-def _try_lock(lock: int) -> bool:
-    """Take a lock, if nobody else has it; return whether it is ours."""
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
 
 
 def _flush(path: Path) -> None:

@@ -233,7 +233,8 @@ class RangeTable(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
         first, last = min(angles), max(angles)
         ranges = [self.at(first), self.at(last)]
         ranges += [row[1:] for row in self.rows if first < row[0] < last]
-        return max(lower for lower, _ in ranges), min(upper for _, upper in ranges)
+        lowers, uppers = zip(*ranges, strict=True)
+        return max(lowers), min(uppers)
 
 
 class SpeedRule(_Part, frozen=True):
@@ -328,6 +329,10 @@ class CameraFacts(Struct, frozen=True):
     """Width and height in pixels of each image size that it supports."""
     rates: tuple[_Positive, ...]
     """Highest image rate at each of `sizes`, in 1/s; every lower rate is supported, too."""
+
+    def focal_length(self, width: int) -> float:
+        """Return the focal length in pixels of images of some width."""
+        return width / 2 / math.tan(self.horizontal_fov / 2)
 
 
 class Camera(CameraFacts, frozen=True, kw_only=True, forbid_unknown_fields=True):

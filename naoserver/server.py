@@ -1,15 +1,18 @@
-"""Serve a robot: its servants on an adapter, and the threads that stream and watch."""
+"""Serve a robot: its servants on an adapter, the threads that stream and watch, and entrances beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-from typing import Annotated
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Annotated, Final, Protocol, cast
 
 import typer
 
 from interfaces.nao import SafetyPrx
 from naoserver.assembly import Assembly
+from naoserver.errors import RobotError
 from naoserver.jobs import JobThreads
 from naoserver.latch import Latch
 from naoserver.options import ServerOptions
@@ -88,3 +91,27 @@ def problem_of(communicator: Communicator, assembly: Assembly) -> str:
     except SystemException as error:
         return f"a call to the servant Safety failed: {error}"
     return ""
+
+
+_GROUP: Final = "naoserver.entrances"
+_DISK: Final = "With --qi: the folder that stands for the robot's disk, where its sounds are."
+
+Disk = Annotated[Path | None, typer.Option(metavar="DIR", help=_DISK, exists=True, file_okay=False)]
+"""The option of commands with an entrance for NAOqi's programs."""
+
+
+class Entrance(Protocol):
+    """Serve a started robot at a URL in a `with` block, which gets the URL with the port that was picked."""
+
+    def __call__(
+        self, robot: Robot, assembly: Assembly, url: str, *, disk: Path | None = None
+    ) -> AbstractContextManager[str]:
+        """Serve it through the guards of `assembly`; raises RobotError when that is impossible."""
+
+
+def find_entrance(name: str) -> Entrance:
+    """Return the entrance of a name, such as `qi`; raises RobotError if no installed package provides it."""
+    for point in entry_points(group=_GROUP, name=name):
+        return cast("Entrance", point.load())
+    message = f"no installed package serves robots as {name!r}: install visualhfsm again"
+    raise RobotError(message)

@@ -17,12 +17,11 @@ import typer
 
 from naoserver.assembly import Assembly
 from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, is_body_file
-from naoserver.entrances import Disk, find_entrance
 from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.parts import CameraFacts
 from naoserver.robot import Robot
-from naoserver.server import JointSpeed, ResumeAfterReset, problem_of, serve
+from naoserver.server import Disk, JointSpeed, ResumeAfterReset, find_entrance, problem_of, serve
 from naoserver_sim._team import run_team, team_commands
 from naoserver_sim.own_body import named_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from naoserver.capabilities import Color
-from naoserver.looks import OFF, Looks, Mesh, Shape, look_of
+from naoserver.looks import OFF, Looks, Mesh, SeenShape, look_of
 from naoserver.parts import NO_TURN
 
 VISUAL_GROUP: Final = 1
@@ -69,7 +69,7 @@ def add_appearance(
         )
 
 
-def _form(shape: Shape, *, mirrored: bool) -> dict[str, Any]:
+def _form(shape: SeenShape, *, mirrored: bool) -> dict[str, Any]:
     """Return the attributes in MuJoCo of a shape's size and place."""
     mirror = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
     size = [*shape.size, 0.0, 0.0][:3]

@@ -1,4 +1,4 @@
-"""The file of a motion: TOML with a table for each frame.
+"""Motions made of key frames, targets of joints at times, and their files: TOML with a table for each frame.
 
     description = "Wave with the right hand"
     start = "Stand"           # the posture in which it begins; by default any
@@ -15,27 +15,176 @@
 Postures and joints are those of a body, whose description says which joints are on either side and which have
 one motor, such as the Nao's `LHipYawPitch` and `RHipYawPitch`: `HipYawPitch` commands both. A joint that a
 frame does not give is on its way to the next frame that gives it.
+
+A name without its side means two joints of a body's groups whose names differ only in the side: that is
+`ShoulderRoll` for `LShoulderRoll` and `RShoulderRoll`, `knee_joint` for `left_knee_joint` and its like.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from bisect import bisect_left
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property, lru_cache
 from importlib import resources
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Annotated, Any, Final, cast
 
 import msgspec
+import numpy as np
 from msgspec import Meta, Struct
+from numpy.typing import NDArray
 
-from naoserver._motions.keyframes import Interpolation, Key, Motion
-from naoserver._motions.sides import Sides, names_of
 from naoserver.bodies import family_of
 from naoserver.body import Body
 from naoserver.errors import RobotError
+from naoserver.kinematics import kinematics_of
+from naoserver.parts import Joint
 from zenoh_ice.toml_file import parse_toml, place, read_text
+
+
+class Interpolation(StrEnum):
+    """Interpolation of a joint from one key to the next."""
+
+    SMOOTH = "smooth"
+    """From rest to rest with the least jerk: the quintic polynomial of Flash and Hogan (1985)."""
+    LINEAR = "linear"
+
+    def ease(self, part: float) -> float:
+        """Return the completed fraction of the way when a fraction of the time has passed."""
+        if self is Interpolation.LINEAR:
+            return part
+        return part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
+
+    @property
+    def peak(self) -> float:
+        """The highest speed on the way as a multiple of the mean one."""
+        return 1.0 if self is Interpolation.LINEAR else 1.875
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """Target of a joint at a time after the beginning of the motion."""
+
+    time: float
+    """In s, above 0."""
+    angle: float | None
+    """In rad; of a hand from 0 to 1; None: where it was when the motion began."""
+    interpolation: Interpolation = Interpolation.SMOOTH
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion of some joints. Each joint goes from where it is to its first key, then from key to key."""
+
+    name: str
+    keys: Mapping[str, tuple[Key, ...]]
+    """The keys of each joint that moves, in the order of their times."""
+    description: str = ""
+    start: str = ""
+    """The posture in which it begins; empty when it begins in any."""
+    end: str = ""
+    """The posture in which it ends; empty when it ends in the one in which it began."""
+
+    def of(self, joints: Collection[str]) -> Motion:
+        """Return the motion without joints that a body lacks. Raises RobotError when it moves no others."""
+        keys = {joint: keys for joint, keys in self.keys.items() if joint in joints}
+        if not keys:
+            raise RobotError(f"{self.name} moves only joints that the robot lacks: {', '.join(self.keys)}")
+        return self if len(keys) == len(self.keys) else replace(self, keys=keys)
+
+    @cached_property
+    def duration(self) -> float:
+        """Seconds from the beginning to the last key."""
+        return max(keys[-1].time for keys in self.keys.values())
+
+    def at(self, time: float, begin: Mapping[str, float]) -> dict[str, float]:
+        """Return the angles at a time after the beginning; `begin` are the angles at the beginning."""
+        return {joint: self._angle(joint, time, begin[joint]) for joint in self.keys}
+
+    def _angle(self, joint: str, time: float, begin: float) -> float:
+        keys = self.keys[joint]
+        place = bisect_left(keys, time, key=lambda key: key.time)
+        since, before = (keys[place - 1].time, _known(keys[place - 1], begin)) if place else (0.0, begin)
+        if place == len(keys):
+            return before
+        after = keys[place]
+        part = max(0.0, time - since) / (after.time - since)
+        return before + (_known(after, begin) - before) * after.interpolation.ease(part)
+
+
+def _known(key: Key, begin: float) -> float:
+    return begin if key.angle is None else key.angle
+
+
+Sides = Mapping[str, float]
+"""The joints of a name: each with 1, or with -1 if its angle is that of the left side with the other sign."""
+
+_SIDES: Final = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("L", "R"))
+
+
+def names_of(body: Body) -> dict[str, Sides]:
+    """Return each name that a motion of a body may give, with its joints.
+
+    Joints that one motor drives have one name, and only the leading one is commanded.
+    """
+    pairs = list(_pairs(body))
+    one_motor = {name for pair in body.couplings for name in (pair.leader, pair.follower)}
+    paired = {joint.name for _, left, right in pairs for joint in (left, right)}
+    names: dict[str, Sides] = {
+        joint.name: {joint.name: 1.0}
+        for joint in body.joints
+        if joint.name in body.motors and not (joint.name in one_motor and joint.name in paired)
+    }
+    for name, left, right in pairs:
+        sides = {left.name: 1.0, right.name: mirrored(body, left, right)}
+        names.setdefault(name, {joint: sign for joint, sign in sides.items() if joint in body.motors})
+    return names
+
+
+def mirrored(body: Body, left: Joint, right: Joint) -> float:
+    """Return 1 if equal angles of two joints are mirror images in the x-z plane, or -1 if opposite ones are.
+
+    That is so when the right axis is the left one reflected, as a pseudovector: (-x, y, -z). If the ranges do
+    not meet then, it is the other way round: a hand is open at 1 on either side, whatever its axis.
+    """
+    x, y, z = _axis(body, left)
+    sign = 1.0 if np.dot((-x, y, -z), _axis(body, right)) > 0.0 else -1.0
+    ends = sorted((sign * left.lower, sign * left.upper))
+    return sign if ends[0] < right.upper and right.lower < ends[1] else -sign
+
+
+def _axis(body: Body, joint: Joint) -> NDArray[np.float64]:
+    """Return the axis of a joint in the root's frame while all joints are at 0."""
+    axis: NDArray[np.float64] = kinematics_of(body).link_place(joint.child, {})[:3, :3] @ np.array(joint.axis)
+    return axis
+
+
+def _pairs(body: Body) -> Iterator[tuple[str, Joint, Joint]]:
+    """Yield the pairs of joints of arms and legs, each with its name."""
+    groups = body.groups
+    for lefts, rights in ((groups.left_arm, groups.right_arm), (groups.left_leg, groups.right_leg)):
+        for left in lefts:
+            named = ((_without_side(left, right), right) for right in rights)
+            name, right = next(((name, right) for name, right in named if name), ("", ""))
+            if name:
+                yield name, body.joint[left], body.joint[right]
+
+
+def _without_side(left: str, right: str) -> str:
+    """Return what two names are without the side, the only word that differs; empty if more does."""
+    for side, other in _SIDES:
+        for found in re.finditer(side, left):
+            before, after = left[: found.start()], left[found.end() :]
+            if before + other + after == right:
+                return before.rstrip("_") + after if before else after.lstrip("_")
+    words, others = left.split("_"), right.split("_")
+    shared = [word for word, other in zip(words, others, strict=False) if word == other]
+    return "_".join(shared) if len(words) == len(others) == len(shared) + 1 else ""
+
 
 _LONGEST_MOTION: Final = 600.0  # s
 

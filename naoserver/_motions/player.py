@@ -14,10 +14,16 @@ from msgspec.structs import replace
 
 from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver._guarded_device import GuardedDevice
-from naoserver._motions.keyframes import Motion
-from naoserver._motions.motion_file import load_motions
-from naoserver._motions.postures import UPRIGHT, Situation, stance_of
-from naoserver._motions.routes import SLOWEST_PACE, Route, RouteError, changes_stance
+from naoserver._motions.motion_file import Motion, load_motions
+from naoserver._motions.routes import (
+    SLOWEST_PACE,
+    UPRIGHT,
+    Route,
+    RouteError,
+    Situation,
+    changes_stance,
+    stance_of,
+)
 from naoserver.body import Body
 from naoserver.errors import CommandRefused, RobotError
 from naoserver.parts import Stance
@@ -56,8 +62,8 @@ class _Action:
     """Why it ends before it is done; empty while it does not."""
 
     @property
-    def owner(self) -> str:
-        """Owner of the joints while it is played."""
+    def activity(self) -> str:
+        """What it is called that moves the joints while it is played."""
         return f"the {self.kind} {self.name}"
 
 
@@ -118,11 +124,11 @@ class MotionPlayer:
             first = route.next_leg(self.situation(), self._commands())
             if first is not None:
                 self._require_cool(first)
-            self._finish(ActionStatus.Stopped, f"{action.owner} began")
+            self._finish(ActionStatus.Stopped, f"{action.activity} began")
             try:
                 self._begin_leg(action, first)
             except RobotError:
-                self._device.claims.release(action.owner)
+                self._device.claims.release(action.activity)
                 raise
             status = ActionStatus.Moving if first else ActionStatus.Done
             count = self.progress(kind).count + 1
@@ -143,7 +149,7 @@ class MotionPlayer:
             if action is None or (kind and action.kind != kind):
                 return
             self._finish(ActionStatus.Stopped, message)
-        self._device.hold(self._joints(action.leg))
+        self._hold(action.leg)
 
     def drop_client(self, client: str) -> None:
         """End the action of a lost client: at once, or after its present leg in the safest posture."""
@@ -157,9 +163,9 @@ class MotionPlayer:
             else:
                 action.route, action.cut_short = ending, _GONE
         if ending is None:
-            self._device.hold(self._joints(action.leg))
+            self._hold(action.leg)
         how = "stopped" if ending is None else "will end in the safest posture that it reaches"
-        self._device.events.add(Severity.Warning, "Motions", f"{action.owner} {how}: {_GONE}", "lost")
+        self._device.events.add(Severity.Warning, "Motions", f"{action.activity} {how}: {_GONE}", "lost")
 
     def tick(self) -> None:
         """Command the joints for the robot's present time; continue with the next leg when one is done."""
@@ -172,10 +178,10 @@ class MotionPlayer:
             except RobotError as error:
                 refused = isinstance(error, CommandRefused)
                 self._finish(ActionStatus.Stopped if refused else ActionStatus.Failed, str(error))
-                message = f"{action.owner} ended: {error}"
+                message = f"{action.activity} ended: {error}"
             else:
                 return
-        self._device.hold(self._joints(action.leg))
+        self._hold(action.leg)
         self._device.events.add(Severity.Warning, "Motions", message, "failed")
 
     def close(self) -> None:
@@ -210,7 +216,7 @@ class MotionPlayer:
             joint: min(abs(angle - commands[joint]) / _AHEAD, self.body.joint[joint].max_velocity)
             for joint, angle in wanted.items()
         }
-        self._device.move(wanted, speeds, client=action.client, owner=action.owner)
+        self._device.move(wanted, speeds, client=action.client, activity=action.activity)
 
     def _begin_leg(self, action: _Action, leg: Motion | None) -> None:
         """Claim the joints of the next leg and make them stiff. Raises InvalidCommand or CommandRefused."""
@@ -220,18 +226,18 @@ class MotionPlayer:
         action.leg = leg
         if leg is None:
             return
-        joints = self._joints(leg)
-        self._device.claims.claim(action.owner, joints, lambda: self._let_go(action))
+        joints = self._device.with_coupled(leg.keys)
+        self._device.claims.claim(action.activity, joints, lambda: self._let_go(action))
         action.begin, action.since = self._commands(), self.robot_time()
         stiffnesses = zip(self._names, self._device.read().stiffnesses, strict=True)
         limp = [joint for joint, stiffness in stiffnesses if stiffness < _STIFF and joint in joints]
         if limp:
             full = dict.fromkeys(limp, 1.0)
-            self._device.stiffen(full, _STIFFENING, client=action.client, owner=action.owner)
+            self._device.stiffen(full, _STIFFENING, client=action.client, activity=action.activity)
             action.since += _STIFFENING
 
     def _let_go(self, action: _Action) -> None:
-        """Stop without holding the joints: the next owner does."""
+        """Stop without holding the joints: the next activity does."""
         with self._lock:
             if self._action is action:
                 self._finish(ActionStatus.Stopped, "its joints were stopped")
@@ -240,7 +246,7 @@ class MotionPlayer:
         action, self._action = self._action, None
         if action is None:
             return
-        self._device.claims.release(action.owner)
+        self._device.claims.release(action.activity)
         before = self.progress(action.kind)
         part = 1.0 if status is ActionStatus.Done else before.progress
         self._progress[action.kind] = replace(before, status=status, message=message, progress=part)
@@ -268,10 +274,5 @@ class MotionPlayer:
     def _commands(self) -> dict[str, float]:
         return dict(zip(self._names, self._device.read().commands, strict=True))
 
-    def _joints(self, leg: Motion | None) -> frozenset[str]:
-        """Return the joints that a leg moves, including those that share a motor."""
-        joints = set(leg.keys) if leg else set()
-        for pair in self.body.couplings:
-            if {pair.leader, pair.follower} & joints:
-                joints |= {pair.leader, pair.follower}
-        return frozenset(joints)
+    def _hold(self, leg: Motion | None) -> None:
+        self._device.hold(leg.keys if leg else ())

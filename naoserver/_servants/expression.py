@@ -6,78 +6,54 @@ import threading
 from collections.abc import Callable
 from typing import Final
 
+from interfaces import nao
 from interfaces.jderobot import InvalidValueException
-from interfaces.nao import (
-    HeardState,
-    Hearing,
-    LedColor,
-    Leds,
-    LedState,
-    SoundFacts,
-    Sounds,
-    SoundState,
-    Speech,
-    SpeechState,
-    Tone,
-)
-from naoserver._servants.shared import (
-    StateStream,
-    refusals_raised,
-    require_known,
-    require_positive,
-    require_within,
-)
-from naoserver._sounds import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, SOUNDS, Sound, single_tone
-from naoserver.capabilities import Lights, Loudspeaker, Voice
-from naoserver.expression import LONGEST_TEXT
+from naoserver._servants import shared
+from naoserver.capabilities import Lights, Loudspeaker, Sound, Voice
+from naoserver.expression import HIGHEST_TONE, LONGEST_TEXT, LONGEST_TONE, LOWEST_TONE, SOUNDS, single_tone
 from zenoh_ice import Current
 
 _LONGEST_FADE: Final = 60.0  # s
 
 
-class LedsI(Leds):
+class LedsI(nao.Leds):
     """Set the lights, and report what they show. `robot_time` is in s."""
 
     def __init__(self, lights: Lights, robot_time: Callable[[], float]) -> None:
         self._lights = lights
         self._robot_time = robot_time
-        self.stream: Final = StateStream(
-            self._state, self.getLedsPublisher, lambda state: state, news=lambda state: state.colors
-        )
+        self.stream: Final = shared.stream_of(self._state, self.getLedsPublisher, "colors")
 
     def getLedNames(self, current: Current) -> list[str]:
         return list(self._lights.names)
 
-    def setLed(self, name: str, color: LedColor, seconds: float, current: Current) -> None:
-        require_known("light", name, self._lights.names)
-        require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
-        require_within(0.0, _LONGEST_FADE, seconds=seconds)
-        with refusals_raised():
+    def setLed(self, name: str, color: nao.LedColor, seconds: float, current: Current) -> None:
+        shared.require_known("light", name, self._lights.names)
+        shared.require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
+        shared.require_within(0.0, _LONGEST_FADE, seconds=seconds)
+        with shared.refusals_raised():
             self._lights.set(name, (color.red, color.green, color.blue), seconds)
 
     def reset(self, current: Current) -> None:
-        with refusals_raised():
+        with shared.refusals_raised():
             self._lights.reset()
 
-    def getLeds(self, current: Current) -> LedState:
+    def getLeds(self, current: Current) -> nao.LedState:
         return self._state()
 
-    def _state(self) -> LedState:
-        colors = {name: LedColor(*color) for name, color in self._lights.colors().items()}
-        return LedState(time=self._robot_time(), colors=colors)
+    def _state(self) -> nao.LedState:
+        colors = {name: nao.LedColor(*color) for name, color in self._lights.colors().items()}
+        return nao.LedState(time=self._robot_time(), colors=colors)
 
 
-class SpeechI(Speech):
+class SpeechI(nao.Speech):
     """Say texts, and report the present utterance. `robot_time` is in s."""
 
     def __init__(self, voice: Voice, robot_time: Callable[[], float]) -> None:
         self._voice = voice
         self._robot_time = robot_time
-        self.stream: Final = StateStream(
-            self._state,
-            self.getSpeechPublisher,
-            lambda state: state,
-            news=lambda state: (state.speaking, state.text, state.count),
+        self.stream: Final = shared.stream_of(
+            self._state, self.getSpeechPublisher, "speaking", "text", "count"
         )
 
     def say(self, text: str, current: Current) -> None:
@@ -86,81 +62,73 @@ class SpeechI(Speech):
         if len(text) > LONGEST_TEXT:
             message = f"text has {len(text)} characters: at most {LONGEST_TEXT} are said at a time"
             raise InvalidValueException(message, "text")
-        with refusals_raised():
+        with shared.refusals_raised():
             self._voice.say(text)
 
     def stop(self, current: Current) -> None:
         self._voice.stop()
 
-    def getSpeech(self, current: Current) -> SpeechState:
+    def getSpeech(self, current: Current) -> nao.SpeechState:
         return self._state()
 
-    def _state(self) -> SpeechState:
+    def _state(self) -> nao.SpeechState:
         said = self._voice.utterance()
-        return SpeechState(time=self._robot_time(), speaking=said.speaking, text=said.text, count=said.count)
+        return nao.SpeechState(
+            time=self._robot_time(), speaking=said.speaking, text=said.text, count=said.count
+        )
 
 
-class SoundsI(Sounds):
+class SoundsI(nao.Sounds):
     """Play sounds and tones, and report the present one. `robot_time` is in s."""
 
     def __init__(self, loudspeaker: Loudspeaker, robot_time: Callable[[], float]) -> None:
         self._loudspeaker = loudspeaker
         self._robot_time = robot_time
-        self.stream: Final = StateStream(
-            self._state,
-            self.getSoundPublisher,
-            lambda state: state,
-            news=lambda state: (state.playing, state.count),
-        )
+        self.stream: Final = shared.stream_of(self._state, self.getSoundPublisher, "playing", "count")
 
-    def getSounds(self, current: Current) -> list[SoundFacts]:
-        return [
-            SoundFacts(name=of.name, description=of.description, duration=of.duration)
-            for of in SOUNDS.values()
-        ]
+    def getSounds(self, current: Current) -> list[nao.SoundFacts]:
+        return [nao.SoundFacts(of.name, of.description, of.duration) for of in SOUNDS.values()]
 
     def play(self, name: str, loudness: float, current: Current) -> None:
-        require_known("sound", name, SOUNDS)
+        shared.require_known("sound", name, SOUNDS)
         self._play(SOUNDS[name], loudness)
 
     def playTone(self, frequency: float, seconds: float, loudness: float, current: Current) -> None:
-        require_within(LOWEST_TONE, HIGHEST_TONE, frequency=frequency)
-        require_positive(LONGEST_TONE, seconds=seconds)
+        shared.require_within(LOWEST_TONE, HIGHEST_TONE, frequency=frequency)
+        shared.require_positive(LONGEST_TONE, seconds=seconds)
         self._play(single_tone(frequency, seconds), loudness)
 
     def stop(self, current: Current) -> None:
         self._loudspeaker.stop()
 
-    def getSound(self, current: Current) -> SoundState:
+    def getSound(self, current: Current) -> nao.SoundState:
         return self._state()
 
     def _play(self, sound: Sound, loudness: float) -> None:
-        require_within(0.0, 1.0, loudness=loudness)
-        with refusals_raised():
+        shared.require_within(0.0, 1.0, loudness=loudness)
+        with shared.refusals_raised():
             self._loudspeaker.play(sound, loudness)
 
-    def _state(self) -> SoundState:
+    def _state(self) -> nao.SoundState:
         now = self._loudspeaker.playback()
-        return SoundState(
+        return nao.SoundState(
             time=self._robot_time(),
             playing=now.playing,
             name=now.name,
             loudness=now.loudness,
-            tones=[Tone(frequency=tone.frequency, seconds=tone.seconds) for tone in now.tones],
+            tones=[nao.Tone(tone.frequency, tone.seconds) for tone in now.tones],
             count=now.count,
         )
 
 
-class HearingI(Hearing):
+class HearingI(nao.Hearing):
     """Report the sentences that `hear` gets. Thread-safe. `robot_time` is in s."""
 
     def __init__(self, robot_time: Callable[[], float]) -> None:
         self._robot_time = robot_time
         self._last = "", 0
         self._lock = threading.Lock()
-        self.stream: Final = StateStream(
-            self._state, self.getHeardPublisher, lambda state: state, news=lambda state: state.count
-        )
+        self.stream: Final = shared.stream_of(self._state, self.getHeardPublisher, "count")
 
     def hear(self, sentence: str) -> str:
         """Take a sentence. It recognizes no phrase in it, so the result is empty."""
@@ -168,9 +136,9 @@ class HearingI(Hearing):
             self._last = sentence.strip(), self._last[1] + 1
         return ""
 
-    def getHeard(self, current: Current) -> HeardState:
+    def getHeard(self, current: Current) -> nao.HeardState:
         return self._state()
 
-    def _state(self) -> HeardState:
+    def _state(self) -> nao.HeardState:
         text, count = self._last
-        return HeardState(time=self._robot_time(), text=text, count=count)
+        return nao.HeardState(time=self._robot_time(), text=text, count=count)

@@ -63,6 +63,11 @@ class StateStream(Generic[R, V]):
         """Whether anybody listens."""
         return self._publisher.listening
 
+    def send(self) -> None:
+        """Send the newest state, if anybody listens."""
+        if self.listening:
+            self.publish(self.read())
+
     def publish(self, reading: R) -> None:
         """Send a reading to the listeners."""
         time = reading.time
@@ -74,12 +79,16 @@ class StateStream(Generic[R, V]):
         self._publisher.publish(self._convert(reading), time=time)
 
 
+def stream_of(read: Callable[[], R], publisher: Publisher[R], *news: str) -> StateStream[R, R]:
+    """Return the stream of a state of the interface's type; with `news`, it sends changes of these fields."""
+    return StateStream(read, publisher, lambda state: state, news=attrgetter(*news) if news else None)
+
+
 def action_stream(
     read: Callable[[], ActionState], publisher: Publisher[ActionState]
 ) -> StateStream[ActionState, ActionState]:
     """Return the stream of an action, which sends every change of it."""
-    news = attrgetter("count", "status", "progress")
-    return StateStream(read, publisher, lambda state: state, news=news)
+    return stream_of(read, publisher, "count", "status", "progress")
 
 
 def to_time(seconds: float) -> Time:
@@ -97,7 +106,6 @@ def require_finite(**values: float) -> None:
 
 def require_positive(upper: float, **values: float) -> None:
     """Raise InvalidValueException, naming the field, unless every value is above 0 and at most `upper`."""
-    require_finite(**values)
     for field, value in values.items():
         if not 0.0 < value <= upper:
             message = f"{field} is {value:g}: it must be above 0 and at most {upper:g}"
@@ -112,8 +120,7 @@ def require_known(kind: str, name: str, known: Iterable[str]) -> None:
 
 
 def require_within(lower: float, upper: float, **values: float) -> None:
-    """Raise InvalidValueException, naming the field, unless every value is finite and within limits."""
-    require_finite(**values)
+    """Raise InvalidValueException, naming the field, unless every value is within limits."""
     for field, value in values.items():
         if not lower <= value <= upper:
             message = f"{field} is {value:g}: it must be from {lower:g} to {upper:g}"

@@ -14,8 +14,7 @@ from typing import Any, Final
 import pytest
 
 from interfaces.nao import SafetyPrx
-from naoserver.conformance._needs import ROOM, STEP
-from naoserver.conformance._served import LIMIT, RobotClient, served
+from naoserver.conformance._robot import LIMIT, ROOM, STEP, RobotClient, served
 from naoserver.errors import RobotError
 from naoserver.robot import Robot
 

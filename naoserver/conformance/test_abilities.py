@@ -6,9 +6,8 @@ from typing import cast
 import numpy as np
 import pytest
 
-from naoserver._sounds import single_tone
 from naoserver.capabilities import Lights, Loudspeaker, Senses, Voice
-from naoserver.conformance._needs import (
+from naoserver.conformance._robot import (
     BATTERY,
     CAMERA,
     INERTIAL_UNIT,
@@ -19,10 +18,11 @@ from naoserver.conformance._needs import (
     STANDING,
     TOUCH,
     VOICE,
+    RobotClient,
     needs,
 )
-from naoserver.conformance._served import RobotClient
 from naoserver.errors import HardwareFailure
+from naoserver.expression import single_tone
 
 GRAVITY = 9.81  # m/s2
 

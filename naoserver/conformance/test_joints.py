@@ -8,8 +8,16 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from interfaces.nao import HealthPrx, JointsPrx
-from naoserver.conformance._needs import JOINT, free_joints, needs, speed_of, step_of, target_of, tolerance_of
-from naoserver.conformance._served import RobotClient
+from naoserver.conformance._robot import (
+    JOINT,
+    RobotClient,
+    free_joints,
+    needs,
+    speed_of,
+    step_of,
+    target_of,
+    tolerance_of,
+)
 from naoserver.parts import Joint
 from naoserver.robot import JointReading
 

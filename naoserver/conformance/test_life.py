@@ -2,8 +2,8 @@
 
 import pytest
 
-from naoserver.conformance._needs import CAMERA, needs
 from naoserver.conformance._plugin import MakeRobot
+from naoserver.conformance._robot import CAMERA, needs
 from naoserver.errors import HardwareFailure
 from naoserver.robot import Robot
 

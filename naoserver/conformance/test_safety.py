@@ -4,15 +4,15 @@ import pytest
 
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import JointsPrx, SafetyPrx
-from naoserver.conformance._needs import (
+from naoserver.conformance._robot import (
     JOINT,
+    RobotClient,
     free_joints,
     needs,
     slowly,
     step_of,
     target_of,
 )
-from naoserver.conformance._served import RobotClient
 
 pytestmark = needs(JOINT)
 

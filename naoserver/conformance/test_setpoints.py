@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import pytest
 
 from interfaces.nao import JointsPrx
-from naoserver.conformance._needs import (
+from naoserver.conformance._robot import (
     COUPLING,
     JOINT,
     ROOM,
+    RobotClient,
     free_joints,
     needs,
     slowly,
@@ -17,7 +18,6 @@ from naoserver.conformance._needs import (
     target_of,
     tolerance_of,
 )
-from naoserver.conformance._served import RobotClient
 from naoserver.parts import Joint
 from naoserver.robot import LIMP, JointReading
 

@@ -8,9 +8,7 @@ import pytest
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import HealthPrx, SafetyPrx
 from naoserver.capabilities import STILL, Odometry, Walker, WalkVelocity
-from naoserver.conformance._needs import ROOM, WALK, needs
-from naoserver.conformance._served import RobotClient
-from naoserver.errors import InvalidCommand
+from naoserver.conformance._robot import ROOM, WALK, RobotClient, needs
 
 pytestmark = needs(WALK, ROOM)
 
@@ -71,23 +69,14 @@ def test_a_walk_that_nobody_renews_ends_and_frees_its_joints(rest: RobotClient, 
     rest.proxy(MotorsPrx, "Motors").setV(0.3 * walker.limits.forward)
     rest.until(lambda: walker.commanded() == STILL, "a walk ends that nobody renews")
     rest.until(lambda: health.getHealth().velocityTimeouts == before + 1, "it is counted")
-    rest.until(lambda: is_free(rest, walker.joints[0]), f"{walker.joints[0]} is free when it stands")
-
-
-def is_free(nao: RobotClient, joint: str) -> bool:
-    """Return whether anybody may command a joint."""
-    try:
-        nao.assembly.body.claims.check([joint])
-    except InvalidCommand:
-        return False
-    return True
+    rest.until(lambda: rest.is_free(walker.joints[0]), f"{walker.joints[0]} is free when it stands")
 
 
 def test_an_emergency_stop_ends_the_walk(rest: RobotClient, walker: Walker) -> None:
     """An emergency stop ends the walk, during which its joints belong to it, and leaves it upright."""
     motors, joint = rest.proxy(MotorsPrx, "Motors"), walker.joints[0]
     rest.until(
-        lambda: motors.setV(0.3 * walker.limits.forward) == 0 and not is_free(rest, joint),
+        lambda: motors.setV(0.3 * walker.limits.forward) == 0 and not rest.is_free(joint),
         f"{joint} belongs to the walk",
     )
     rest.proxy(SafetyPrx, "Safety").emergencyStop("enough")

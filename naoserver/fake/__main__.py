@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import closing
-from functools import partial
 from typing import Annotated
 
 import typer
@@ -11,11 +9,9 @@ import typer
 from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
-from naoserver.latch import latch_of
-from naoserver.server import problem_of, serve
-from zenoh_ice import initialize
-from zenoh_ice.application.cli import report_ready, run, stop_on_signals, with_settings
-from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
+from zenoh_ice.application.cli import run, with_settings
+from zenoh_ice.settings import Settings
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")
 
@@ -28,7 +24,7 @@ _EXAMPLES = """
 
 
 @app.command(epilog=_EXAMPLES)
-@with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
+@with_settings(defaults=SERVER_DEFAULTS)
 def fake(
     *,
     settings: Settings,
@@ -40,19 +36,7 @@ def fake(
 
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
-    robot = FakeRobot(body=find_body(body))
-    with (
-        stop_on_signals() as stop,
-        initialize(settings) as communicator,
-        latch_of(settings) as latch,
-        closing(robot),
-    ):
-        robot.start()
-        adapter = communicator.createObjectAdapter("FakeRobot")
-        with serve(robot, adapter, latch=latch) as assembly:
-            adapter.activate()
-            watchdog = report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
-            watchdog.wait(stop, partial(problem_of, communicator, assembly))
+    serve_hardware(FakeRobot(body=find_body(body)), settings)
 
 
 if __name__ == "__main__":

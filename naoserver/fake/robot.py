@@ -16,20 +16,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver import capabilities
 from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.body import Body
-from naoserver.capabilities import (
-    STILL,
-    Balancer,
-    BatteryReading,
-    FootReading,
-    InertialReading,
-    Odometry,
-    OwnPostures,
-    SenseReading,
-    Stage,
-    WalkVelocity,
-)
 from naoserver.errors import HardwareFailure
 from naoserver.expression import FadingLights, Ramp, TimedSounds, TimedVoice
 from naoserver.jobs import ControlLoop
@@ -55,11 +44,6 @@ class Ball:
     height: float
 
 
-def focal_length(camera: CameraFacts, width: int) -> float:
-    """Return the focal length in pixels of an image `width` pixels wide."""
-    return width / 2 / math.tan(camera.horizontal_fov / 2)
-
-
 def project(place: Matrix, ball: Ball) -> Point:
     """Return the centre of a ball in the frame of a camera in m: ahead, to the left, up.
 
@@ -82,7 +66,7 @@ def paint(
     """
     width, height = size
     image = np.full((height, width, 3), _GROUND, np.uint8)
-    focal = focal_length(camera, width)
+    focal = camera.focal_length(width)
     for (ahead, left, up), color in sorted(balls, key=lambda placed: -placed[0][0]):
         if ahead <= ball_radius:
             continue
@@ -125,20 +109,24 @@ class FakeSenses:
         self.sonar_cone: Final = sonar.cone if sonar else 0.0
         self._clock = clock
         self._lock = threading.Lock()
-        foot = FootReading(*[_GRAVITY * body.mass / 8] * 4) if body.soles else FootReading()
-        charged = BatteryReading(charge=0.8, current=-1.9, temperature=30.0, plugged=False)
-        self._reading = SenseReading(
+        foot = (
+            capabilities.FootReading(*[_GRAVITY * body.mass / 8] * 4)
+            if body.soles
+            else capabilities.FootReading()
+        )
+        charged = capabilities.BatteryReading(charge=0.8, current=-1.9, temperature=30.0, plugged=False)
+        self._reading = capabilities.SenseReading(
             time=clock.now(),
             left_foot=foot,
             right_foot=foot,
-            battery=charged if body.battery else BatteryReading(),
+            battery=charged if body.battery else capabilities.BatteryReading(),
         )
 
-    def read(self) -> SenseReading:
+    def read(self) -> capabilities.SenseReading:
         with self._lock:
             return replace(self._reading, time=self._clock.now())
 
-    def inertial(self) -> InertialReading:
+    def inertial(self) -> capabilities.InertialReading:
         return self._reading.inertial
 
     def feel(self, **feelings: Any) -> None:  # noqa: ANN401 - fields of SenseReading
@@ -147,7 +135,7 @@ class FakeSenses:
             self._reading = replace(self._reading, **feelings)
 
 
-LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
+LIMITS: Final = capabilities.WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind of a robot that takes steps: those of the simulated Nao."""
 
 
@@ -158,30 +146,32 @@ class FakeWalker:
     lag = 0.0
     balances = False
 
-    def __init__(self, clock: Clock, joints: tuple[str, ...], limits: WalkVelocity = LIMITS) -> None:
+    def __init__(
+        self, clock: Clock, joints: tuple[str, ...], limits: capabilities.WalkVelocity = LIMITS
+    ) -> None:
         self.joints: Final = joints
         self.limits: Final = limits
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
-        self._velocity = STILL
-        self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
+        self._velocity = capabilities.STILL
+        self._odometry = capabilities.Odometry(clock.now(), 0.0, 0.0, 0.0)
         self._closed = False
 
-    def command(self, velocity: WalkVelocity) -> None:
+    def command(self, velocity: capabilities.WalkVelocity) -> None:
         with self._lock:
             self._go_on()
             if not self._closed:
                 self._velocity = velocity
 
-    def commanded(self) -> WalkVelocity:
+    def commanded(self) -> capabilities.WalkVelocity:
         return self._velocity
 
     @property
     def walking(self) -> bool:
         """Whether it moves: it stops at once."""
-        return self._velocity != STILL
+        return self._velocity != capabilities.STILL
 
-    def odometry(self) -> Odometry:
+    def odometry(self) -> capabilities.Odometry:
         with self._lock:
             self._go_on()
             return self._odometry
@@ -190,21 +180,19 @@ class FakeWalker:
         """Stop for good."""
         with self._lock:
             self._go_on()
-            self._velocity = STILL
+            self._velocity = capabilities.STILL
             self._closed = True
 
     def _go_on(self) -> None:
         """Move up to now: a constant velocity in its own frame leads along an arc of a circle."""
-        before = self._odometry
-        velocity = self._velocity
-        now = self._clock.now()
+        before, velocity, now = self._odometry, self._velocity, self._clock.now()
         seconds = max(0.0, now - before.time)
         turned = velocity.turn * seconds
         half = turned / 2.0
         middle = before.heading + half
         chord = seconds * (math.sin(half) / half if half else 1.0)
         cosine, sine = chord * math.cos(middle), chord * math.sin(middle)
-        self._odometry = Odometry(
+        self._odometry = capabilities.Odometry(
             time=now,
             x=before.x + velocity.forward * cosine - velocity.left * sine,
             y=before.y + velocity.forward * sine + velocity.left * cosine,
@@ -216,7 +204,7 @@ class FakeDrive(FakeWalker):
     """Drive on two wheels as commanded, and count their turns."""
 
     def __init__(self, clock: Clock, wheels: Wheels) -> None:
-        limits = WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
+        limits = capabilities.WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
         super().__init__(clock, (wheels.left, wheels.right), limits)
         self._wheels = wheels
         self._angles = (0.0, 0.0)
@@ -244,13 +232,9 @@ class FakeDrive(FakeWalker):
 
 def _walker_of(body: Body, clock: Clock) -> FakeWalker | None:
     """Return the walk of a body, by its kind."""
-    match body.walk:
-        case None:
-            return None
-        case Wheels() as wheels:
-            return FakeDrive(clock, wheels)
-        case _:
-            return FakeWalker(clock, body.groups.legs)
+    if isinstance(body.walk, Wheels):
+        return FakeDrive(clock, body.walk)
+    return FakeWalker(clock, body.groups.legs) if body.walk else None
 
 
 LAG: Final = 0.02
@@ -275,10 +259,7 @@ class _Motion(NamedTuple):
         """
         if self.rate == 0.0 and self.position == self.setpoint:
             return self  # at rest, as most joints are
-        left = max(0.0, time - self.time)
-        setpoint = self.setpoint
-        position = self.position
-        rate = self.rate
+        left, setpoint, position, rate = max(0.0, time - self.time), self.setpoint, self.position, self.rate
         if rate:
             piece = min(left, (self.end - setpoint) / rate)
             lagging = setpoint - rate * LAG
@@ -441,9 +422,9 @@ class FakeRobot(FakeDevice):
     With `camera_failure` every capture raises HardwareFailure with that text.
     """
 
-    balancer: Balancer | None = None
-    postures: OwnPostures | None = None
-    stage: Stage | None = None
+    balancer: capabilities.Balancer | None = None
+    postures: capabilities.OwnPostures | None = None
+    stage: capabilities.Stage | None = None
     control_loop: ControlLoop | None = None
 
     def __init__(

@@ -9,9 +9,7 @@ from typing import Any, Final, Generic, TypeVar
 
 from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure
-from naoserver.hardware.connection import CallConnection, join
-from naoserver.hardware.link import CallLink, Failure, LinkLost, Reply
-from naoserver.hardware.reporter import Reporter
+from naoserver.hardware.connection import CallConnection, CallLink, Failure, LinkLost, Reply, Reporter, join
 
 MOST_CALLS: Final = 200
 """Limit of unanswered calls; further ones are refused, unless they stop something."""

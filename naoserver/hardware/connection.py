@@ -1,21 +1,139 @@
-"""Keep the connection to hardware: poll it at a fixed rate, report its loss, and reconnect."""
+"""Keep the connection to hardware: poll it at a fixed rate, report its loss, and reconnect.
+
+A link carries it, over which calls may be made by name; words about the hardware go into the health report.
+"""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Final, Generic, TypeAlias, TypeVar
+from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
 
 from interfaces.nao import Severity
+from naoserver._event_log import EventLog
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.hardware.link import CallFailed, CallLink, Link, LinkLost
-from naoserver.hardware.reporter import Reporter
 from zenoh_ice import Clock
 
+
+class CallFailed(HardwareFailure):
+    """The hardware refused a call, or does not know it; the message says why, behind the call."""
+
+
+class CallTimeout(HardwareFailure):
+    """The hardware did not answer in time. The call may still be executed."""
+
+
+class LinkLost(HardwareFailure):
+    """There is no link to the hardware, or it broke during the call."""
+
+
+class Link(Protocol):
+    """A link to hardware, such as an open serial line."""
+
+    @property
+    def lost(self) -> threading.Event:
+        """Set as soon as the link is known to be gone."""
+
+    def close(self) -> None:
+        """Close the link; running calls end with LinkLost. Does nothing the second time."""
+
+
+class Reply(Protocol):
+    """The answer to a call that was begun."""
+
+    @property
+    def done(self) -> bool:
+        """Whether the answer has arrived, or can no longer arrive."""
+
+    def result(self, timeout: float) -> Any:  # noqa: ANN401 - whatever the hardware answers
+        """Return the answer within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
+
+
+class CallLink(Link, Protocol):
+    """A link over which calls are made by name. Any thread may use it."""
+
+    def begin(self, operation: str, *arguments: object) -> Reply:
+        """Begin a call such as `ALMotion.setAngles` without waiting for the answer.
+
+        The reply reports every failure.
+        """
+
+
+class Failure:
+    """The answer to a call that could not be begun. Implements Reply."""
+
+    done: Final = True
+
+    def __init__(self, error: Exception) -> None:
+        self._error = error
+
+    def result(self, timeout: float) -> Any:  # noqa: ANN401, ARG002
+        """Raise the reason."""
+        raise self._error
+
+
+def call(link: CallLink, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401
+    """Return the answer to a call within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
+    return link.begin(operation, *arguments).result(timeout)
+
+
 _logger = logging.getLogger(__name__)
+
+
+class Reporter:
+    """Pass events of `source` on to an event log, which also writes them to the log; else only to the log."""
+
+    def __init__(self, source: str) -> None:
+        self.source: Final = source
+        self._events: EventLog | None = None
+        self._publish: Callable[[], None] = lambda: None
+        self._lock = threading.Lock()
+        self._reported: dict[str, str] = {}
+
+    def report_to(self, events: EventLog, publish: Callable[[], None]) -> None:
+        """Report to `events` from now on; `publish` sends the health report that contains them."""
+        self._events, self._publish = events, publish
+
+    def report(self, level: Severity, message: str, kind: str = "", *, at_once: bool = False) -> None:
+        """Report an event, with `at_once` without waiting for the next health report.
+
+        At most one event a second of each kind is kept.
+        """
+        if self._events is None:
+            _logger.log(logging.getLevelNamesMapping()[level.name.upper()], "%s: %s", self.source, message)
+            return
+        self._events.add(level, self.source, message, kind or message)
+        if at_once:
+            try:
+                self._publish()
+            except Exception:
+                _logger.exception("the health report could not be sent")
+
+    def report_once(self, kind: str, message: str) -> None:
+        """Warn, unless the newest warning of this kind was the same; an empty message ends the problem."""
+        with self._lock:
+            if self._reported.get(kind, "") == message:
+                return
+            self._reported[kind] = message
+        if message:
+            self.report(Severity.Warning, message, kind)
+
+    @contextmanager
+    def failures_of(self, kind: str) -> Iterator[None]:
+        """Report a failure in a `with` block once, until it succeeds; the connection reports a lost link."""
+        try:
+            yield
+        except LinkLost:
+            return
+        except HardwareFailure as error:
+            self.report_once(kind, str(error))
+        else:
+            self.report_once(kind, "")
+
 
 L = TypeVar("L", bound=Link)
 
@@ -96,8 +214,8 @@ class Connection(Generic[L]):
         """Connect, and poll the robot from then on. Raises RobotError when it cannot be reached."""
         self._link = self._open(_FIRST_CONNECTION_LIMIT)
         try:
-            for look in self.on_tick:
-                look(self._link)
+            for poll in self.on_tick:
+                poll(self._link)
         except BaseException as error:
             self._link.close()
             if isinstance(error, OSError):
@@ -134,18 +252,18 @@ class Connection(Generic[L]):
             if link is None:
                 if not self._closing.wait(self.limits.retry):
                     self._find()
-            elif (why := self._look_after(link)) and not self._closing.is_set():
+            elif (why := self._poll_until_lost(link)) and not self._closing.is_set():
                 self._lose(link, why)
         self._notify(self.on_close)
 
-    def _look_after(self, link: L) -> str:
+    def _poll_until_lost(self, link: L) -> str:
         """Poll the robot until it is lost; return the reason."""
         due = self._clock.now()
         while not self._closing.is_set():
             try:
                 self._polled = time.monotonic()
-                for look in self.on_tick:
-                    look(link)
+                for poll in self.on_tick:
+                    poll(link)
                 self._reporter.report_once("tick", "")
             except CallFailed as error:
                 self._reporter.report_once("tick", str(error))

@@ -11,9 +11,7 @@ from typing import Generic
 from interfaces.nao import Severity
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
-from naoserver.hardware.connection import Connection, L
-from naoserver.hardware.link import LinkLost
-from naoserver.hardware.reporter import Reporter
+from naoserver.hardware.connection import Connection, L, LinkLost, Reporter
 
 
 class Start(StrEnum):

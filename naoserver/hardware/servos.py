@@ -8,23 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from naoserver import capabilities
 from naoserver.body import Body
-from naoserver.capabilities import (
-    Balancer,
-    InertialReading,
-    Lights,
-    Loudspeaker,
-    OwnPostures,
-    Senses,
-    Stage,
-    Voice,
-    Walker,
-)
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.hardware.connection import Connection, HardwareLimits
+from naoserver.hardware.connection import Connection, HardwareLimits, Link, LinkLost, Reporter
 from naoserver.hardware.lifecycle import End, Lifecycle, Start
-from naoserver.hardware.link import Link, LinkLost
-from naoserver.hardware.reporter import Reporter
 from naoserver.jobs import ControlLoop
 from naoserver.looks.description import write_looks
 from naoserver.parts import JointFacts
@@ -129,13 +117,13 @@ class ServoRobot:
     """
 
     mechanisms: tuple[JointDevice, ...] = ()
-    walker: Walker | None = None
-    balancer: Balancer | None = None
-    lights: Lights | None = None
-    voice: Voice | None = None
-    loudspeaker: Loudspeaker | None = None
-    postures: OwnPostures | None = None
-    stage: Stage | None = None
+    walker: capabilities.Walker | None = None
+    balancer: capabilities.Balancer | None = None
+    lights: capabilities.Lights | None = None
+    voice: capabilities.Voice | None = None
+    loudspeaker: capabilities.Loudspeaker | None = None
+    postures: capabilities.OwnPostures | None = None
+    stage: capabilities.Stage | None = None
     control_loop: ControlLoop | None = None
 
     def __init__(
@@ -144,7 +132,7 @@ class ServoRobot:
         connect: Callable[[float], ServoBus],
         *,
         capture: Capture | None = None,
-        senses: Senses | None = None,
+        senses: capabilities.Senses | None = None,
         start: Start = Start.LEAVE,
         end: End = End.LEAVE,
         clock: Clock | None = None,
@@ -159,13 +147,13 @@ class ServoRobot:
         self.senses: Final = senses
         self.clock: Final[Clock] = clock or WallClock()
         self._capture = capture
-        reporter = Reporter(self.name)
+        reporter, stiff = Reporter(self.name), dict.fromkeys(body.joint_names, 1.0)
         self._connection = Connection(connect, self.clock, reporter, limits)
         self.lifecycle: Final[Lifecycle[ServoBus]] = Lifecycle(
             self._connection,
             reporter,
-            (lambda _bus: self._stiffen_all(1.0)) if start is Start.STIFFEN else None,
-            (lambda bus: bus.stiffen(dict.fromkeys(body.joint_names, 0.0))) if end is End.LIMP else None,
+            (lambda _bus: self.command_stiffnesses(stiff, 0.0)) if start is Start.STIFFEN else None,
+            (lambda bus: bus.stiffen(dict.fromkeys(stiff, 0.0))) if end is End.LIMP else None,
         )
         self._connection.on_open.append(self._open)
         self._connection.on_tick.append(self._tick)
@@ -189,7 +177,7 @@ class ServoRobot:
         return self._reading
 
     def state(self) -> BodyState:
-        inertial = self.senses.inertial() if self.senses else InertialReading()
+        inertial = self.senses.inertial() if self.senses else capabilities.InertialReading()
         fallen = not self.body.mounted and inertial.tilt > self.body.lying_tilt
         return BodyState(inertial.tilt, fallen, 0.0 if self._connection.link is None else 1.0, 0.0)
 
@@ -229,9 +217,6 @@ class ServoRobot:
             if self._connection.link is not None and not self._closed:
                 for name, goal in goals.items():
                     self._joints[name].goal, self._joints[name].speed = goal
-
-    def _stiffen_all(self, stiffness: float) -> None:
-        self.command_stiffnesses(dict.fromkeys(self.body.joint_names, stiffness), 0.0)
 
     def _forget(self) -> None:
         """Let setpoints rest where they are."""

@@ -60,7 +60,7 @@ class Material(Struct, frozen=True, forbid_unknown_fields=True):
     opacity: float = 1.0
 
 
-class Shape(Struct, frozen=True, forbid_unknown_fields=True):
+class SeenShape(Struct, frozen=True, forbid_unknown_fields=True):
     """A shape on a link, as the comments in the looks of the Nao explain it."""
 
     link: str
@@ -79,7 +79,7 @@ class Shape(Struct, frozen=True, forbid_unknown_fields=True):
 class Part(NamedTuple):
     """A shape on one of the links on which it is seen."""
 
-    shape: Shape
+    shape: SeenShape
     link: str
     mirrored: bool
     """Whether it is the mirror image with respect to the plane y = 0 of the link."""
@@ -90,8 +90,8 @@ class Part(NamedTuple):
 class Shapes(Struct, frozen=True, forbid_unknown_fields=True):
     """The shapes of the shell, and of the blocks that may be shown in its place."""
 
-    shell: tuple[Shape, ...]
-    blocks: tuple[Shape, ...]
+    shell: tuple[SeenShape, ...]
+    blocks: tuple[SeenShape, ...]
 
 
 class Skin(Struct, frozen=True, forbid_unknown_fields=True):
@@ -154,19 +154,17 @@ def skin_names() -> tuple[str, ...]:
 
 
 @cache
-def read_skin(name: str) -> Skin:
-    """Return the looks of a robot, such as `nao`. Raises RobotError when there are none of this name."""
-    return parse_toml(_read(name, "looks.toml"), Skin, f"{name}/looks.toml", RobotError)
+def read_looks(name: str) -> Looks:
+    """Return the looks of this name, such as `nao`. Raises RobotError when there are none.
 
-
-@cache
-def read_meshes(name: str) -> Mapping[str, Mesh]:
-    """Return the meshes of a robot's looks, a file in Wavefront's format, by the names of its objects.
-
-    Raises RobotError when there are no looks of this name.
+    The meshes, a file in Wavefront's format, are called by the names of its objects.
     """
+    if name not in skin_names():
+        raise RobotError(f"there are no looks of {name!r}; there are those of {', '.join(skin_names())}")
+    folder = _BODIES / name
+    skin = parse_toml((folder / "looks.toml").read_text("utf-8"), Skin, f"{name}/looks.toml", RobotError)
     meshes, before = {}, 0
-    for part in _read(name, "looks.obj").split("\no ")[1:]:
+    for part in (folder / "looks.obj").read_text("utf-8").split("\no ")[1:]:
         title, *lines = part.splitlines()
         rows = [line.split() for line in lines]
         vertices = np.array([row[1:] for row in rows if row[0] == "v"], np.float64)
@@ -174,15 +172,4 @@ def read_meshes(name: str) -> Mapping[str, Mesh]:
         corners = [(first, *pair) for first, *rest in polygons for pair in pairwise(rest)]
         meshes[title] = Mesh(vertices, np.array(corners, np.int32) - 1 - before)
         before += len(vertices)
-    return meshes
-
-
-def read_looks(name: str) -> Looks:
-    """Return the looks of this name, such as `nao`. Raises RobotError when there are none."""
-    return Looks(read_skin(name), read_meshes(name))
-
-
-def _read(name: str, file: str) -> str:
-    if name not in skin_names():
-        raise RobotError(f"there are no looks of {name!r}; there are those of {', '.join(skin_names())}")
-    return (_BODIES / name / file).read_text(encoding="utf-8")
+    return Looks(skin, meshes)

@@ -5,6 +5,8 @@ blue from 0 to 1; shapes with a `glow`, from 0 to 1, emit light. Sizes are halve
 half sides of a box; radius and half length, along z, of a cylinder and of a capsule without its ends. The
 vertices of meshes are int16 in units of `meshUnit` m and their indices uint16, both little-endian in base64;
 a `mirrored` shape has its y coordinates negated.
+
+A body looks as it says or as was made for it, or else plain: its contact shapes, in one color.
 """
 
 from __future__ import annotations
@@ -18,11 +20,57 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies import folder_of
 from naoserver.body import Body
-from naoserver.capabilities import Color
-from naoserver.looks import Look, Looks, Part, Shape
-from naoserver.looks.of_body import looks_of, start_of
-from naoserver.parts import NO_TURN, NOWHERE
+from naoserver.capabilities import Color, Vector
+from naoserver.kinematics import turned
+from naoserver.looks import Look, Looks, Material, Part, SeenShape, Shapes, Skin, read_looks, skin_names
+from naoserver.parts import NO_TURN, NOWHERE, Shape
+
+_MATERIAL: Final = "plain"
+GREY: Final = Material(color=(0.72, 0.74, 0.77), specular=0.3, shininess=0.3)
+
+
+def looks_of(body: Body) -> Looks:
+    """Return a body's own looks, those of its folder in `naoserver.bodies`, or else plain ones."""
+    if body.looks is not None:
+        return body.looks
+    folder = folder_of(body)
+    return read_looks(folder) if folder in skin_names() else plain_looks(body)
+
+
+def start_of(body: Body) -> Mapping[str, Color]:
+    """Return the colors of a body's lights after the start."""
+    return {name: lamp.start for name, lamp in body.lights.items()}
+
+
+def plain_looks(body: Body) -> Looks:
+    """Return looks made of the contact shapes of a body."""
+    shapes = tuple(seen(shape, _MATERIAL) for shape in body.shapes)
+    skin = Skin(materials={_MATERIAL: GREY}, mirror={}, shapes=Shapes(shell=shapes, blocks=shapes))
+    return Looks(skin, {})
+
+
+def seen(shape: Shape, material: str) -> SeenShape:
+    """Return how a contact shape looks in a material; a hull as the box around it."""
+    shape = shape.boxed()
+    link, at, size = shape.link, shape.position, shape.size
+    if shape.kind == "sphere":
+        return SeenShape(link, "ellipsoid", material=material, size=size * 3, at=at)
+    if shape.kind in ("box", "ellipsoid"):
+        return SeenShape(link, shape.kind, material=material, size=size, at=at, turn=shape.turn)
+    if shape.kind == "cylinder":
+        return SeenShape(link, "disc", material=material, size=size, at=at, turn=shape.turn)
+    begin, end = shape.ends or _ends(shape)
+    return SeenShape(link, "capsule", material=material, size=size[:1], at=begin, to=end)
+
+
+def _ends(capsule: Shape) -> tuple[Vector, Vector]:
+    """Return the centers of the round ends of a capsule along its z axis."""
+    x, y, z = capsule.position
+    along_x, along_y, along_z = (capsule.size[1] * turned(capsule.turn)[:3, 2]).tolist()
+    return (x - along_x, y - along_y, z - along_z), (x + along_x, y + along_y, z + along_z)
+
 
 MESH_UNIT: Final = 1e-4
 """Unit of a mesh's vertices in m, for robots of less than 3 m."""
@@ -78,7 +126,7 @@ def _form(part: Part, meshes: Mapping[str, int]) -> dict[str, Any]:
 
 
 def _primitive(
-    shape: Shape, mirror: NDArray[np.float64]
+    shape: SeenShape, mirror: NDArray[np.float64]
 ) -> tuple[list[float], NDArray[np.float64], NDArray[np.float64]]:
     """Return the half sizes, the middle and the axis of a shape."""
     size = [*shape.size, 0.0, 0.0][:3]

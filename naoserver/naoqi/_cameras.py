@@ -17,8 +17,7 @@ from msgspec import structs
 
 from naoserver._naoqi_names import IMAGE_SIZES
 from naoserver.errors import HardwareFailure
-from naoserver.hardware.connection import CallConnection
-from naoserver.hardware.link import CallFailed, CallLink, call
+from naoserver.hardware.connection import CallConnection, CallFailed, CallLink, call
 from naoserver.naoqi._link import NAME, is_nao6
 from naoserver.parts import CameraFacts
 from naoserver.robot import Frame
@@ -176,12 +175,9 @@ def frame_of(image: Any, camera: str, size: tuple[int, int]) -> Frame:  # noqa: 
     Raises HardwareFailure when it is no picture.
     """
     try:
-        width = int(image[0])
-        height = int(image[1])
-        layers = int(image[2])
-        pixels = image[6]
+        width, height, layers = (int(size) for size in image[:3])
         stamp = float(image[4]) + float(image[5]) / 1e6
-        array = np.frombuffer(pixels, dtype=np.uint8).reshape(height, width, 3)
+        array = np.frombuffer(image[6], dtype=np.uint8).reshape(height, width, 3)
     except (IndexError, TypeError, ValueError) as error:
         raise HardwareFailure(f"{camera}: the reply is not an image: {error}") from None
     if (width, height) != size or layers != 3:

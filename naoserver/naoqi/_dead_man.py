@@ -6,8 +6,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final
 
+from naoserver.hardware.connection import CallLink, call
 from naoserver.hardware.dead_man import attend
-from naoserver.hardware.link import CallLink, call
 from naoserver.naoqi._link import RobotAddress
 
 SWITCH: Final = "naoserver.naoqi._dead_man"

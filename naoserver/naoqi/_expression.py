@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 import threading
+from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Generic, TypeVar
 
 from naoserver._naoqi_names import LIGHT_GROUPS
-from naoserver._sounds import Sound, Tone
-from naoserver.capabilities import Color, Playback, Utterance
+from naoserver.capabilities import Color, Playback, Sound, Tone, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, FadingLights
 from naoserver.hardware.background import BackgroundCalls
-from naoserver.hardware.connection import CallConnection
-from naoserver.hardware.link import CallLink, Reply
-from naoserver.hardware.reporter import Reporter
+from naoserver.hardware.connection import CallConnection, CallLink, Reply, Reporter
 from naoserver.parts import Lamp
 
 
@@ -49,19 +48,65 @@ class NaoqiLights(FadingLights):
             raise CommandRefused(str(error)) from error
 
 
-class NaoqiVoice:
+T = TypeVar("T")
+
+
+class _Queue(Generic[T]):
+    """Calls of a service that run one after the other, and end by its `stopAll`.
+
+    NAOqi may run two calls in either order, so each is begun after the answer to the one before.
+    """
+
+    def __init__(self, service: str, connection: CallConnection, reporter: Reporter) -> None:
+        self._service = service
+        self._connection = connection
+        self._reporter = reporter
+        self._lock = threading.Lock()
+        self._waiting: deque[T] = deque()
+        self._running: Reply | None = None
+        self._stopping: Reply | None = None
+
+    def tick(self, link: CallLink) -> None:
+        """Begin the next call at the end of the one before."""
+        with self._lock:
+            self._go_on(link)
+
+    def forget(self) -> None:
+        """Begin nothing more: the robot is lost."""
+        with self._lock:
+            self._waiting.clear()
+            self._running = self._stopping = None
+            self._fall_silent()
+
+    def _end(self, link: CallLink) -> None:
+        """End the running call, and drop those that wait."""
+        self._waiting.clear()
+        if self._running is not None and not self._running.done and self._stopping is None:
+            self._stopping = link.begin(f"{self._service}.stopAll")
+
+    def _take_answer(self, reply: Reply | None) -> None:
+        """Report the failure of a call that has ended."""
+        if reply is not None:
+            with self._reporter.failures_of(self._service):
+                reply.result(0.0)
+
+    @abstractmethod
+    def _go_on(self, link: CallLink) -> None:
+        """Begin what is due."""
+
+    @abstractmethod
+    def _fall_silent(self) -> None:
+        """Note that nothing is heard any more."""
+
+
+class NaoqiVoice(_Queue[str]):
     """The voice of a robot. Implements Voice; a text begins at the cycle after the end of the previous one.
 
     `say` raises InvalidCommand when too many texts wait, CommandRefused while the robot is lost.
     """
 
     def __init__(self, connection: CallConnection, reporter: Reporter) -> None:
-        self._connection = connection
-        self._reporter = reporter
-        self._lock = threading.Lock()
-        self._waiting: deque[str] = deque()
-        self._saying: Reply | None = None
-        self._stopping: Reply | None = None
+        super().__init__("ALTextToSpeech", connection, reporter)
         self._utterance = Utterance()
 
     def say(self, text: str) -> None:
@@ -77,47 +122,34 @@ class NaoqiVoice:
     def stop(self) -> None:
         with self._lock:
             self._waiting.clear()
-            link = self._connection.link
-            if link is not None and self._saying is not None and self._stopping is None:
-                self._stopping = link.begin("ALTextToSpeech.stopAll")
+            if (link := self._connection.link) is not None:
+                self._end(link)
 
     def utterance(self) -> Utterance:
         return self._utterance
 
-    def tick(self, link: CallLink) -> None:
-        """Begin the next text at the end of the previous one."""
-        with self._lock:
-            self._go_on(link)
-
-    def forget(self) -> None:
-        """Say nothing more: the robot is lost."""
-        with self._lock:
-            self._waiting.clear()
-            self._saying = self._stopping = None
-            self._utterance = replace(self._utterance, speaking=False)
-
     def _go_on(self, link: CallLink) -> None:
-        is_saying = self._saying is not None and not self._saying.done
+        is_saying = self._running is not None and not self._running.done
         if self._stopping is not None and self._stopping.done:
-            with self._reporter.failures_of("voice"):
-                self._stopping.result(0.0)
-            # NAOqi may run two calls in either order: a stop that came before the text is repeated.
+            self._take_answer(self._stopping)
+            # A stop that came before the text is repeated.
             self._stopping = link.begin("ALTextToSpeech.stopAll") if is_saying else None
         if is_saying or self._stopping is not None:
             return
-        if self._saying is not None:
-            with self._reporter.failures_of("voice"):
-                self._saying.result(0.0)
-            self._saying = None
+        self._take_answer(self._running)
+        self._running = None
         if self._waiting:
             text = self._waiting.popleft()
-            self._saying = link.begin("ALTextToSpeech.say", text)
+            self._running = link.begin("ALTextToSpeech.say", text)
             self._utterance = Utterance(text, speaking=True, count=self._utterance.count + 1)
-        elif self._utterance.speaking:
-            self._utterance = replace(self._utterance, speaking=False)
+        else:
+            self._fall_silent()
+
+    def _fall_silent(self) -> None:
+        self._utterance = replace(self._utterance, speaking=False)
 
 
-class NaoqiLoudspeaker:
+class NaoqiLoudspeaker(_Queue[Tone]):
     """The loudspeaker of a robot. Implements Loudspeaker; `now` is in s.
 
     A tone is a call of `playSine`, which NAOqi answers at its end: of the signature `(iiif)`, with a
@@ -129,14 +161,9 @@ class NaoqiLoudspeaker:
     """
 
     def __init__(self, connection: CallConnection, reporter: Reporter, now: Callable[[], float]) -> None:
-        self._connection = connection
-        self._reporter = reporter
+        super().__init__("ALAudioPlayer", connection, reporter)
         self._now = now
-        self._lock = threading.Lock()
-        self._waiting: deque[Tone] = deque()
-        self._tone: Reply | None = None
-        self._stopping: Reply | None = None
-        self._end = -math.inf
+        self._due = -math.inf  # when the present tone ends
         self._playback = Playback()
 
     def play(self, sound: Sound, loudness: float) -> None:
@@ -144,7 +171,8 @@ class NaoqiLoudspeaker:
             link = self._connection.link
             if link is None:
                 raise CommandRefused("the robot is not connected: it plays nothing")
-            self._end_tone(link)
+            self._end(link)
+            self._due = -math.inf
             self._waiting.extend(sound.tones)
             count = self._playback.count + 1
             self._playback = Playback(sound.name, sound.tones, loudness, playing=True, count=count)
@@ -152,52 +180,33 @@ class NaoqiLoudspeaker:
 
     def stop(self) -> None:
         with self._lock:
-            link = self._connection.link
-            if link is not None:
-                self._end_tone(link)
+            if (link := self._connection.link) is not None:
+                self._end(link)
+                self._due = -math.inf
                 self._go_on(link)
 
     def playback(self) -> Playback:
         return self._playback
 
-    def tick(self, link: CallLink) -> None:
-        """Begin the next tone at the end of the previous one."""
-        with self._lock:
-            self._go_on(link)
-
-    def forget(self) -> None:
-        """Play nothing more: the robot is lost."""
-        with self._lock:
-            self._waiting.clear()
-            self._tone = self._stopping = None
-            self._end = -math.inf
-            self._playback = replace(self._playback, playing=False)
-
-    def _end_tone(self, link: CallLink) -> None:
-        """End the present tone, and drop those that wait."""
-        self._waiting.clear()
-        self._end = -math.inf
-        if self._tone is not None and not self._tone.done and self._stopping is None:
-            self._stopping = link.begin("ALAudioPlayer.stopAll")
-
     def _go_on(self, link: CallLink) -> None:
-        # NAOqi may run two calls in either order, so nothing is begun before a stop has been answered.
-        for reply in (self._stopping, self._tone):
+        for reply in (self._stopping, self._running):
             if reply is not None and not reply.done:
                 return
-        if self._now() < self._end:
+        if self._now() < self._due:
             return
-        for reply in filter(None, (self._stopping, self._tone)):
-            with self._reporter.failures_of("sounds"):
-                reply.result(0.0)
-        self._stopping = self._tone = None
+        self._take_answer(self._stopping)
+        self._take_answer(self._running)
+        self._stopping = self._running = None
         if self._waiting:
             tone = self._waiting.popleft()
-            self._end = self._now() + tone.seconds
+            self._due = self._now() + tone.seconds
             if tone.frequency > 0.0:
                 gain = round(100 * self._playback.loudness)
-                self._tone = link.begin(
-                    "ALAudioPlayer.playSine", round(tone.frequency), gain, 0, float(tone.seconds)
-                )
-        elif self._playback.playing:
-            self._playback = replace(self._playback, playing=False)
+                sine = (round(tone.frequency), gain, 0, float(tone.seconds))
+                self._running = link.begin("ALAudioPlayer.playSine", *sine)
+        else:
+            self._fall_silent()
+
+    def _fall_silent(self) -> None:
+        self._due = -math.inf
+        self._playback = replace(self._playback, playing=False)

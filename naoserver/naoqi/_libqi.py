@@ -8,7 +8,7 @@ from typing import Any, Final
 import qi
 
 from naoserver._libqi import start_libqi
-from naoserver.hardware.link import CallFailed, CallTimeout, Failure, LinkLost, Reply
+from naoserver.hardware.connection import CallFailed, CallTimeout, Failure, LinkLost, Reply
 from naoserver.naoqi._link import RobotAddress
 
 _FINDING: Final = 2.0

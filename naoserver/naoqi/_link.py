@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final, Self
 from urllib.parse import urlsplit
 
-from naoserver.hardware.link import CallFailed, CallLink, call
+from naoserver.hardware.connection import CallFailed, CallLink, call
 
 NAME: Final = "naoserver-naoqi"
 """Name of subscriptions of cameras and sonar, by which those of an earlier server are found."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from enum import StrEnum
@@ -14,15 +14,12 @@ from interfaces.nao import Severity
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
 from naoserver.hardware.background import BackgroundCalls
-from naoserver.hardware.connection import Connection, HardwareLimits
+from naoserver.hardware.connection import CallFailed, CallLink, Connection, HardwareLimits, Reporter, call
 from naoserver.hardware.lifecycle import Lifecycle
-from naoserver.hardware.link import CallFailed, CallLink, call
-from naoserver.hardware.reporter import Reporter
 from naoserver.looks.description import write_looks
 from naoserver.naoqi._cameras import NaoqiCameras
 from naoserver.naoqi._expression import NaoqiLights, NaoqiLoudspeaker, NaoqiVoice
-from naoserver.naoqi._joints import NaoqiJoints
-from naoserver.naoqi._moves import NaoqiPostures, NaoqiWalker
+from naoserver.naoqi._moves import NaoqiJoints, NaoqiPostures, NaoqiWalker
 from naoserver.naoqi._state import NaoqiSenses, NaoqiState
 from naoserver.parts import CameraFacts
 from zenoh_ice import Clock, WallClock
@@ -97,17 +94,6 @@ class _AutonomousLife:
             call(link, "ALAutonomousLife.setState", self._before, timeout=_POSTURE_LIMIT)
 
 
-def _starting(start: Start) -> Callable[[CallLink], object] | None:
-    """Return what brings the robot into the state for the start."""
-    match start:
-        case Start.LEAVE:
-            return None
-        case Start.STIFFEN:
-            return partial(_stiffen, stiffness=1.0)
-        case Start.STAND:
-            return lambda link: call(link, "ALMotion.wakeUp", timeout=_POSTURE_LIMIT)
-
-
 def _ending(options: LifecycleOptions, life: _AutonomousLife) -> Callable[[CallLink], object] | None:
     """Return what leaves the robot as the options say."""
     if options.end is End.LEAVE and options.life is not Life.SUSPEND:
@@ -125,6 +111,13 @@ def _ending(options: LifecycleOptions, life: _AutonomousLife) -> Callable[[CallL
 
 def _stiffen(link: CallLink, stiffness: float) -> None:
     call(link, "ALMotion.stiffnessInterpolation", "Body", stiffness, _SECONDS, timeout=_POSTURE_LIMIT)
+
+
+_STARTS: Final[Mapping[Start, Callable[[CallLink], object]]] = {
+    Start.STIFFEN: partial(_stiffen, stiffness=1.0),
+    Start.STAND: partial(call, operation="ALMotion.wakeUp", timeout=_POSTURE_LIMIT),
+}
+"""What brings the robot into the state for the start; nothing leaves it as it is."""
 
 
 class NaoqiRobot:
@@ -162,7 +155,7 @@ class NaoqiRobot:
         options = options or LifecycleOptions()
         self._life = _AutonomousLife(options.life, reporter)
         self.lifecycle: Final = Lifecycle(
-            connection, reporter, _starting(options.start), _ending(options, self._life)
+            connection, reporter, _STARTS.get(options.start), _ending(options, self._life)
         )
         self._commands = NaoqiJoints(connection, self._state, self._calls, reporter)
         self.command_positions: Final = self._commands.command_positions

@@ -1,4 +1,7 @@
-"""Measurements of the robot, by one call per cycle, and its setpoints between NAOqi's reports of them."""
+"""Measurements of the robot, by one call per cycle, and its setpoints between NAOqi's reports of them.
+
+The call asks for keys of ALMemory: those of joints and senses, as a robot spells them.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +9,171 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from itertools import chain
+from typing import Any, Final, NamedTuple, TypeAlias
 
+from naoserver._naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.body import Body
-from naoserver.capabilities import InertialReading, SenseReading
+from naoserver.capabilities import (
+    BatteryReading,
+    FootReading,
+    InertialReading,
+    SenseReading,
+    SonarReading,
+    Vector,
+)
 from naoserver.errors import HardwareFailure
-from naoserver.hardware.connection import HardwareLimits
-from naoserver.hardware.link import CallFailed, CallLink, call
+from naoserver.hardware.connection import CallFailed, CallLink, HardwareLimits, call
 from naoserver.naoqi._link import NAME, is_nao6
-from naoserver.naoqi._memory_keys import FARTHEST_ECHO, Measurements, MemoryLayout
-from naoserver.parts import LYING_TILT, JointFacts
+from naoserver.parts import CORNERS, LYING_TILT, JointFacts
 from naoserver.robot import BodyState, JointReading
 from zenoh_ice import Clock
+
+FARTHEST_ECHO: Final = 2.55
+"""Range in m: a sonar reading beyond it means that nothing is near; so does 0, before the first echo."""
+_COMFORTABLE: Final = 25.0
+"""Temperature in degrees Celsius of a motor that reports none."""
+_PRESSED: Final = 0.5
+_STRAY: Final = 0.5
+"""Distance in rad from its range beyond which a joint cannot be: the measurement is wrong."""
+
+
+class Measurements(NamedTuple):
+    """Measurements of one moment, in SI units and radians."""
+
+    joints: JointReading
+    """In the order of the body; a velocity is nan if the robot reports none, as for hands."""
+    senses: SenseReading
+
+
+Spellings: TypeAlias = tuple[str, ...]
+"""The keys of a value in ALMemory, of which a robot has one: those of the inertial unit changed with NAO5."""
+
+
+def _of_device(*names: str) -> Spellings:
+    return tuple(f"{DEVICES}{name}/Sensor/Value" for name in names)
+
+
+_UNIT: Final = "InertialSensor/"
+_ACCELERATION: Final = [_of_device(f"{_UNIT}Accelerometer{axis}", f"{_UNIT}Acc{axis}") for axis in AXES]
+_TURNING: Final = [_of_device(f"{_UNIT}Gyroscope{axis}", f"{_UNIT}Gyr{axis}") for axis in AXES]
+_ROLL, _PITCH = (_of_device(f"{_UNIT}Angle{axis}") for axis in "XY")
+_FEET: Final = [[_of_device(f"{foot}/FSR/{corner}") for corner in CORNERS] for foot in ("LFoot", "RFoot")]
+_SONAR: Final = [_of_device(f"US/{side}") for side in ("Left", "Right")]
+_CHARGE, _CURRENT, _WARMTH = (_of_device(f"Battery/{part}") for part in ("Charge", "Current", "Temperature"))
+_PLUGGED: Final = ("BatteryPowerPluggedChanged",)
+_OF_SENSES: Final = (*_ACCELERATION, *_TURNING, _ROLL, _PITCH, *_FEET[0], *_FEET[1], *_SONAR)
+_OF_BATTERY: Final = (_CHARGE, _CURRENT, _WARMTH, _PLUGGED)
+
+
+class MemoryLayout:
+    """The keys to request, and the conversion of the answer.
+
+    `known` are all keys that the robot has. Sensors that the robot lacks read as at rest: nothing pressed,
+    nothing near; a charge that it does not report is NaN.
+    The signs of the inertial unit are those of a NAO6, or of a Nao before it.
+    Raises KeyError, naming it, for a joint that has no position.
+    """
+
+    def __init__(self, known: Collection[str], body: Body, *, nao6: bool = True) -> None:
+        self._body = body
+        self._signs = _SIGNS_NAO6 if nao6 else _SIGNS_BEFORE
+        self._touch = {name: (touch_key(name),) for name in body.touch_sensors}
+        # A joint that shares a motor may have its leader's value.
+        leaders = {pair.follower: pair.leader for pair in body.couplings}
+        names = [(joint, leaders.get(joint, joint)) for joint in body.joint_names]
+        self._joints: dict[str, list[Spellings]] = {
+            field: [(key.format(own), key.format(leader)) for own, leader in names]
+            for field, key in JOINT_KEYS.items()
+        }
+        wanted = (*chain(*self._joints.values()), *_OF_SENSES, *self._touch.values(), *_OF_BATTERY)
+        known = frozenset(known)
+        self.keys: Final = [key for key in dict.fromkeys(chain(*wanted)) if key in known]
+        for joint, keys in zip(body.joint_names, self._joints["positions"], strict=True):
+            if known.isdisjoint(keys):
+                raise KeyError(joint)
+
+    def read(self, values: Sequence[Any], time: float) -> Measurements:
+        """Return the measurements in the answer to `keys`, taken at `time` in s.
+
+        Raises ValueError for a malformed answer, or a missing or impossible position of a joint.
+        """
+        if len(values) != len(self.keys):
+            raise ValueError(f"{len(values)} values came for {len(self.keys)} keys")
+        numbers = dict(zip(self.keys, map(_number, values), strict=True))
+
+        def at(keys: Spellings, otherwise: float = 0.0) -> float:
+            for key in keys:
+                if key in numbers:
+                    return otherwise if math.isnan(numbers[key]) else numbers[key]
+            return otherwise
+
+        def vector(parts: Sequence[Spellings], signs: Vector, rest: float = 0.0) -> Vector:
+            """Return three values, each with its sign; missing ones are 0, and `rest` along z."""
+            entries = zip(parts, signs, (0.0, 0.0, rest), strict=True)
+            x, y, z = (sign * at(keys, sign * otherwise) for keys, sign, otherwise in entries)
+            return x, y, z
+
+        def joints(field: str, otherwise: float = 0.0) -> tuple[float, ...]:
+            return tuple(at(keys, otherwise) for keys in self._joints[field])
+
+        positions = joints("positions", math.nan)
+        for joint, position in zip(self._body.joints, positions, strict=True):
+            if math.isnan(position):
+                raise ValueError(f"there is no position of {joint.name}")
+            if not joint.lower - _STRAY <= position <= joint.upper + _STRAY:
+                raise ValueError(f"{joint.name} is at {position:g}, out of its range")
+        commands = zip(self._joints["commands"], positions, strict=True)
+        left, right = (FootReading(*(max(0.0, GRAVITY * at(i)) for i in foot)) for foot in _FEET)
+        charge, current = at(_CHARGE, math.nan), at(_CURRENT)
+        acceleration_signs, turning_signs = self._signs
+        return Measurements(
+            joints=JointReading(
+                time=time,
+                positions=positions,
+                velocities=joints("velocities", math.nan),
+                commands=tuple(at(index, position) for index, position in commands),
+                torques=joints("torques"),
+                stiffnesses=tuple(min(1.0, max(0.0, stiffness)) for stiffness in joints("stiffnesses")),
+                temperatures=joints("temperatures", _COMFORTABLE),
+            ),
+            senses=SenseReading(
+                time=time,
+                inertial=InertialReading(
+                    acceleration=vector(_ACCELERATION, acceleration_signs, rest=GRAVITY),
+                    angular_velocity=vector(_TURNING, turning_signs),
+                    roll=at(_ROLL),
+                    pitch=at(_PITCH),
+                ),
+                left_foot=left,
+                right_foot=right,
+                sonar=SonarReading(
+                    *(at(index) if 0.0 < at(index) <= FARTHEST_ECHO else math.inf for index in _SONAR)
+                ),
+                touched=frozenset(name for name, keys in self._touch.items() if at(keys) > _PRESSED),
+                battery=BatteryReading(
+                    charge=charge,
+                    current=current,
+                    temperature=at(_WARMTH),
+                    plugged=bool(at(_PLUGGED, float(current > 0.0))),
+                ),
+            ),
+        )
+
+
+# Convert the robot's values to specific force and turning rate, x forward, y left, z up: a standing robot
+# reports -9.8 along z. All RoboCup code that ran on both does the same, such as the providers of Nao Devils;
+# the sample of a NAO6's values in the tests of ros-sports/nao_lola, which leans backwards by 0.36 rad,
+# agrees.
+_SIGNS_NAO6: Final = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
+_SIGNS_BEFORE: Final = ((-1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, (int, float)) and math.isfinite(value) else math.nan
+
 
 _logger = logging.getLogger(__name__)
 

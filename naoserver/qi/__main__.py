@@ -8,8 +8,8 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from naoserver.entrances import Disk
 from naoserver.qi import serve_as_naoqi
+from naoserver.server import Disk
 from zenoh_ice.application import begin_loading
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)

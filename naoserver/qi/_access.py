@@ -14,9 +14,8 @@ from typing import Any, Final, TypeVar
 import qi
 
 from interfaces.nao import ActionStatus
-from naoserver._servants.motions import PosturesI
-from naoserver._walk import WalkGuard
-from naoserver._way import way_to
+from naoserver._servants.moves import PosturesI
+from naoserver._walk import WalkGuard, way_to
 from naoserver.assembly import Assembly
 from naoserver.capabilities import STILL, Odometry, Support, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError

@@ -10,9 +10,9 @@ from pathlib import PurePosixPath
 from typing import Final
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.keyframes import Motion
+from naoserver._motions.motion_file import Motion
 from naoserver._motions.routes import MotionRoute, Route
-from naoserver._servants.motions import MOTION
+from naoserver._servants.moves import MOTION
 from naoserver.errors import InvalidCommand
 from naoserver.qi._access import Access, Service, delegated
 from naoserver.qi._animations import TAGS, AnimationRoute, find_animation, load_animations

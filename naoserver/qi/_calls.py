@@ -21,9 +21,9 @@ from weakref import WeakSet
 
 import qi
 
-from naoserver._hearing import Hearing
 from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
+from naoserver.expression import Hearing
 from naoserver.fake.robot import FakeSenses
 from naoserver.qi._arguments import number, number_within, text, texts
 from naoserver.qi._clients import (

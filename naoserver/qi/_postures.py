@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Final
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.postures import nearest_posture
-from naoserver._servants.motions import POSTURE
+from naoserver._motions.routes import nearest_posture
+from naoserver._servants.moves import POSTURE
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import chosen, constant, fraction, number, within
 from naoserver.qi._clients import Activity, Call, begins, begins_any

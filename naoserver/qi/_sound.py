@@ -17,8 +17,8 @@ from typing import Final
 
 from tinytag import TinyTag, TinyTagException
 
-from naoserver._sounds import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, single_tone
 from naoserver.errors import InvalidCommand
+from naoserver.expression import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, single_tone
 from naoserver.qi._access import Access, Service, delegated, needed
 from naoserver.qi._arguments import (
     chosen,

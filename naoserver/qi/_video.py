@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver._naoqi_names import IMAGE_SIZES
-from naoserver._pixel_formats import PIXEL_FORMATS
+from naoserver._servants.camera import PIXEL_FORMATS
 from naoserver.errors import InvalidCommand
 from naoserver.parts import CameraFacts
 from naoserver.qi._access import Access, Service

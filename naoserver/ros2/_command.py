@@ -17,13 +17,10 @@ from zenoh_ice import Communicator, ConnectFailedException, Settings, initialize
 from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
 from zenoh_ros2 import DEFAULT_SETTINGS, Node, RosError, RosoutHandler, Service
 
-from ._commands import Commands
+from ._commands import Commands, declare_parameters
 from ._description import DescribedRobot, GatewayError
 from ._messages import Stamps
-from ._parameters import declare_parameters
 from ._telemetry import Telemetry
-
-__all__ = ["EXPECTED", "app", "serve"]
 
 EXPECTED: Final = (RosError, GatewayError)
 """Errors that are reported in one line."""
@@ -109,7 +106,7 @@ def gateway(
                 continue
             report_ready(f"ready: {namespace.rstrip('/')}/{name}, {', '.join(own.connect)}")
             while not stop.wait(_CHECK_PERIOD):
-                telemetry.look()
+                telemetry.poll()
 
 
 @contextmanager
@@ -127,7 +124,7 @@ def serve(
 
     `settings.connect` has the endpoint of the router of ROS, or of another node, by which others should reach
     it within `reach_limit` s; `options` are those of `ros2.Node`. The names of frames begin with
-    `frame_prefix`, by default with the namespace. Yields the telemetry, whose `look` is due
+    `frame_prefix`, by default with the namespace. Yields the telemetry, whose `poll` is due
     several times a second. Raises AbsentError when nothing answers there, GatewayError for a robot whose
     description has a fault.
     """

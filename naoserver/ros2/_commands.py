@@ -1,4 +1,4 @@
-"""Commands from ROS: topics, actions and services, each executed through the servants of the robot server.
+"""Commands from ROS: topics, actions, services and parameters, each executed by servants of the robot server.
 
 Watchdog, lease, emergency stop and the limits of joints thus apply as for any other client, and motion that
 the gateway drives stops when it dies. Refusals are logged, with the joint's name.
@@ -8,35 +8,139 @@ from __future__ import annotations
 
 import logging
 import math
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
-from interfaces.jderobot import EncodersPrx, MotorsPrx
-from interfaces.nao import (
-    ActionState,
-    ActionStatus,
-    JointsPrx,
-    MotionsPrx,
-    PosturesPrx,
-    SafetyPrx,
-    SpeechPrx,
-    WalkPrx,
-)
+from msgspec.structs import replace
+
+from interfaces import nao
+from interfaces.jderobot import CameraDescription, CameraPrx, EncodersPrx, MotorsPrx
 from naoserver.body import Body
 from zenoh_ice import SystemException, UserException
-from zenoh_ros2 import LARGEST_COMMAND, Aborted, ActionServer, Canceled, Node, QoS, Sender, ServerGoal
+from zenoh_ros2 import (
+    LARGEST_COMMAND,
+    Aborted,
+    ActionServer,
+    Canceled,
+    Node,
+    Parameters,
+    QoS,
+    Sender,
+    ServerGoal,
+)
 
 from . import _trajectory as trajectory
-from . import _trajectory_topic as trajectory_topic
 from ._description import DescribedRobot
 from ._frames import FOOTPRINT, ODOM, ROOT
 from ._messages import Stamps
-from ._parameters import Speeds
-from ._trajectory_topic import TrajectoryTopic
+from ._telemetry import camera_topics
+from ._trajectory import TrajectoryTopic
 from ._vigil import JointMotion, Vigil, WalkMotion
+
+_LINEAR: Final = 1.0
+_TURNING: Final = 2.0
+
+_logger = logging.getLogger(__name__)
+
+
+class Speeds:
+    """The highest speeds of /cmd_vel, beside the robot server's own limits."""
+
+    def __init__(self) -> None:
+        self.linear = _LINEAR
+        """In m/s, along the ground."""
+        self.turning = _TURNING
+        """In rad/s."""
+
+    def change(self, kind: str, speed: float) -> None:
+        """Set the speed of a kind, `linear` or `turning`. Raises ValueError unless it is above 0."""
+        if not 0.0 < speed < math.inf:
+            raise ValueError(f"{speed} is no speed above 0")
+        setattr(self, kind, speed)
+
+    def limited(self, forward: float, left: float, turn: float) -> tuple[float, float, float]:
+        """Return a velocity scaled to the speeds: its path keeps its form."""
+        excess = max(math.hypot(forward, left) / self.linear, abs(turn) / self.turning, 1.0)
+        return forward / excess, left / excess, turn / excess
+
+
+def declare_parameters(node: Node, robot: DescribedRobot, stamps: Stamps) -> Speeds:
+    """Serve the node's parameters; return the speeds, which they set."""
+    parameters, speeds = Parameters(node), Speeds()
+    simulated = "Whether stamps are those of the topic clock, as the robot server decides."
+    parameters.declare("use_sim_time", stamps.simulated, simulated, read_only=True)
+    prefix = "What the names of the robot's frames begin with."
+    parameters.declare("frame_prefix", stamps.frame_prefix, prefix, read_only=True)
+
+    own = "beside the robot's own limits; what exceeds one is scaled as a whole."
+    parameters.declare(
+        "walk.max_linear_speed", _LINEAR, f"Highest speed of /cmd_vel in m/s, {own}",
+        on_change=partial(speeds.change, "linear"),
+    )  # fmt: skip
+    parameters.declare(
+        "walk.max_turning_speed", _TURNING, f"Highest turning speed of /cmd_vel in rad/s, {own}",
+        on_change=partial(speeds.change, "turning"),
+    )  # fmt: skip
+    for identity, topic in camera_topics(robot.body).items():
+        camera = robot.find(CameraPrx, identity)
+        if camera is not None:
+            _CameraParameters(camera).declare(parameters, topic.replace("/", "."))
+    return speeds
+
+
+class _CameraParameters:
+    """Size and rate of one camera, which all its clients share: the robot server has them."""
+
+    def __init__(self, camera: CameraPrx) -> None:
+        self._camera: Final = camera
+        self._lock: Final = threading.Lock()
+        self._known: CameraDescription = camera.getCameraDescription()
+
+    def declare(self, parameters: Parameters, name: str) -> None:
+        """Declare the parameters, whose names begin with that of the camera."""
+        shared = "which all clients of the robot server share"
+        parameters.declare(
+            f"{name}.image_size", self.size(), f"Width and height of images in pixels, {shared}.",
+            on_change=self.resize, read=self.size,
+        )  # fmt: skip
+        parameters.declare(
+            f"{name}.frame_rate", self.rate(), f"Images in a second of robot time, {shared}.",
+            on_change=lambda rate: self._change(rate=rate), read=self.rate,
+        )  # fmt: skip
+
+    def size(self) -> list[int]:
+        now = self._described()
+        return [now.width, now.height]
+
+    def rate(self) -> float:
+        return self._described().rate
+
+    def resize(self, size: list[int]) -> None:
+        if len(size) != 2:
+            raise ValueError(f"{size}: width and height are needed, such as [640, 480]")
+        self._change(width=size[0], height=size[1])
+
+    def _change(self, **settings: float) -> None:
+        with self._lock:
+            try:
+                taken = self._camera.setCameraDescription(replace(self._described(), **settings))
+            except (UserException, SystemException) as error:
+                raise ValueError(str(error)) from error
+        if taken != 0:
+            raise ValueError("the camera has no such setting")
+
+    def _described(self) -> CameraDescription:
+        """Return the present description; the last one known while the server does not answer."""
+        try:
+            self._known = self._camera.getCameraDescription()
+        except SystemException as error:
+            _logger.debug("a camera's parameters: %s", error)
+        return self._known
+
 
 _TWIST: Final = "geometry_msgs/msg/Twist"
 _STAMPED: Final = "geometry_msgs/msg/TwistStamped"
@@ -54,8 +158,6 @@ _LOG_PERIOD: Final = 1.0
 """Wall seconds in which the same refusal is logged only once."""
 _MOST_REFUSALS: Final = 10
 """Maximum refusals that are logged in that time."""
-
-_logger = logging.getLogger(__name__)
 
 
 class RefusedError(Exception):
@@ -76,15 +178,15 @@ class Commands:
             stamps.frame_prefix + each for each in (ODOM, ROOT, FOOTPRINT)
         )
         self._refusals: deque[tuple[str, float]] = deque(maxlen=_MOST_REFUSALS)
-        self._body = robot.require(JointsPrx, "Body")
+        self._body = robot.require(nao.JointsPrx, "Body")
         self._names: Final = robot.body.joint_names
         self._chains: Final = _chains(robot.body)
-        self._safety = robot.require(SafetyPrx, "Safety")
+        self._safety = robot.require(nao.SafetyPrx, "Safety")
         motors = robot.find(MotorsPrx, "Motors")
-        walk, encoders = robot.find(WalkPrx, "Walk"), robot.find(EncodersPrx, "Encoders")
-        speech = robot.find(SpeechPrx, "Speech")
-        postures = robot.find(PosturesPrx, "Postures")
-        motions = robot.find(MotionsPrx, "Motions")
+        walk, encoders = robot.find(nao.WalkPrx, "Walk"), robot.find(EncodersPrx, "Encoders")
+        speech = robot.find(nao.SpeechPrx, "Speech")
+        postures = robot.find(nao.PosturesPrx, "Postures")
+        motions = robot.find(nao.MotionsPrx, "Motions")
 
         self.emergency_stop: Final = node.create_service(
             "std_srvs/srv/Trigger", "~/emergency_stop", self._stop, urgent=True
@@ -106,7 +208,7 @@ class Commands:
         topic = "joint_trajectory_controller/joint_trajectory"
         followed = TrajectoryTopic(node.types, follower, partial(self._refuse, topic))
         node.on_close(followed, followed.close)
-        self._listen(trajectory_topic.MESSAGE, topic, followed.receive, _NEWEST, largest=_LARGEST_TRAJECTORY)
+        self._listen(trajectory.MESSAGE, topic, followed.receive, _NEWEST, largest=_LARGEST_TRAJECTORY)
         if motors is not None:
             self._motors = motors
             for kind, drive in ((_TWIST, self._drive), (_STAMPED, self._drive_stamped)):
@@ -182,14 +284,10 @@ class Commands:
 
     def _go(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
         """Walk to a place in the frame odom or base_footprint, while the publisher exists."""
-        place = message.pose.position
-        turn = message.pose.orientation
-        frame = message.header.frame_id
+        place, turn, frame = message.pose.position, message.pose.orientation, message.header.frame_id
         sine = 2.0 * (turn.w * turn.z + turn.x * turn.y)
         cosine = 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
-        x = place.x
-        y = place.y
-        heading = math.atan2(sine, cosine)
+        x, y, heading = place.x, place.y, math.atan2(sine, cosine)
         if not (math.isfinite(x) and math.isfinite(y)):
             raise RefusedError("the place is not a finite number")
         if not (math.isfinite(sine) and math.isfinite(cosine)):  # infinite ones would give a finite heading
@@ -242,14 +340,12 @@ class Commands:
         ActionServer(self._node, f"naoqi_bridge_msgs/action/{kind}", name, execute, needs_client=needs_client)
 
     def _pose(self, goal: ServerGoal, name: str, fraction: float) -> None:
-        postures = self._postures
-        count = _begin(name, postures.getPostureState, lambda: postures.goToPosture(name, fraction))
-        _accompany(goal, count, postures.getPostureState, postures.stop)
+        of = self._postures
+        _act(goal, name, of.getPostureState, lambda: of.goToPosture(name, fraction), of.stop)
 
     def _play(self, goal: ServerGoal) -> None:
-        motions, name = self._motions, goal.request.behavior
-        count = _begin(name, motions.getMotionState, lambda: motions.play(name, _FULL_PACE))
-        _accompany(goal, count, motions.getMotionState, motions.stop)
+        of, name = self._motions, goal.request.behavior
+        _act(goal, name, of.getMotionState, lambda: of.play(name, _FULL_PACE), of.stop)
 
     def _say(self, goal: ServerGoal) -> None:
         """Say a text after those that wait, until it has been said or dropped."""
@@ -304,7 +400,7 @@ def _chains(body: Body) -> Mapping[str, Sequence[str]]:
     return {name: joints for name, joints in chains.items() if joints}
 
 
-def _begin(name: str, state: Callable[[], ActionState], begin: Callable[[], None]) -> int:
+def _begin(name: str, state: Callable[[], nao.ActionState], begin: Callable[[], None]) -> int:
     """Begin a motion or a posture and return its count; raises Aborted when another one took its place.
 
     Another client may begin one at the same moment. If it has the same name, only beginning again shows whose
@@ -321,17 +417,22 @@ def _begin(name: str, state: Callable[[], ActionState], begin: Callable[[], None
     raise Aborted(f"{now.name} was begun instead")
 
 
-def _accompany(
-    goal: ServerGoal, count: int, state: Callable[[], ActionState], stop: Callable[[], None]
+def _act(
+    goal: ServerGoal,
+    name: str,
+    state: Callable[[], nao.ActionState],
+    begin: Callable[[], None],
+    stop: Callable[[], None],
 ) -> None:
-    """Wait for the end of the motion or posture with a count; stop it when the goal is cancelled."""
+    """Begin a motion or a posture, and wait for its end; stop it when the goal is cancelled."""
+    count = _begin(name, state, begin)
     while True:
         now = state()
         if now.count != count:
             raise Aborted(f"{now.name} was begun instead")
-        if now.status is ActionStatus.Done:
+        if now.status is nao.ActionStatus.Done:
             return
-        if now.status in (ActionStatus.Stopped, ActionStatus.Failed):
+        if now.status in (nao.ActionStatus.Stopped, nao.ActionStatus.Failed):
             raise Aborted(now.message or now.status.name.lower())
         if goal.wait(_CHECK_PERIOD):
             stop()

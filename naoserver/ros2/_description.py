@@ -25,8 +25,19 @@ class DescribedRobot:
     def __init__(self, communicator: Communicator) -> None:
         self._communicator: Final = communicator
         self._known = False  # whether all servants must be known by now
-        self.body: Final[Body] = self._read_description()
-        """Its body, as its server describes it."""
+        # At most as large as the answer to a call may be, 1 MiB.
+        described = self.require(DescriptionPrx, "Description").getBody()
+        try:
+            self.body: Final[Body] = read_body(described, "the robot's description")
+            """Its body, as its server describes it."""
+        except RobotError as error:
+            raise GatewayError(str(error)) from error
+        served = self.require(JointsPrx, "Body").getJointNames()
+        if tuple(served) != self.body.joint_names:
+            known = ", ".join(self.body.joint_names)
+            raise GatewayError(
+                f"the robot's description has the joints {known}; its server moves {', '.join(served)}"
+            )
 
     def require(self, interface: type[P], identity: str) -> P:
         """Return a checked proxy of a servant of every robot server; raises SystemException without it."""
@@ -44,18 +55,3 @@ class DescribedRobot:
         except ObjectNotExistException:
             self._known = True
             return None
-
-    def _read_description(self) -> Body:
-        """Return the body; its description is at most as large as the answer to a call may be, 1 MiB."""
-        described = self.require(DescriptionPrx, "Description").getBody()
-        try:
-            body = read_body(described, "the robot's description")
-        except RobotError as error:
-            raise GatewayError(str(error)) from error
-        served = self.require(JointsPrx, "Body").getJointNames()
-        if tuple(served) != body.joint_names:
-            known = ", ".join(body.joint_names)
-            raise GatewayError(
-                f"the robot's description has the joints {known}; its server moves {', '.join(served)}"
-            )
-        return body

@@ -15,24 +15,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from interfaces import nao
 from interfaces.jderobot import CameraDescription, EncodersData, ImageData
-from interfaces.nao import (
-    BatteryReading,
-    FootReading,
-    HealthReport,
-    InertialReading,
-    JointState,
-    SafetyState,
-    Severity,
-    SonarLimits,
-)
 from naoserver.body import Body
 from naoserver.capabilities import Vector
 from naoserver.kinematics import Matrix, angles_of, kinematics_of, matrix_of, turned
 from naoserver.parts import NO_TURN, Joint, Quaternion
 from zenoh_ros2 import Types
 
-from ._frames import FOOTPRINT, ODOM, ROOT, Frame, fixed_frames, link_frames
+from ._frames import FOOTPRINT, ODOM, ROOT, FixedFrame, fixed_frames, link_frames
 
 Fields = dict[str, object]
 
@@ -66,7 +57,7 @@ _OK: Final = 0
 _WARN: Final = 1
 _ERROR: Final = 2
 """Levels of diagnostic_msgs/msg/DiagnosticStatus."""
-_LEVELS: Final = {Severity.Info: _OK, Severity.Warning: _WARN, Severity.Error: _ERROR}
+_LEVELS: Final = {nao.Severity.Info: _OK, nao.Severity.Warning: _WARN, nao.Severity.Error: _ERROR}
 _FULL: Final = 0.99
 _QUALITY: Final = 80
 """Of JPEG images, as image_transport's."""
@@ -104,7 +95,7 @@ class Stamps:
         return {"stamp": self.stamp(time), "frame_id": frame and self.frame_prefix + frame}
 
 
-def joint_state(header: Fields, names: Sequence[str], state: JointState) -> Fields:
+def joint_state(header: Fields, names: Sequence[str], state: nao.JointState) -> Fields:
     """Return a sensor_msgs/msg/JointState; for hands, 0 is closed and 1 open."""
     return {
         "header": header,
@@ -115,7 +106,7 @@ def joint_state(header: Fields, names: Sequence[str], state: JointState) -> Fiel
     }
 
 
-def imu(header: Fields, reading: InertialReading) -> Fields:
+def imu(header: Fields, reading: nao.InertialReading) -> Fields:
     """Return a sensor_msgs/msg/Imu; the heading is not measured: it is 0, with a variance that shows this."""
     orientation = [_LEVEL_OF_TILT, 0.0, 0.0, 0.0, _LEVEL_OF_TILT, 0.0, 0.0, 0.0, math.pi**2]
     return {
@@ -127,7 +118,7 @@ def imu(header: Fields, reading: InertialReading) -> Fields:
     }
 
 
-def sonar(header: Fields, distance: float, limits: SonarLimits) -> Fields:
+def sonar(header: Fields, distance: float, limits: nao.SonarLimits) -> Fields:
     """Return a sensor_msgs/msg/Range; infinite if nothing is in range (REP 117)."""
     return {
         "header": header,
@@ -139,7 +130,7 @@ def sonar(header: Fields, distance: float, limits: SonarLimits) -> Fields:
     }
 
 
-def battery(header: Fields, reading: BatteryReading) -> Fields:
+def battery(header: Fields, reading: nao.BatteryReading) -> Fields:
     """Return a sensor_msgs/msg/BatteryState; values that the robot does not measure are nan."""
     unknown = dict.fromkeys(("voltage", "charge", "capacity", "design_capacity"), math.nan)
     charging = _CHARGED if reading.charge >= _FULL else _CHARGING
@@ -155,7 +146,7 @@ def battery(header: Fields, reading: BatteryReading) -> Fields:
     }
 
 
-def foot(header: Fields, reading: FootReading) -> Fields:
+def foot(header: Fields, reading: nao.FootReading) -> Fields:
     """Return a naoqi_bridge_msgs/msg/FloatArrayStamped: N at front left and right, rear left and right."""
     return {
         "header": header,
@@ -225,10 +216,7 @@ def compressed_image(header: Fields, data: ImageData) -> Fields:
 
 def camera_info(header: Fields, camera: CameraDescription) -> Fields:
     """Return a sensor_msgs/msg/CameraInfo without distortion: our cameras have none, real ones a little."""
-    fx = camera.fdistx
-    fy = camera.fdisty
-    u = camera.u0
-    v = camera.v0
+    fx, fy, u, v = camera.fdistx, camera.fdisty, camera.u0, camera.v0
     return {
         "header": header,
         "height": camera.height,
@@ -243,10 +231,10 @@ def camera_info(header: Fields, camera: CameraDescription) -> Fields:
 
 def diagnostics(
     header: Fields,
-    health: HealthReport,
-    safety: SafetyState,
-    joints: tuple[Sequence[str], JointState],
-    power: BatteryReading | None,
+    health: nao.HealthReport,
+    safety: nao.SafetyState,
+    joints: tuple[Sequence[str], nao.JointState],
+    power: nao.BatteryReading | None,
 ) -> Fields:
     """Return a diagnostic_msgs/msg/DiagnosticArray: the robot, its emergency stop, joints and battery."""
     level, newest = _OK, "OK"
@@ -325,7 +313,7 @@ class BodyFrames:
         self._walked = 0.0  # m, since the first odometry
         self._turned = 0.0  # rad
 
-    def fixed(self, ns: int, others: Sequence[Frame] = ()) -> Any:  # noqa: ANN401 - made at run time
+    def fixed(self, ns: int, others: Sequence[FixedFrame] = ()) -> Any:  # noqa: ANN401 - made at run time
         """Return the tf2_msgs/msg/TFMessage of the fixed frames, and of others that are not on the body."""
         return self.message([self._of_frame(frame, ns) for frame in (*self._fixed, *others)])
 
@@ -394,7 +382,7 @@ class BodyFrames:
             "twist": {"twist": velocity, "covariance": _diagonal(moving)},
         }
 
-    def _of_frame(self, frame: Frame, ns: int) -> Any:  # noqa: ANN401
+    def _of_frame(self, frame: FixedFrame, ns: int) -> Any:  # noqa: ANN401
         return self._placed(frame.parent, frame.name, frame.position, _from_angles(frame.angles), ns)
 
     def _of_matrix(self, parent: str, child: str, place: Matrix, ns: int) -> Any:  # noqa: ANN401

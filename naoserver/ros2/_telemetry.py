@@ -6,21 +6,8 @@ import logging
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, TypeVar
 
+from interfaces import nao
 from interfaces.jderobot import CameraPrx, EncodersPrx, ImageData
-from interfaces.nao import (
-    BatteryPrx,
-    ClockPrx,
-    FootPressurePrx,
-    HealthPrx,
-    HealthReport,
-    InertialUnitPrx,
-    JointsPrx,
-    JointState,
-    SafetyPrx,
-    SonarPrx,
-    TouchPrx,
-    TouchReading,
-)
 from naoserver.body import Body
 from zenoh_ice import Sample, Subscription
 from zenoh_ice.proxy import StreamedCall
@@ -28,9 +15,8 @@ from zenoh_ros2 import LATCHED, Node, Publisher, QoS
 
 from . import _messages as messages
 from ._description import DescribedRobot
-from ._frames import ODOM, OUTSIDE, ROOT, SOLES, camera_frame, optical_frame, outside_frames
+from ._frames import ODOM, OUTSIDE, ROOT, SOLES, camera_frame, optical_frame, outside_frames, urdf
 from ._messages import BodyFrames, Fields, Stamps
-from ._urdf import urdf
 
 CLOCK: Final = "clock"
 """The topic of the time: robots in namespaces have a time each, because simulations differ in it."""
@@ -61,7 +47,7 @@ class _Topic:
         self.publish: Final = publisher.publish
         self.wanted = False
 
-    def look(self) -> None:
+    def poll(self) -> None:
         self.wanted = self._publisher.heard
 
 
@@ -73,9 +59,9 @@ class _Relay:
         self._follow = follow
         self._following: Subscription[Any] | None = None
 
-    def look(self) -> None:
+    def poll(self) -> None:
         for topic in self._topics:
-            topic.look()
+            topic.poll()
         if not any(topic.wanted for topic in self._topics):
             self.close()
         elif self._following is None:
@@ -88,7 +74,7 @@ class _Relay:
 
 
 class Telemetry:
-    """Publishes the streams of a robot server; `look` is to be called several times a second."""
+    """Publishes the streams of a robot server; `poll` is to be called several times a second."""
 
     def __init__(self, node: Node, robot: DescribedRobot, stamps: Stamps) -> None:
         """Announce topics for the robot's servants. Raises SystemException when the server is gone."""
@@ -96,12 +82,12 @@ class Telemetry:
         self._robot: Final = robot
         self._stamps: Final = stamps
         self._relays: Final[list[_Relay]] = []
-        self._inertial = robot.find(InertialUnitPrx, "InertialUnit")
+        self._inertial = robot.find(nao.InertialUnitPrx, "InertialUnit")
         self._encoders = robot.find(EncodersPrx, "Encoders")
-        self._joints = robot.require(JointsPrx, "Body")
+        self._joints = robot.require(nao.JointsPrx, "Body")
         self._body: Final = robot.body
         self._names: Final = robot.body.joint_names
-        clock = robot.require(ClockPrx, "Clock")
+        clock = robot.require(nao.ClockPrx, "Clock")
         self._clocks: Final = node.publishers(CLOCK) if stamps.simulated else None
         self._jumps = False
         if stamps.simulated:
@@ -116,10 +102,10 @@ class Telemetry:
             lambda sample: stamps.adjust(sample.time, sample.wall_time), rate=_ONCE_A_SECOND
         )
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Follow just the streams whose topics have listeners."""
         for relay in self._relays:
-            relay.look()
+            relay.poll()
         if self._clocks is not None:
             several = len(self._clocks) > 1
             if several and not self._jumps:
@@ -164,7 +150,7 @@ class Telemetry:
         tf = self._topic("tf2_msgs/msg/TFMessage", "/tf", QoS(depth=100))
         odom = self._topic("nav_msgs/msg/Odometry", "odom") if self._encoders else None
 
-        def publish(sample: Sample[JointState]) -> None:
+        def publish(sample: Sample[nao.JointState]) -> None:
             state, header = sample.value, stamps.header(sample.time)
             if states.wanted:
                 states.publish(messages.joint_state(header, self._names, state))
@@ -188,7 +174,7 @@ class Telemetry:
         if self._inertial is not None:
             imu = Output("sensor_msgs/msg/Imu", "imu/torso", ROOT, messages.imu)
             self._show(self._inertial.getInertialReading, imu)
-        if (sonar := self._robot.find(SonarPrx, "Sonar")) is not None:
+        if (sonar := self._robot.find(nao.SonarPrx, "Sonar")) is not None:
             kind, limits = "sensor_msgs/msg/Range", sonar.getSonarLimits()
             self._show(
                 sonar.getSonarReading,
@@ -199,20 +185,20 @@ class Telemetry:
                     kind, "sonar/right", "RSonar_frame", lambda to, at: messages.sonar(to, at.right, limits)
                 ),
             )
-        if (feet := self._robot.find(FootPressurePrx, "FootPressure")) is not None:
+        if (feet := self._robot.find(nao.FootPressurePrx, "FootPressure")) is not None:
             kind = "naoqi_bridge_msgs/msg/FloatArrayStamped"
             self._show(
                 feet.getFeetReading,
                 Output(kind, "fsr/left", SOLES[0], lambda to, felt: messages.foot(to, felt.left)),
                 Output(kind, "fsr/right", SOLES[1], lambda to, felt: messages.foot(to, felt.right)),
             )
-        if (battery := self._robot.find(BatteryPrx, "Battery")) is not None:
+        if (battery := self._robot.find(nao.BatteryPrx, "Battery")) is not None:
             power = Output("sensor_msgs/msg/BatteryState", "battery_state", "", messages.battery)
             self._show(battery.getBatteryReading, power)
-        if (health := self._robot.find(HealthPrx, "Health")) is not None:
-            safety = self._robot.require(SafetyPrx, "Safety")
+        if (health := self._robot.find(nao.HealthPrx, "Health")) is not None:
+            safety = self._robot.require(nao.SafetyPrx, "Safety")
 
-            def diagnose(header: Fields, report: HealthReport) -> Fields:
+            def diagnose(header: Fields, report: nao.HealthReport) -> Fields:
                 power = battery.getBatteryReading() if battery else None
                 joints = self._names, self._joints.getJointState()
                 return messages.diagnostics(header, report, safety.getSafetyState(), joints, power)
@@ -222,14 +208,14 @@ class Telemetry:
             )
 
     def _add_touch(self) -> None:
-        touch = self._robot.find(TouchPrx, "Touch")
+        touch = self._robot.find(nao.TouchPrx, "Touch")
         if touch is None:
             return
         kinds = messages.touch_kinds(touch.getTouchNames())
         topics = {name: self._topic(f"naoqi_bridge_msgs/msg/{kind}", name) for name, kind in kinds.items()}
         before: frozenset[str] = frozenset()
 
-        def publish(sample: Sample[TouchReading]) -> None:
+        def publish(sample: Sample[nao.TouchReading]) -> None:
             nonlocal before
             touched = frozenset(sample.value.touched)
             for name, fields in messages.touch_events(before, touched):

@@ -1,13 +1,18 @@
-"""Joint trajectories: the action FollowJointTrajectory of control_msgs, as in ros2_control's controller.
+"""Joint trajectories, by the action FollowJointTrajectory or a topic, as in ros2_control's controller.
 
 A goal is checked before anything moves. While it runs, each sample of the joints' state leads to the next
 targets. It thus follows the robot's time, waits while a simulation is paused, and ends with this process.
 Positions are interpolated by cubics if every point has velocities, else linearly.
+
+The topic has neither a result nor feedback. A newer message replaces an older one without a halt between
+them, so that a stream of short ones is smooth; an empty one stops the joints, and so does the end of the
+publisher.
 """
 
 from __future__ import annotations
 
 import bisect
+import logging
 import math
 import threading
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -19,7 +24,7 @@ from numpy.typing import NDArray
 
 from interfaces.nao import JointLimits, JointsPrx, JointState
 from zenoh_ice import Sample, SystemException, TimeoutException, UserException
-from zenoh_ros2 import Aborted, Canceled, ServerGoal
+from zenoh_ros2 import Aborted, Canceled, Sender, ServerGoal, Types
 
 TYPE: Final = "control_msgs/action/FollowJointTrajectory"
 
@@ -53,16 +58,13 @@ Numbers = NDArray[np.float64]
 class TrajectoryError(Exception):
     """A trajectory was refused or failed; it has the action's error code and a text for people."""
 
-    def __init__(self, code: int, text: str) -> None:
+    def __init__(self, text: str, code: int = INVALID_GOAL) -> None:
         super().__init__(text)
         self.code = code
 
 
 class SupersededError(TrajectoryError):
     """A newer trajectory took its joints."""
-
-    def __init__(self) -> None:
-        super().__init__(INVALID_GOAL, "a newer trajectory took its joints")
 
 
 class Order(Protocol):
@@ -114,15 +116,11 @@ class Trajectory:
         """Return the trajectory extended by a way from the joints' present positions to its first point."""
         if self.times[0] <= 0.0:
             return self
-        velocities = (
-            None if self.velocities is None else np.vstack((np.zeros(len(self.joints)), self.velocities))
-        )
-        return replace(
-            self,
-            times=(0.0, *self.times),
-            positions=np.vstack((positions, self.positions)),
-            velocities=velocities,
-        )
+        velocities = self.velocities
+        if velocities is not None:
+            velocities = np.vstack((np.zeros(len(self.joints)), velocities))
+        times, rows = (0.0, *self.times), np.vstack((positions, self.positions))
+        return replace(self, times=times, positions=rows, velocities=velocities)
 
 
 def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # noqa: ANN401 - a message's class
@@ -130,18 +128,15 @@ def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # no
     request = goal.trajectory
     joints = _joints(request.joint_names, limits)
     if goal.multi_dof_trajectory.points:
-        raise TrajectoryError(INVALID_GOAL, "multi_dof_trajectory: the joints turn about one axis each")
+        raise TrajectoryError("multi_dof_trajectory: the joints turn about one axis each")
     if not 0 < len(request.points) <= _MOST_POINTS:
         found = f"{len(request.points)} points"
-        raise TrajectoryError(INVALID_GOAL, f"trajectory.points: {found}; from 1 to {_MOST_POINTS} are taken")
+        raise TrajectoryError(f"trajectory.points: {found}; from 1 to {_MOST_POINTS} are taken")
     times = tuple(_seconds(point.time_from_start) for point in request.points)
     for index, (before, after) in enumerate(zip((-1e-9, *times), times, strict=False)):
         if not before < after <= _LONGEST_TRAJECTORY:
-            raise TrajectoryError(
-                INVALID_GOAL,
-                f"points[{index}].time_from_start: {after:g} s; "
-                f"times increase, up to {_LONGEST_TRAJECTORY:g} s",
-            )
+            at = f"points[{index}].time_from_start: {after:g} s"
+            raise TrajectoryError(f"{at}; times increase, up to {_LONGEST_TRAJECTORY:g} s")
     positions = _rows(request.points, "positions", joints)
     some = [index for index, point in enumerate(request.points) if len(point.velocities)]
     velocities = _rows(request.points, "velocities", joints) if len(some) == len(times) else None
@@ -151,10 +146,8 @@ def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # no
         outside = np.flatnonzero((worst < lower - _BEYOND) | (worst > upper + _BEYOND))
         if outside.size:
             index = int(outside[0])
-            raise TrajectoryError(
-                INVALID_GOAL,
-                f"points[{index}].positions: {joint} at {worst[index]:.4g} rad; {lower:.4g} to {upper:.4g}",
-            )
+            at = f"points[{index}].positions: {joint} at {worst[index]:.4g} rad"
+            raise TrajectoryError(f"{at}; {lower:.4g} to {upper:.4g}")
     start = _seconds(request.header.stamp)
     wait = _seconds(goal.goal_time_tolerance)
     return Trajectory(
@@ -170,21 +163,19 @@ def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # no
 
 
 def _joints(names: Sequence[str], limits: Mapping[str, JointLimits]) -> tuple[str, ...]:
+    problem = ""
     if not names:
-        raise TrajectoryError(INVALID_JOINTS, "trajectory.joint_names: there are none")
-    if len(names) > len(limits):
-        raise TrajectoryError(
-            INVALID_JOINTS, f"trajectory.joint_names: {len(names)}; there are {len(limits)} joints"
-        )
-    for name in names:
-        if name not in limits:
-            raise TrajectoryError(
-                INVALID_JOINTS, f"there is no joint {name[:64]!r}; there are {', '.join(limits)}"
-            )
-        if not limits[name].maxTorque:
-            raise TrajectoryError(INVALID_JOINTS, f"{name} has no motor: it moves with what touches it")
-    if twice := next((name for name in names if list(names).count(name) > 1), None):
-        raise TrajectoryError(INVALID_JOINTS, f"trajectory.joint_names: {twice} stands there twice")
+        problem = "trajectory.joint_names: there are none"
+    elif len(names) > len(limits):
+        problem = f"trajectory.joint_names: {len(names)}; there are {len(limits)} joints"
+    elif unknown := [name for name in names if name not in limits]:
+        problem = f"there is no joint {unknown[0][:64]!r}; there are {', '.join(limits)}"
+    elif passive := [name for name in names if not limits[name].maxTorque]:
+        problem = f"{passive[0]} has no motor: it moves with what touches it"
+    elif twice := [name for name in names if list(names).count(name) > 1]:
+        problem = f"trajectory.joint_names: {twice[0]} stands there twice"
+    if problem:
+        raise TrajectoryError(problem, INVALID_JOINTS)
     return tuple(names)
 
 
@@ -192,12 +183,10 @@ def _rows(points: Sequence[Any], field: str, joints: Sequence[str]) -> Numbers:
     for index, point in enumerate(points):
         row = getattr(point, field)
         if len(row) != len(joints):
-            raise TrajectoryError(
-                INVALID_GOAL, f"points[{index}].{field}: {len(row)} numbers for {len(joints)} joints"
-            )
+            raise TrajectoryError(f"points[{index}].{field}: {len(row)} numbers for {len(joints)} joints")
         if not np.isfinite(row).all():
             joint = joints[int(np.flatnonzero(~np.isfinite(row))[0])]
-            raise TrajectoryError(INVALID_GOAL, f"points[{index}].{field}: {joint} is not a finite number")
+            raise TrajectoryError(f"points[{index}].{field}: {joint} is not a finite number")
     return np.array([getattr(point, field) for point in points], np.float64)
 
 
@@ -205,11 +194,9 @@ def _tolerances(field: str, given: Sequence[Any], joints: Sequence[str]) -> dict
     """Return the effective tolerances in rad: 0 is the default, no limit; a negative one lifts the limit."""
     for tolerance in given:
         if tolerance.name not in joints:
-            raise TrajectoryError(
-                INVALID_GOAL, f"{field}: the trajectory has no joint {tolerance.name[:64]!r}"
-            )
+            raise TrajectoryError(f"{field}: the trajectory has no joint {tolerance.name[:64]!r}")
         if not math.isfinite(tolerance.position):
-            raise TrajectoryError(INVALID_GOAL, f"{field}: {tolerance.name} is not a finite number")
+            raise TrajectoryError(f"{field}: {tolerance.name} is not a finite number")
     return {tolerance.name: tolerance.position for tolerance in given if tolerance.position > 0.0}
 
 
@@ -225,28 +212,24 @@ class TrajectoryFollower:
         self._body = body
         self._robot_time: Final = robot_time
         self._names: Final = tuple(body.getJointNames())
-        self._limits: Final = {limits.name: limits for limits in body.getJointLimits()}
+        self.limits: Final = {limits.name: limits for limits in body.getJointLimits()}
+        """Those of each joint by name."""
         self._lock = threading.Lock()
         self._owners: dict[str, Order] = {}
 
     def execute(self, goal: ServerGoal) -> dict[str, object]:
         """Follow the trajectory of a goal to its end; the action's `execute`."""
         try:
-            trajectory = self.read(goal.request)
+            trajectory = read_goal(goal.request, self.limits)
             self.claim(goal, trajectory)
             try:
                 self.follow(goal, trajectory)
             finally:
                 self.release(goal)
-        except TrajectoryError as error:
-            raise Aborted(str(error), {"error_code": error.code, "error_string": str(error)}) from error
-        except (UserException, SystemException) as error:  # refused, or the server is gone
-            raise Aborted(str(error), {"error_code": INVALID_GOAL, "error_string": str(error)}) from error
+        except (TrajectoryError, UserException, SystemException) as error:  # refused, or the server is gone
+            code = error.code if isinstance(error, TrajectoryError) else INVALID_GOAL
+            raise Aborted(str(error), {"error_code": code, "error_string": str(error)}) from error
         return {"error_code": SUCCESSFUL, "error_string": ""}
-
-    def read(self, goal: Any) -> Trajectory:  # noqa: ANN401 - a message's class
-        """Return the trajectory of a goal of the action; raises TrajectoryError, which names the joint."""
-        return read_goal(goal, self._limits)
 
     def claim(self, order: Order, trajectory: Trajectory, former: Collection[Order | None] = ()) -> None:
         """Give an order the joints of its trajectory, and all joints of `former` orders: these end."""
@@ -270,14 +253,11 @@ class TrajectoryFollower:
         start = sample.time if trajectory.start is None else self._robot_time(trajectory.start)
         if start + trajectory.times[-1] < sample.time:
             late = sample.time - start
-            raise TrajectoryError(
-                OLD_HEADER_TIMESTAMP, f"it was to begin {late:.3g} s ago, and has ended since"
-            )
+            ended = f"it was to begin {late:.3g} s ago, and has ended since"
+            raise TrajectoryError(ended, OLD_HEADER_TIMESTAMP)
         if start > sample.time + _LONGEST_TRAJECTORY:
-            raise TrajectoryError(
-                INVALID_GOAL,
-                f"it is to begin in {start - sample.time:.4g} s; at most {_LONGEST_TRAJECTORY:g}",
-            )
+            wait = f"it is to begin in {start - sample.time:.4g} s"
+            raise TrajectoryError(f"{wait}; at most {_LONGEST_TRAJECTORY:g}")
         trajectory = trajectory.from_positions([sample.value.commands[column] for column in columns])
         fed, moved = -math.inf, False
         while True:
@@ -286,11 +266,11 @@ class TrajectoryFollower:
             time = sample.time - start
             period = sample.time - before.time
             if period < 0.0:
-                raise TrajectoryError(INVALID_GOAL, "the simulation began again")
+                raise TrajectoryError("the simulation began again")
             # One that is replaced at once still has its turn: a stream of them must not stand still.
             canceled = order.canceled
             if (moved or canceled or time < 0.0) and self._has_lost(order, trajectory):
-                raise SupersededError
+                raise SupersededError("a newer trajectory took its joints")
             if canceled:
                 self._hold(trajectory, state, columns)
                 raise Canceled({"error_code": SUCCESSFUL, "error_string": "canceled"})
@@ -310,7 +290,7 @@ class TrajectoryFollower:
             if strayed or over > trajectory.settling:
                 self._hold(trajectory, state, columns)
                 code = PATH_TOLERANCE_VIOLATED if strayed else GOAL_TOLERANCE_VIOLATED
-                raise TrajectoryError(code, strayed or missed)
+                raise TrajectoryError(strayed or missed, code)
 
     def _has_lost(self, order: Order, trajectory: Trajectory) -> bool:
         with self._lock:
@@ -331,16 +311,14 @@ class TrajectoryFollower:
         """Send the setpoints to their targets at the next sample, no faster than necessary."""
         targets = trajectory.at(time + period)
         commands = np.array([state.commands[column] for column in columns])
-        highest = np.array([self._limits[name].maxVelocity for name in trajectory.joints])
+        highest = np.array([self.limits[name].maxVelocity for name in trajectory.joints])
         needed = float(np.max(np.abs(targets - commands) / highest)) / max(period, 0.001)
         fraction = min(max(_HURRY * needed, _SLOWEST_FRACTION), 1.0)
         self._body.setJointPositions(dict(zip(trajectory.joints, targets.tolist(), strict=True)), fraction)
 
     def _hold(self, trajectory: Trajectory, state: JointState, columns: Sequence[int]) -> None:
-        positions = {
-            name: state.positions[column] for name, column in zip(trajectory.joints, columns, strict=True)
-        }
-        self._body.setJointPositions(positions, 1.0)
+        positions = [state.positions[column] for column in columns]
+        self._body.setJointPositions(dict(zip(trajectory.joints, positions, strict=True)), 1.0)
 
 
 def _worst(trajectory: Trajectory, desired: Numbers, actual: Numbers, tolerances: Mapping[str, float]) -> str:
@@ -357,3 +335,94 @@ def _feedback(joints: Sequence[str], desired: Numbers, actual: Numbers, time: fl
     points = {"desired": desired, "actual": actual, "error": desired - actual}
     named = {name: {"positions": values, "time_from_start": whole} for name, values in points.items()}
     return {"joint_names": list(joints), **named}
+
+
+MESSAGE: Final = "trajectory_msgs/msg/JointTrajectory"
+_CLOSE_LIMIT: Final = 2.0  # s
+
+_logger = logging.getLogger(__name__)
+
+
+class TrajectoryTopic:
+    """Follows the newest trajectory of a topic on a thread, which runs while there is one."""
+
+    def __init__(self, types: Types, follower: TrajectoryFollower, refuse: Callable[[str], object]) -> None:
+        """Take trajectories; `refuse` gets why one was refused or ended early."""
+        self._types: Final = types
+        self._follower: Final = follower
+        self._refuse: Final = refuse
+        self._lock: Final = threading.Lock()
+        self._current: _Order | None = None
+        self._next: tuple[_Order, Trajectory] | None = None
+        self._thread: threading.Thread | None = None
+        self._closed = False
+
+    def receive(self, message: Any, sender: Sender) -> None:  # noqa: ANN401 - a message's class
+        """Follow a message's trajectory from now on; raises TrajectoryError for one that makes no sense."""
+        if not message.points:
+            self._stop()
+            return
+        goal = self._types.make(f"{TYPE}_Goal", trajectory=message)
+        trajectory = read_goal(goal, self._follower.limits)
+        order = _Order(sender)
+        with self._lock:
+            if self._closed:
+                return
+            former = self._current, self._next[0] if self._next else None
+            self._follower.claim(order, trajectory, former)
+            self._next = order, trajectory
+            if self._thread is None:
+                thread = threading.Thread(target=self._run, name="trajectories of a topic", daemon=True)
+                thread.start()
+                self._thread = thread  # not earlier: without a thread the next message tries again
+
+    def close(self) -> None:
+        """Stop the joints that it moves."""
+        with self._lock:
+            self._closed = True
+            thread = self._thread
+        self._stop()
+        if thread is not None:
+            thread.join(_CLOSE_LIMIT)
+
+    def _stop(self) -> None:
+        with self._lock:
+            self._next = None
+            if self._current is not None:
+                self._current.stopped = True
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                if self._next is None:
+                    self._current = self._thread = None
+                    return
+                (order, trajectory), self._next = self._next, None
+                self._current = order
+            try:
+                self._follower.follow(order, trajectory)
+            except Canceled:
+                if order.sender.gone:
+                    self._refuse("its publisher is gone: its joints are held")
+            except SupersededError as error:
+                _logger.debug("a trajectory of a topic: %s", error)
+            except (TrajectoryError, UserException, SystemException) as error:
+                self._refuse(str(error))
+            finally:
+                self._follower.release(order)
+
+
+class _Order:
+    """A trajectory that is followed without a client that waits."""
+
+    def __init__(self, sender: Sender) -> None:
+        self.sender: Final = sender
+        self.stopped = False
+
+    @property
+    def canceled(self) -> bool:
+        """Return whether its joints are to be held."""
+        return self.stopped or self.sender.gone
+
+    def publish_feedback(self, feedback: object) -> None:
+        """Report to nobody."""

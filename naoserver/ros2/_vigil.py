@@ -25,10 +25,10 @@ _CLOSE_LIMIT: Final = 2.0  # s
 _logger = logging.getLogger(__name__)
 
 
-class Motion(Protocol):
+class Moving(Protocol):
     """Something that moves because of a topic."""
 
-    def look(self) -> bool:
+    def poll(self) -> bool:
         """Stop it if its publisher is gone; return whether it still moves and is to be watched."""
 
 
@@ -37,11 +37,11 @@ class Vigil:
 
     def __init__(self) -> None:
         self._lock: Final = threading.Lock()
-        self._motions: dict[Motion, int] = {}  # each with how often it was to be watched
+        self._motions: dict[Moving, int] = {}  # each with how often it was to be watched
         self._thread: threading.Thread | None = None
         self._end: Final = threading.Event()
 
-    def watch(self, motion: Motion) -> None:
+    def watch(self, motion: Moving) -> None:
         """Look after a motion until it is over."""
         with self._lock:
             self._motions[motion] = self._motions.get(motion, 0) + 1
@@ -60,7 +60,7 @@ class Vigil:
         while not self._end.wait(_PERIOD):
             with self._lock:
                 motions = self._motions.copy()
-            over = [each for each in motions if not self._look(each)]
+            over = [each for each in motions if not self._poll(each)]
             with self._lock:
                 for each in over:
                     if self._motions[each] == motions[each]:  # it did not move again meanwhile
@@ -69,9 +69,9 @@ class Vigil:
                     self._thread = None
                     return
 
-    def _look(self, motion: Motion) -> bool:
+    def _poll(self, motion: Moving) -> bool:
         try:
-            return motion.look()
+            return motion.poll()
         except (BusyException, TimeoutException) as error:  # it may still move
             _logger.debug("what a topic set in motion is watched later: %s", error)
             return True
@@ -102,7 +102,7 @@ class JointMotion:
         with self._lock:
             self._targets |= {name: _Target(angle, sender, float("inf")) for name, angle in targets.items()}
 
-    def look(self) -> bool:
+    def poll(self) -> bool:
         """Hold the joints whose publisher is gone."""
         with self._lock:
             targets = self._targets.copy()
@@ -138,7 +138,7 @@ class WalkMotion:
         self._count: Final = count
         self._sender: Final = sender
 
-    def look(self) -> bool:
+    def poll(self) -> bool:
         """End the walk if the publisher of its goal is gone."""
         state = self._walk.getWalkState()
         if state.count != self._count or state.status is not ActionStatus.Moving:

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from naoserver.soccer_field.model import Array, Field, FieldLines
 
-__all__ = ["Found", "Mask", "Panorama", "Pose", "View", "expected_lines", "leans", "turn", "wrapped"]
-
 Mask = NDArray[np.bool_]
 
 _FARTHEST_POINT: Final = 3.0
@@ -89,22 +87,15 @@ class Panorama:
         self._lines = lines
         self._half = np.array((field.length, field.width)) / 2
         self._map = _map_of(lines, self._half + _OUTSIDE + 2 * _STEP[0] + _FARTHEST_POINT)
-        self._views: deque[View] = deque(maxlen=_KEPT)
-
-    def clear(self) -> None:
-        """Forget all pictures."""
-        self._views.clear()
-
-    def add(self, view: View) -> None:
-        """Add what a picture shows."""
-        self._views.append(view)
+        self.views: Final[deque[View]] = deque(maxlen=_KEPT)
+        """What the newest pictures show."""
 
     def poses(self, odometry: Pose) -> list[Found]:
         """Return the poses of a robot that is at this odometry now; those that explain most come first."""
-        moves = [_between(odometry, view.odometry) for view in self._views]
+        moves = [_between(odometry, view.odometry) for view in self.views]
         points = [
             view.points @ turn(move.heading).T + (move.x, move.y)
-            for view, move in zip(self._views, moves, strict=True)
+            for view, move in zip(self.views, moves, strict=True)
         ]
         spread = _thinned(np.concatenate([np.empty((0, 2)), *points]))
         if len(spread) < _ENOUGH:
@@ -116,7 +107,7 @@ class Panorama:
                 continue
             shown = [
                 expected_lines(self._lines, _moved(pose, move), view.white, view.to_image)
-                for view, move in zip(self._views, moves, strict=True)
+                for view, move in zip(self.views, moves, strict=True)
             ]
             expected = np.concatenate(shown)
             found.append(Found(pose, min(explained, float(expected.mean()) if len(expected) else 0.0)))

@@ -190,7 +190,7 @@ class Localizer:
         to_floor = np.asarray(np.linalg.inv(to_image), np.float64)
         points = _line_points(grass, white, to_floor, self._lines.width)
         if self._looks_around:
-            self._panorama.add(View(self._odometry, points, white, to_image))
+            self._panorama.views.append(View(self._odometry, points, white, to_image))
         explained = self._fit(points, self._find_posts(pixels, to_image, to_floor))
         shares = [
             float(share.mean())
@@ -204,7 +204,7 @@ class Localizer:
 
     def look_around(self) -> None:
         """Begin to collect what pictures show, for `find`: the robot is lost, and looks to all sides."""
-        self._panorama.clear()
+        self._panorama.views.clear()
         self._looks_around = True
 
     def find(self) -> bool:

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import Body
-from naoserver.looks import Looks, Material, Mesh, Shape, Shapes, Skin
-from naoserver.looks.of_body import GREY, plain_looks, seen
-from naoserver.parts import MOST_PARTS, SHAPE_SIZES
-from naoserver.parts import Shape as ContactShape
+from naoserver.looks import Looks, Material, Mesh, SeenShape, Shapes, Skin
+from naoserver.looks.description import GREY, plain_looks, seen
+from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Shape
 from naoserver_sim._body import KINDS
 from naoserver_sim._geometry import NO_COLOR, color_of
 
@@ -110,16 +109,16 @@ def _surface(mj: mujoco.MjModel, geom: int) -> Material:
     )
 
 
-def _shape(mj: mujoco.MjModel, geom: int, frames: Mapping[int, Frame], material: str) -> Shape:
+def _shape(mj: mujoco.MjModel, geom: int, frames: Mapping[int, Frame], material: str) -> SeenShape:
     link, offset = frames[int(mj.geom_bodyid[geom])]
     x, y, z = (mj.geom_pos[geom] - offset).tolist()
     turn: tuple[float, float, float, float] = tuple(mj.geom_quat[geom].tolist())
     if _kind(mj, geom) == _MESH:
         mesh = _mesh_name(int(mj.geom_dataid[geom]))
-        return Shape(link, "mesh", material=material, mesh=mesh, at=(x, y, z), turn=turn)
+        return SeenShape(link, "mesh", material=material, mesh=mesh, at=(x, y, z), turn=turn)
     kind = KINDS[_kind(mj, geom)]
     size = tuple(mj.geom_size[geom][: SHAPE_SIZES[kind]].tolist())
-    return seen(ContactShape(link=link, kind=kind, size=size, position=(x, y, z), turn=turn), material)
+    return seen(Shape(link=link, kind=kind, size=size, position=(x, y, z), turn=turn), material)
 
 
 def _mesh_name(mesh: int) -> str:

@@ -180,7 +180,7 @@ def test_a_camera_shows_the_floor_from_the_link_that_carries_it(cart):
 def stand(robot):
     """Stop, and wait until nothing drives it."""
     robot.proxy(MotorsPrx, "Motors").stop()
-    eventually(lambda: not robot.assembly.body.claims.has("the walk"))
+    eventually(lambda: robot.is_free("drive_port"))
 
 
 def test_wheels_go_to_a_place_beside_them(cart):
@@ -266,6 +266,6 @@ def test_wheels_whose_velocity_is_not_renewed_stand_still():
     with served_to_client(FakeRobot(body=CART), options) as robot:
         robot.proxy(MotorsPrx, "Motors").setV(0.3)
         eventually(lambda: not present(robot.robot.walker).walking)
-        eventually(lambda: not robot.assembly.body.claims.has("the walk"))
+        eventually(lambda: robot.is_free("drive_port"))
         assert "stopped (forward): its velocity was not renewed in time" in reported(robot)
         robot.proxy(JointsPrx, "Body").setJointPositions({"drive_port": 1.0}, 1.0)

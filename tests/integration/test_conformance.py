@@ -17,7 +17,7 @@ from naoserver.conformance import (
     test_setpoints,
     test_walk,
 )
-from naoserver.conformance._needs import CAMERA, ROOM
+from naoserver.conformance._robot import CAMERA, ROOM
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.conformance import BODIES, FAMILIES, robots

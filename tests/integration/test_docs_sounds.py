@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 
-from naoserver._sounds import SOUNDS
+from naoserver.expression import SOUNDS
 from naoserver.fake import FakeRobot
 from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS

@@ -11,7 +11,7 @@ from contextlib import closing
 
 from naoserver.bodies.nao import H25
 from naoserver.capabilities import STILL, WalkVelocity
-from naoserver.hardware.link import CallFailed, CallTimeout, LinkLost
+from naoserver.hardware.connection import CallFailed, CallTimeout, LinkLost
 from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import NAME, RobotAddress
 from naoserver.naoqi._robot import NaoqiRobot

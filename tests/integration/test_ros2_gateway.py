@@ -145,7 +145,7 @@ def gateway(
 
         def look() -> None:
             while not end.wait(0.02):
-                telemetry.look()
+                telemetry.poll()
 
         thread = threading.Thread(target=look)
         thread.start()
@@ -951,7 +951,7 @@ def test_it_goes_on_when_the_robot_server_was_restarted() -> None:
             states = ros.create_subscription("sensor_msgs/msg/JointState", "/joint_states")
 
             def goes_on(after: float) -> bool:
-                telemetry.look()
+                telemetry.poll()
                 sample = states.latest()
                 return sample is not None and sample.wall_time > after
 

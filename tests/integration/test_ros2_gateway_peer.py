@@ -49,7 +49,7 @@ def test_another_implementation_hears_the_robot_and_commands_it(type_hash: str |
         touch: Any = nao.assembly.servants["Touch"]
 
         def heard() -> bool:
-            telemetry.look()
+            telemetry.poll()
             return bool(touch.getTouchReadingPublisher.listening)
 
         eventually(heard)

@@ -53,7 +53,7 @@ def all_meet(nodes: list[GenuineNode], telemetry: Telemetry) -> None:
     chatter = [node.hear(TEXT, HASHES[TEXT], "/chatter") for node in nodes]
 
     def said() -> bool:
-        telemetry.look()
+        telemetry.poll()
         for number, node in enumerate(nodes):
             node.publish(TEXT, HASHES[TEXT], "/chatter", bytes([number]))
         return all(states) and all(len(heard) == len(nodes) for heard in chatter)

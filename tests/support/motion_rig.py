@@ -7,8 +7,7 @@ from typing import Any, Final
 from interfaces.nao import ActionState
 from naoserver._motions.motion_file import load_motions
 from naoserver._motions.player import PERIOD
-from naoserver._motions.postures import nearest_posture, situation_of, stance_of
-from naoserver._motions.routes import MotionRoute, PostureRoute
+from naoserver._motions.routes import MotionRoute, PostureRoute, nearest_posture, situation_of, stance_of
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.options import ServerOptions

@@ -12,15 +12,15 @@ from typing import Any
 import qi
 
 from naoserver._libqi import start_libqi
-from naoserver.hardware import link
-from naoserver.hardware.link import CallLink, Reply
+from naoserver.hardware import connection
+from naoserver.hardware.connection import CallLink, Reply
 from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import RobotAddress
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 
 __all__ = ["call", "connect_patiently", "connected", "eventually_near"]
 
-call = functools.partial(link.call, timeout=CALL_LIMIT)
+call = functools.partial(connection.call, timeout=CALL_LIMIT)
 """Return what NAOqi answers, on a busy machine, too."""
 
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
-from naoserver.conformance import _served
-from naoserver.conformance._served import RobotClient, ServedRobot
+from naoserver.conformance import _robot
+from naoserver.conformance._robot import RobotClient, ServedRobot
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
@@ -46,7 +46,7 @@ def served(
 ) -> Iterator[ServedRobot]:
     """Start and serve a robot on loopback, by default in a separate realm; close both at the end."""
     endpoint = endpoint or free_endpoint()
-    with _served.served(robot, options, realm=realm, endpoint=endpoint, limit=limit) as server:
+    with _robot.served(robot, options, realm=realm, endpoint=endpoint, limit=limit) as server:
         yield server
 
 

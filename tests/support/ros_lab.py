@@ -40,7 +40,7 @@ class Lab:
         subscription = node.create_subscription(type_name, name, qos=qos)
 
         def came() -> bool:
-            self.telemetry.look()
+            self.telemetry.poll()
             return subscription.latest() is not None
 
         eventually(came)

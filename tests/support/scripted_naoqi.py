@@ -9,8 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from naoserver.bodies.nao import H25
-from naoserver.hardware.connection import HardwareLimits
-from naoserver.hardware.link import CallFailed, CallTimeout, LinkLost
+from naoserver.hardware.connection import CallFailed, CallTimeout, HardwareLimits, LinkLost
 from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import clock_at, eventually

@@ -15,10 +15,8 @@ from importlib import resources
 from types import MappingProxyType
 from typing import Final
 
-from naoserver._motions.keyframes import Key, Motion
-from naoserver._motions.motion_file import MotionError, parse_motion
-from naoserver._motions.postures import Situation, stance_of
-from naoserver._motions.routes import Route, RouteError
+from naoserver._motions.motion_file import Key, Motion, MotionError, parse_motion
+from naoserver._motions.routes import Route, RouteError, Situation, stance_of
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
 from naoserver.parts import Stance

@@ -2,11 +2,11 @@ import pytest
 
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.entrances import find_entrance
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.qi import serve_as_naoqi
+from naoserver.server import find_entrance
 from tests.support.bodies import CART
 from zenoh_ice import VirtualClock
 

@@ -53,7 +53,7 @@ class Rig:
     def look(self, *, fallen=False, tilt=0.0):
         """Look, and return the new reports."""
         self.clock.advance(2.0)
-        self.watch.look(BodyState(math.radians(tilt), fallen, 1.0, 0.0))
+        self.watch.poll(BodyState(math.radians(tilt), fallen, 1.0, 0.0))
         events = self.events.snapshot()[0][self.reported :]
         self.reported += len(events)
         return [(event.level, event.source, event.message.split(":")[0]) for event in events]

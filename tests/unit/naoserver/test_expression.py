@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver._sounds import SOUNDS
 from naoserver.bodies.nao import H25
 from naoserver.capabilities import Playback, Utterance
 from naoserver.errors import InvalidCommand
 from naoserver.expression import (
     MOST_WAITING,
+    SOUNDS,
     FadingLights,
     TimedSounds,
     TimedVoice,

@@ -28,9 +28,9 @@ class Rig:
         self.device = device or FakeDevice("Nao", H25.joints, clock, {})
         safety = JointSafety(H25.joints, SafetyOptions(), H25.tables, H25.couplings, H25.speed_rules)
         self.gate = Gate(self.events)
-        self.guarded = GuardedDevice(self.device, safety, self.gate, self.look_within)
+        self.guarded = GuardedDevice(self.device, safety, self.gate, self.check_within)
 
-    def look_within(self, seconds):
+    def check_within(self, seconds):
         self.due = seconds
 
     def commands(self):
@@ -70,7 +70,7 @@ def test_the_goal_is_that_of_the_newest_command(rig):
 def test_an_action_moves_its_joints_faster_than_others_may(rig):
     rig.guarded.claims.claim("the walk", ("LShoulderPitch",), lambda: None)
     fastest = rig.guarded.facts("LShoulderPitch").max_velocity
-    rig.guarded.move({"LShoulderPitch": 0.0}, {"LShoulderPitch": fastest}, owner="the walk")
+    rig.guarded.move({"LShoulderPitch": 0.0}, {"LShoulderPitch": fastest}, activity="the walk")
     assert rig.guarded.goal("LShoulderPitch").speed == fastest
     rig.guarded.claims.release("the walk")
     rig.guarded.move({"LShoulderPitch": 0.1}, {"LShoulderPitch": fastest})
@@ -170,7 +170,7 @@ def test_a_lost_client_stops_what_it_sent_somewhere_with_one_event(rig, clock):
 
 def test_what_an_action_moves_is_for_the_action_to_end(rig, clock):
     rig.guarded.claims.claim("the walk", ("LKneePitch",), lambda: None)
-    rig.guarded.move({"LKneePitch": 0.4}, {}, client="client", owner="the walk")
+    rig.guarded.move({"LKneePitch": 0.4}, {}, client="client", activity="the walk")
     rig.guarded.drop_client("client")
     clock.advance(5.0)
     assert rig.commands()["LKneePitch"] == pytest.approx(0.4)
@@ -188,8 +188,8 @@ def test_a_command_of_a_client_that_is_gone_already_is_refused(rig):
         assert str(refusal.value) == "the client of this command is gone: its link to the robot broke"
     rig.guarded.move({"HeadYaw": 0.5}, {}, client="another")
     # What it began goes on: only who executes an action knows how it may end.
-    rig.guarded.stiffen({"HeadYaw": 0.5}, 0.0, client="lost", owner="what it began")
-    rig.guarded.move({"HeadYaw": 0.6}, {}, client="lost", owner="what it began")
+    rig.guarded.stiffen({"HeadYaw": 0.5}, 0.0, client="lost", activity="what it began")
+    rig.guarded.move({"HeadYaw": 0.6}, {}, client="lost", activity="what it began")
     assert rig.events.snapshot()[0][0].message == "refused a command: its client is gone"
 
 
@@ -213,7 +213,7 @@ def test_close_stops_everything_and_later_commands_do_nothing(rig, clock):
 def test_close_leaves_joints_to_what_still_needs_them_to_end(rig, clock):
     asked = []
     rig.guarded.claims.claim("the walk", ("LKneePitch",), lambda: asked.append("stop"))
-    rig.guarded.move({"LKneePitch": 0.4}, {}, owner="the walk")
+    rig.guarded.move({"LKneePitch": 0.4}, {}, activity="the walk")
     rig.guarded.move({"LShoulderPitch": 0.0}, {})
     clock.advance(0.1)
     held = rig.commands()["LShoulderPitch"]
@@ -273,8 +273,8 @@ def test_the_watchdog_checks_in_time_after_a_command():
     watchdog.run()
     assert watchdog.due(0.0) == pytest.approx(1.0)
     clock.advance(0.3)
-    watchdog.look_within(0.02)
-    watchdog.look_within(0.5)  # later than what is due already
+    watchdog.check_within(0.02)
+    watchdog.check_within(0.5)  # later than what is due already
     assert watchdog.due(0.3) == pytest.approx(0.32)
     assert woken == [0.3]
 
@@ -351,5 +351,5 @@ def test_joints_by_which_the_robot_balances_obey_only_what_has_claimed_them(rig)
             command()
     rig.guarded.move({"HeadYaw": 0.1}, {})
     rig.guarded.claims.claim("the kick", ("LKneePitch",), lambda: None)
-    rig.guarded.move({"LKneePitch": 0.4}, {}, owner="the kick")
+    rig.guarded.move({"LKneePitch": 0.4}, {}, activity="the kick")
     rig.guarded.hold()

@@ -2,8 +2,8 @@
 
 import pytest
 
-from naoserver._hearing import LONGEST_SENTENCE, Hearing
 from naoserver.errors import InvalidCommand
+from naoserver.expression import LONGEST_SENTENCE, Hearing
 
 
 def test_all_that_listen_hear_and_say_what_they_recognized():

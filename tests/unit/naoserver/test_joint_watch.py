@@ -7,8 +7,7 @@ from dataclasses import replace
 import pytest
 
 from interfaces.nao import Severity
-from naoserver._event_log import EventLog
-from naoserver._joint_watch import JointWatch
+from naoserver._event_log import EventLog, JointWatch
 from naoserver.fake import FakeRobot
 from naoserver.robot import JointFault
 from tests.support.bodies import ARM
@@ -40,7 +39,7 @@ class Rig:
     ) -> list[str]:
         self.clock.advance(step)
         reading = self.robot.read()
-        self.watch.look(
+        self.watch.poll(
             replace(
                 reading,
                 commands=(command, *reading.commands[1:]),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from naoserver._pixel_formats import PIXEL_FORMATS, STREAMED_FORMAT
+from naoserver._servants.camera import PIXEL_FORMATS, STREAMED_FORMAT
 
 WIDTH, HEIGHT = 64, 48
 

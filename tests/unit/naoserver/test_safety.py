@@ -40,10 +40,10 @@ class Rig:
         self.trace = []
 
     def move(self, targets, speeds=None, client=""):
-        return self._apply(self.safety.move(targets, speeds or {}, self.device.read(), client))
+        return self._apply(self.safety.safe_goals(targets, speeds or {}, self.device.read(), client))
 
     def drive(self, velocities, client="c1"):
-        return self._apply(self.safety.drive(velocities, self.device.read(), client, self.wall))
+        return self._apply(self.safety.safe_velocities(velocities, self.device.read(), client, self.wall))
 
     def run(self, seconds, renew=None):
         for _ in range(round(seconds / self.safety.options.period)):
@@ -93,7 +93,7 @@ def test_a_refusal_says_what_of_the_joint_is_not_finite():
         lambda: rig.move({"HeadYaw": math.nan}),
         lambda: rig.move({"HeadYaw": 1.0}, {"HeadYaw": math.nan}),
         lambda: rig.drive({"HeadYaw": math.nan}),
-        lambda: rig.safety.stiffen({"HeadYaw": math.nan}),
+        lambda: rig.safety.safe_stiffnesses({"HeadYaw": math.nan}),
     ):
         with pytest.raises(InvalidCommand) as refused:
             command()
@@ -178,9 +178,9 @@ def test_a_joint_that_turns_without_end_goes_anywhere_and_on_and_on(target):
     clock = VirtualClock()
     device = FakeDevice("Wheel", (JointFacts("wheel", -math.inf, math.inf, 10.0, 1.0),), clock, {})
     safety = JointSafety(device.joints, SafetyOptions())
-    outcome = safety.move({"wheel": target}, {"wheel": 10.0}, device.read())
+    outcome = safety.safe_goals({"wheel": target}, {"wheel": 10.0}, device.read())
     assert (outcome.accepted, outcome.limitations) == ({"wheel": target}, [])
-    driven = safety.drive({"wheel": -99.0}, device.read(), "c1", 0.0)
+    driven = safety.safe_velocities({"wheel": -99.0}, device.read(), "c1", 0.0)
     assert driven.accepted == {"wheel": -10.0}
     for _ in range(100):
         clock.advance(0.02)
@@ -387,7 +387,7 @@ def test_a_head_that_lags_far_behind_keeps_clear_of_where_it_is():
 def test_a_joint_that_stops_where_it_would_hit_is_moved_clear_not_held():
     rig = Rig()
     reading = rig.device.read()
-    rig.safety.drive({"HeadYaw": 1.0, "HeadPitch": 0.1}, reading, "c1", 0.0)
+    rig.safety.safe_velocities({"HeadYaw": 1.0, "HeadPitch": 0.1}, reading, "c1", 0.0)
     there = (1.526988, 0.4, *reading.commands[2:])
     outcome = rig.safety.watch(replace(reading, commands=there, positions=there), 0.5)
     assert outcome.velocities == {"HeadYaw": 0.0}
@@ -516,7 +516,7 @@ def test_the_joints_of_one_motor_are_reported_the_same_and_the_left_wins(targets
 def test_an_unknown_joint_is_refused_with_a_list_of_the_others():
     rig = AxisRig(0.0, 1.0)
     with pytest.raises(InvalidCommand) as refused:
-        rig.safety.move({"Tail": 1.0}, {}, rig.at(0.0))
+        rig.safety.safe_goals({"Tail": 1.0}, {}, rig.at(0.0))
     assert str(refused.value) == "there is no joint 'Tail'; there are Axis, Other"
 
 
@@ -531,7 +531,7 @@ def test_the_posture_decides_how_fast_an_arm_is_driven(posture, fraction):
 def test_a_proven_motion_may_move_as_fast_as_the_motor():
     rig = Rig()
     speeds = {"RShoulderPitch": 100.0}
-    outcome = rig.safety.move({"RShoulderPitch": 0.2}, speeds, rig.reading(), full_speed=True)
+    outcome = rig.safety.safe_goals({"RShoulderPitch": 0.2}, speeds, rig.reading(), full_speed=True)
     assert outcome.max_speeds["RShoulderPitch"] == LIMITS["RShoulderPitch"].max_velocity
 
 
@@ -554,18 +554,18 @@ def test_limitations_say_what_was_wrong_and_what_it_is_now():
 
 @pytest.mark.parametrize("stiffness", [0.0, 0.5, 1.0])
 def test_a_motor_is_made_as_stiff_as_commanded(stiffness):
-    assert Rig().safety.stiffen({"HeadYaw": stiffness}) == {"HeadYaw": stiffness}
+    assert Rig().safety.safe_stiffnesses({"HeadYaw": stiffness}) == {"HeadYaw": stiffness}
 
 
 @pytest.mark.parametrize("stiffness", [-0.1, 1.1, math.nan])
 def test_a_stiffness_that_is_not_from_0_to_1_is_refused_with_the_joint(stiffness):
     with pytest.raises(InvalidCommand, match="HeadYaw: a stiffness of ") as refused:
-        Rig().safety.stiffen({"HeadYaw": stiffness})
+        Rig().safety.safe_stiffnesses({"HeadYaw": stiffness})
     assert refused.value.field == "HeadYaw"
 
 
 def test_the_joints_of_one_motor_are_made_equally_stiff():
-    assert Rig().safety.stiffen({"RHipYawPitch": 0.5}) == {"RHipYawPitch": 0.5, "LHipYawPitch": 0.5}
+    assert Rig().safety.safe_stiffnesses({"RHipYawPitch": 0.5}) == {"RHipYawPitch": 0.5, "LHipYawPitch": 0.5}
 
 
 @pytest.mark.parametrize("joint", ["LHipYawPitch", "RHipYawPitch"])
@@ -603,7 +603,7 @@ def linked():
 @pytest.mark.parametrize("named", ["grip", "pinch"])
 def test_the_target_of_a_coupled_joint_is_converted_for_the_other(named):
     safety, reading = linked()
-    outcome = safety.move({named: LINKED[named]}, {}, reading)
+    outcome = safety.safe_goals({named: LINKED[named]}, {}, reading)
     assert outcome.positions == pytest.approx(LINKED)
     assert outcome.max_speeds["pinch"] == pytest.approx(2.0 * outcome.max_speeds["grip"])
     assert outcome.limitations == []
@@ -611,32 +611,32 @@ def test_the_target_of_a_coupled_joint_is_converted_for_the_other(named):
 
 def test_a_follower_goes_no_farther_than_its_leader():
     safety, reading = linked()
-    outcome = safety.move({"pinch": -1.4}, {}, reading)
+    outcome = safety.safe_goals({"pinch": -1.4}, {}, reading)
     assert outcome.accepted == {"pinch": pytest.approx(0.1 - 2.0 * 0.6)}
 
 
 def test_the_velocity_of_a_follower_is_converted_for_its_leader():
     safety, reading = linked()
-    outcome = safety.drive({"pinch": 0.5}, reading, "c1", 0.0)
+    outcome = safety.safe_velocities({"pinch": 0.5}, reading, "c1", 0.0)
     assert (outcome.accepted, safety.velocity("grip")) == ({"pinch": 0.5}, -0.25)
 
 
 def test_a_follower_is_driven_no_faster_than_its_leader():
     safety, reading = linked()
-    fastest = safety.drive({"grip": 100.0}, reading, "c1", 0.0).accepted["grip"]
+    fastest = safety.safe_velocities({"grip": 100.0}, reading, "c1", 0.0).accepted["grip"]
     assert safety.velocity("pinch") == pytest.approx(-2.0 * fastest)
 
 
 def test_both_joints_of_a_coupling_are_made_equally_stiff_whatever_the_ratio():
-    assert linked()[0].stiffen({"pinch": 0.5}) == {"grip": 0.5, "pinch": 0.5}
+    assert linked()[0].safe_stiffnesses({"pinch": 0.5}) == {"grip": 0.5, "pinch": 0.5}
 
 
 @pytest.mark.parametrize(
     "command",
     [
-        lambda safety, reading: safety.move({"drive": 0.1, "swing": 0.1}, {}, reading),
-        lambda safety, reading: safety.drive({"swing": 0.1}, reading, "c1", 0.0),
-        lambda safety, _: safety.stiffen({"swing": 0.0}),
+        lambda safety, reading: safety.safe_goals({"drive": 0.1, "swing": 0.1}, {}, reading),
+        lambda safety, reading: safety.safe_velocities({"swing": 0.1}, reading, "c1", 0.0),
+        lambda safety, _: safety.safe_stiffnesses({"swing": 0.0}),
     ],
 )
 def test_a_command_to_a_passive_joint_is_refused(command):
@@ -695,14 +695,14 @@ def test_a_velocity_is_left_by_a_ramp():
 def test_a_limit_is_looked_for_as_far_ahead_as_the_joint_comes_in_one_and_a_half_periods():
     rig = Rig()
     near = LIMITS["HeadYaw"].upper - 0.5 * 0.04  # 40 ms ahead at 0.5 rad/s; a period and a half is 30 ms
-    outcome = rig.safety.drive({"HeadYaw": 0.5}, rig.reading(HeadYaw=near), "c1", 0.0)
+    outcome = rig.safety.safe_velocities({"HeadYaw": 0.5}, rig.reading(HeadYaw=near), "c1", 0.0)
     assert (outcome.velocities, outcome.positions) == ({"HeadYaw": 0.5}, {})
 
 
 def test_the_last_bit_before_a_limit_is_a_target_at_the_same_speed():
     rig = Rig()
     upper = LIMITS["HeadYaw"].upper
-    outcome = rig.safety.drive({"HeadYaw": 0.5}, rig.reading(HeadYaw=upper - 0.01), "c1", 0.0)
+    outcome = rig.safety.safe_velocities({"HeadYaw": 0.5}, rig.reading(HeadYaw=upper - 0.01), "c1", 0.0)
     assert outcome.positions == {"HeadYaw": upper}
     assert outcome.max_speeds == {"HeadYaw": 0.5}
 
@@ -743,7 +743,7 @@ class AxisRig:
         return JointReading(time, both, (0.0,) * 2, both, (0.0,) * 2, (1.0,) * 2, (30.0,) * 2)
 
     def drive(self, velocity, setpoint, **place):
-        return self.safety.drive({"Axis": velocity}, self.at(setpoint, **place), "c1", 0.0)
+        return self.safety.safe_velocities({"Axis": velocity}, self.at(setpoint, **place), "c1", 0.0)
 
 
 @pytest.mark.parametrize(
@@ -765,7 +765,7 @@ def test_a_joint_farther_out_than_that_is_brought_back_at_full_speed(setpoint, e
 
 def test_a_joint_that_stands_out_of_its_range_rests_at_its_edge():
     rig = Rig()
-    outcome = rig.safety.drive({"LElbowYaw": 0.0}, rig.reading(LElbowYaw=2.09), "c1", 0.0)
+    outcome = rig.safety.safe_velocities({"LElbowYaw": 0.0}, rig.reading(LElbowYaw=2.09), "c1", 0.0)
     assert outcome.positions == {"LElbowYaw": LIMITS["LElbowYaw"].upper}
 
 
@@ -819,7 +819,7 @@ def test_a_limit_is_reported_again_after_a_hold():
 def test_a_command_leaves_the_joints_alone_that_it_does_not_concern():
     rig = Rig()
     clash = rig.reading(HeadYaw=1.526988, HeadPitch=0.5)
-    outcome = rig.safety.move({"LKneePitch": 0.5}, {}, clash)
+    outcome = rig.safety.safe_goals({"LKneePitch": 0.5}, {}, clash)
     assert outcome.positions == {"LKneePitch": 0.5}
 
 
@@ -840,13 +840,13 @@ def test_a_driven_pitch_is_still_driven_when_yaw_is_sent_somewhere():
 
 def test_a_range_that_is_the_same_everywhere_slows_nothing_down():
     rig = AxisRig(-1.0, 1.0)
-    outcome = rig.safety.move({"Other": 1.0}, {"Other": 2.0}, rig.at(0.0))
+    outcome = rig.safety.safe_goals({"Other": 1.0}, {"Other": 2.0}, rig.at(0.0))
     assert (outcome.limitations, outcome.max_speeds) == ([], {"Other": 2.0})
 
 
 def test_a_joint_as_fast_as_the_other_can_make_way_is_not_called_limited():
     rig = AxisRig(-1.0, 1.0, rows=((0.0, -1.0, 1.0), (1.0, -1.0, 0.0)))  # steepest: 1
-    outcome = rig.safety.move({"Other": 1.0, "Axis": 0.0}, {"Other": 2.0}, rig.at(1.0))
+    outcome = rig.safety.safe_goals({"Other": 1.0, "Axis": 0.0}, {"Other": 2.0}, rig.at(1.0))
     assert outcome.limitations == []
 
 
@@ -878,8 +878,8 @@ def test_what_a_driven_yaw_brings_near_is_reported_once():
 
 def test_what_a_driven_joint_brings_near_again_is_reported_again():
     rig = AxisRig(-1.0, 1.0, rows=((0.0, -1.0, 1.0), (1.0, -1.0, 0.0)))
-    rig.safety.move({"Axis": 1.0}, {}, rig.at(1.0))
-    rig.safety.drive({"Other": 0.1}, rig.at(1.0, other=-0.5), "c1", 0.0)
+    rig.safety.safe_goals({"Axis": 1.0}, {}, rig.at(1.0))
+    rig.safety.safe_velocities({"Other": 0.1}, rig.at(1.0, other=-0.5), "c1", 0.0)
     reports = [len(rig.safety.watch(rig.at(1.0, other=other), 0.0).limitations) for other in (0.5, -0.5, 0.5)]
     assert reports == [1, 0, 1]
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from naoserver._sounds import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, SOUNDS, single_tone
+from naoserver.expression import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, SOUNDS, single_tone
 
 
 @pytest.mark.parametrize("sound", SOUNDS.values(), ids=SOUNDS)

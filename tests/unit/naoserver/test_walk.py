@@ -187,8 +187,8 @@ def test_what_takes_the_legs_at_the_very_end_of_the_walk_keeps_them(rig, monkeyp
     stopped = []
     release = rig.body.claims.release
 
-    def release_to_dance(owner):
-        legs = release(owner)
+    def release_to_dance(activity):
+        legs = release(activity)
         if legs:
             rig.body.claims.claim("dance", legs, lambda: stopped.append("dance"))
         return legs
@@ -199,7 +199,7 @@ def test_what_takes_the_legs_at_the_very_end_of_the_walk_keeps_them(rig, monkeyp
     rig.walker.ending = False
     assert rig.walk.watch() is None
     assert not stopped
-    rig.body.move({"RKneePitch": 0.5}, {}, owner="dance")
+    rig.body.move({"RKneePitch": 0.5}, {}, activity="dance")
 
 
 def test_where_the_legs_stand_after_a_walk_is_where_they_are_to_be(rig):

@@ -5,8 +5,7 @@ import math
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._walk import PERIOD, WalkTo
-from naoserver._way import way_to
+from naoserver._walk import PERIOD, WalkTo, way_to
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.capabilities import STILL, Odometry, WalkVelocity

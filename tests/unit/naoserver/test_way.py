@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver._way import way_to
+from naoserver._walk import way_to
 from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.fake.robot import LIMITS, FakeWalker

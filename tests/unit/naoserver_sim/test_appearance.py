@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
-from naoserver.looks import read_skin, skin_names
+from naoserver.looks import read_looks, skin_names
 from naoserver_sim._simulator import Snapshot
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
 from naoserver_sim.cameras import CameraRenderer
@@ -44,7 +44,7 @@ def volume(mj, geom):
 @pytest.mark.parametrize("name", skin_names())
 def test_links_of_the_right_side_mirror_those_of_the_left(name, skin):
     mj = model_of(name, skin=skin)
-    for sides in read_skin(name).mirror.items():
+    for sides in read_looks(name).skin.mirror.items():
         left, right = (seen(mj, link) for link in sides)
         assert mj.geom_type[left].tolist() == mj.geom_type[right].tolist()
         assert mj.geom_pos[right] == pytest.approx(mj.geom_pos[left] * [1, -1, 1], abs=1e-4)

@@ -4,8 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from interfaces.nao import Severity
-from naoserver._event_log import ConditionWatch, EventLog
-from naoserver._joint_watch import JointWatch
+from naoserver._event_log import ConditionWatch, EventLog, JointWatch
 from naoserver.parts import Shape
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
@@ -30,8 +29,8 @@ class Rig:
         """Let time pass; return the new events."""
         for _ in range(seconds):
             self.clock.advance(1.0)
-            self.watch.look(self.robot.state())
-            self.joints.look(self.robot.read())
+            self.watch.poll(self.robot.state())
+            self.joints.poll(self.robot.read())
         events = self.events.snapshot()[0][self.told :]
         self.told += len(events)
         return [(event.level, event.source, event.message.split(":")[0]) for event in events]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from naoserver._motions.keyframes import Interpolation
+from naoserver._motions.motion_file import Interpolation
 from naoserver.bodies import find_body
 from naoserver.parts import Axis
 from naoserver_sim.model import build_model, standing

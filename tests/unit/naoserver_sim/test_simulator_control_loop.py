@@ -9,7 +9,7 @@ import pytest
 
 from interfaces.nao import ActionStatus
 from naoserver._motions.routes import MotionRoute
-from naoserver._way import way_to
+from naoserver._walk import way_to
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.jobs import JobThreads, Periodic

@@ -30,7 +30,6 @@ COMMON: Final = frozenset({"base", "head"})
 
 SPELLED: Final = {
     "naoserver/_motions/motion_file.py": "an example",
-    "naoserver/_motions/sides.py": "an example",
     "naoserver_sim/learning/_environment.py": "the name of a part of an observation",
     "naoserver_sim/self_collision.py": "an example",
     "visualhfsm/_monitor/realm/nao_h25.json": "the body of recordings that describe none",

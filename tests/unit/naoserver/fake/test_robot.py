@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
-from naoserver.fake.robot import LAG, Ball, focal_length, project
+from naoserver.fake.robot import LAG, Ball, project
 from naoserver.kinematics import matrix_of
 from naoserver.parts import Axis
 from naoserver.robot import Robot
@@ -152,7 +152,7 @@ def test_looking_down_raises_the_ball_in_the_image():
 
 def test_the_focal_length_gives_the_field_of_view(robot):
     camera = robot.cameras[0]
-    assert 2 * math.atan(160 / focal_length(camera, 320)) == pytest.approx(camera.horizontal_fov)
+    assert 2 * math.atan(160 / camera.focal_length(320)) == pytest.approx(camera.horizontal_fov)
 
 
 def test_a_camera_that_fails_says_why(clock):

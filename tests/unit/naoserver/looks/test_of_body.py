@@ -7,8 +7,7 @@ import pytest
 from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.body import Body
 from naoserver.looks import read_looks
-from naoserver.looks.description import describe_looks
-from naoserver.looks.of_body import looks_of, start_of
+from naoserver.looks.description import describe_looks, looks_of, start_of
 from naoserver.parts import Link, Shape
 from naoserver_sim.appearance import add_appearance
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver._motions.keyframes import Interpolation
+from naoserver._motions.motion_file import Interpolation
 
 
 @given(st.floats(0.0, 1.0))

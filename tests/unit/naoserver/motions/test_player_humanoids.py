@@ -10,8 +10,7 @@ from itertools import starmap
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.postures import situation_of
-from naoserver._motions.routes import RouteError
+from naoserver._motions.routes import RouteError, situation_of
 from naoserver.bodies import find_body
 from naoserver.parts import Stance
 from naoserver_sim.robot import SimulatedRobot

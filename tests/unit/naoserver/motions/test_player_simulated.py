@@ -5,7 +5,7 @@ import math
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.postures import situation_of
+from naoserver._motions.routes import situation_of
 from naoserver.bodies import find_body
 from naoserver.parts import LYING_TILT, Stance
 from naoserver_sim.robot import SimulatedRobot

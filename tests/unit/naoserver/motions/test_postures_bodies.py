@@ -6,10 +6,16 @@ from typing import Any
 import pytest
 from msgspec import structs
 
-from naoserver._motions.keyframes import Key, Motion
-from naoserver._motions.motion_file import load_motions, parse_motion
-from naoserver._motions.postures import Situation, nearest_posture, stance_of
-from naoserver._motions.routes import MotionRoute, PostureRoute, RouteError, SafestPostureRoute
+from naoserver._motions.motion_file import Key, Motion, load_motions, parse_motion
+from naoserver._motions.routes import (
+    MotionRoute,
+    PostureRoute,
+    RouteError,
+    SafestPostureRoute,
+    Situation,
+    nearest_posture,
+    stance_of,
+)
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading

@@ -4,8 +4,15 @@ import math
 
 import pytest
 
-from naoserver._motions.postures import Situation, nearest_posture, stance_of
-from naoserver._motions.routes import MotionRoute, PostureRoute, RouteError, SafestPostureRoute
+from naoserver._motions.routes import (
+    MotionRoute,
+    PostureRoute,
+    RouteError,
+    SafestPostureRoute,
+    Situation,
+    nearest_posture,
+    stance_of,
+)
 from naoserver.bodies import find_body
 from naoserver.parts import Stance
 from tests.support.motion_rig import MOTIONS

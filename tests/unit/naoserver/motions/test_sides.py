@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from naoserver._motions.sides import names_of
+from naoserver._motions.motion_file import names_of
 from naoserver.bodies import find_body
 from naoserver.body import Body
 from naoserver.kinematics import kinematics_of

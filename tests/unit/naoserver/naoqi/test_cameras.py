@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.errors import HardwareFailure
-from naoserver.hardware.link import CallFailed
+from naoserver.hardware.connection import CallFailed
 from naoserver.naoqi._cameras import Stamps, frame_of
 from naoserver.naoqi._link import NAME
 from tests.support.scripted_naoqi import HASTY, ScriptedNaoqi

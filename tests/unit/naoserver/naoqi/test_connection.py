@@ -7,7 +7,7 @@ import pytest
 
 from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
-from naoserver.hardware.link import CallFailed
+from naoserver.hardware.connection import CallFailed
 from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import HASTY, PATIENT, ScriptedNaoqi

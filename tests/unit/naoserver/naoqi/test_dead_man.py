@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from naoserver.hardware.connection import CallFailed
 from naoserver.hardware.dead_man import SwitchLimits, guard
-from naoserver.hardware.link import CallFailed
 from naoserver.naoqi._dead_man import stops_of
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import eventually

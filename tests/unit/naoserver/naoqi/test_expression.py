@@ -2,9 +2,10 @@
 
 import pytest
 
-from naoserver._sounds import SOUNDS, Sound, Tone, single_tone
+from naoserver.capabilities import Sound, Tone
 from naoserver.errors import CommandRefused
-from naoserver.hardware.link import CallFailed
+from naoserver.expression import SOUNDS, single_tone
+from naoserver.hardware.connection import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 

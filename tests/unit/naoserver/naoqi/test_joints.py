@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.bodies.nao import H25
-from naoserver.hardware.link import CallFailed
-from naoserver.naoqi._joints import Order, calls_of
+from naoserver.hardware.connection import CallFailed
+from naoserver.naoqi._moves import Order, calls_of
 from tests.support.limits import FOREVER
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import PATIENT, ScriptedNaoqi

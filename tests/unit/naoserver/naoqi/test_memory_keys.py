@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.bodies.nao import H25
-from naoserver.naoqi._memory_keys import MemoryLayout
+from naoserver.naoqi._state import MemoryLayout
 from tests.support.any_text import any_text
 from tests.support.scripted_naoqi import DEVICES, nao_memory
 

@@ -6,11 +6,11 @@ import pytest
 
 from interfaces.nao import ActionStatus
 from naoserver._naoqi_names import gait_limits
-from naoserver._way import way_to
+from naoserver._walk import way_to
 from naoserver.assembly import Assembly
 from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver.hardware.link import CallFailed
+from naoserver.hardware.connection import CallFailed
 from naoserver.options import ServerOptions
 from tests.support.limits import FOREVER
 from tests.support.robot_server import eventually

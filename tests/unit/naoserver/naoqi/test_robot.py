@@ -7,7 +7,7 @@ import pytest
 
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
-from naoserver.hardware.link import CallFailed
+from naoserver.hardware.connection import CallFailed
 from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from naoserver.options import ServerOptions
 from tests.support.scripted_naoqi import HASTY, ScriptedNaoqi

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from naoserver.ros2._parameters import Speeds
+from naoserver.ros2._commands import Speeds
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from interfaces.nao import JointState
-from naoserver.ros2._trajectory import TrajectoryError, TrajectoryFollower
-from naoserver.ros2._trajectory_topic import MESSAGE, TrajectoryTopic
+from naoserver.ros2._trajectory import MESSAGE, TrajectoryError, TrajectoryFollower, TrajectoryTopic
 from tests.support.limits import EVENT_LIMIT
 from tests.support.waiting import until
 from tests.unit.naoserver.ros2.test_trajectory import LIMITS, point

@@ -12,8 +12,7 @@ from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.body import Body
 from naoserver.kinematics import kinematics_of, matrix_of, rotation
 from naoserver.parts import Joint, Link, Shape
-from naoserver.ros2._frames import ROOT, link_frames
-from naoserver.ros2._urdf import urdf
+from naoserver.ros2._frames import ROOT, link_frames, urdf
 from tests.support.bodies import ARM, CART, GIANT
 from tests.support.linkage import LINKAGE
 

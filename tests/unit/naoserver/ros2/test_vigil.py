@@ -51,7 +51,7 @@ class Moving:
     """Something that a topic set in motion."""
 
     def __init__(self, look: Callable[[], bool]) -> None:
-        self.look = look
+        self.poll = look
 
 
 @contextmanager
@@ -100,14 +100,14 @@ def test_what_moves_again_while_it_is_found_at_rest_is_watched() -> None:
 
 def test_a_hold_that_was_not_carried_out_is_repeated(publisher: Publisher) -> None:
     publisher.trouble.append(TimeoutException("no answer within 2 s"))
-    with watched(publisher.motion().look):
+    with watched(publisher.motion().poll):
         publisher.gone = True
         until(lambda: bool(publisher.held))
 
 
 def test_a_joint_that_is_held_is_watched_no_more(publisher: Publisher) -> None:
     motion = publisher.motion()
-    assert motion.look()
+    assert motion.poll()
     publisher.gone = True
-    assert not motion.look()
+    assert not motion.poll()
     assert publisher.held == [{"HeadYaw": publisher.position}]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from naoserver._servants.body_history import BodyHistory
+from naoserver._servants.camera import BodyHistory
 from naoserver.fake import FakeRobot
 from zenoh_ice import VirtualClock
 

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from naoserver._servants.description import DescriptionI
+from naoserver._servants.server import DescriptionI
 from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.body import Body, read_body
 from tests.support.bodies import ARM, CART, GIANT

@@ -1,16 +1,18 @@
-"""Servants of the robot's clock, of the server's health, and of the gate in front of every command."""
+"""Servants of every robot server: its clock, its health, the gate in front of its commands, and its body."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Final
 
 from interfaces.nao import Clock as ClockServant
-from interfaces.nao import ClockReading, Health, HealthReport, Safety, SafetyState
-from naoserver._event_log import ConditionWatch
+from interfaces.nao import ClockReading, Description, Health, HealthReport, Safety, SafetyState
+from naoserver._event_log import ConditionWatch, JointWatch
 from naoserver._gate import Gate
-from naoserver._joint_watch import JointWatch
 from naoserver._servants.camera import CameraI
-from naoserver._servants.shared import refusals_raised
+from naoserver._servants.shared import refusals_raised, stream_of
+from naoserver.body import Body, write_body
 from naoserver.robot import Robot
 from zenoh_ice import Clock, Current
 
@@ -20,14 +22,11 @@ class ClockI(ClockServant):
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
+        self.publish: Final = stream_of(self._reading, self.getTimePublisher).send
+        """Send the time to the listeners."""
 
     def getTime(self, current: Current) -> ClockReading:
         return self._reading()
-
-    def publish(self) -> None:
-        """Send the time to the listeners."""
-        reading = self._reading()
-        self.getTimePublisher.publish(reading, time=reading.time)
 
     def _reading(self) -> ClockReading:
         return ClockReading(time=self._clock.now(), rate=self._clock.rate, simulated=self._clock.simulated)
@@ -44,21 +43,17 @@ class HealthI(Health):
         self._started = events.wall_time()
         self._condition = ConditionWatch(robot, events)
         self._joints = JointWatch(robot, events)
+        self.report_now: Final = stream_of(self._report, self.getHealthPublisher).send
+        """Send a report at once, for an event that cannot wait for the next one."""
 
     def getHealth(self, current: Current) -> HealthReport:
         return self._report()
 
     def publish(self) -> None:
         """Check the robot, and send a report to the listeners."""
-        self._condition.look(self._robot.state())
-        self._joints.look(self._robot.read())
+        self._condition.poll(self._robot.state())
+        self._joints.poll(self._robot.read())
         self.report_now()
-
-    def report_now(self) -> None:
-        """Send a report at once, for an event that cannot wait for the next one."""
-        if self.getHealthPublisher.listening:
-            report = self._report()
-            self.getHealthPublisher.publish(report, time=report.time)
 
     def _report(self) -> HealthReport:
         state = self._robot.state()
@@ -87,6 +82,8 @@ class SafetyI(Safety):
     def __init__(self, gate: Gate, moves_for: Callable[[str], bool]) -> None:
         self._gate = gate
         self._moves_for = moves_for
+        self.publish: Final = stream_of(gate.state, self.getSafetyStatePublisher).send
+        """Publish the present right to command the robot."""
 
     def emergencyStop(self, reason: str, current: Current) -> None:
         try:
@@ -104,8 +101,7 @@ class SafetyI(Safety):
         self.publish()
 
     def releaseLease(self, current: Current) -> None:
-        if self._gate.release(current.client):
-            self.publish()
+        self.drop_client(current.client)
 
     def getSafetyState(self, current: Current) -> SafetyState:
         return self._gate.state()
@@ -113,13 +109,21 @@ class SafetyI(Safety):
     def isMoving(self, current: Current) -> bool:
         return self._moves_for(current.client)
 
-    def publish(self) -> None:
-        """Publish the present right to command the robot."""
-        if self.getSafetyStatePublisher.listening:
-            state = self._gate.state()
-            self.getSafetyStatePublisher.publish(state, time=state.time)
-
     def drop_client(self, client: str) -> None:
         """Give back the lease of a lost client."""
         if self._gate.release(client):
             self.publish()
+
+
+class DescriptionI(Description):
+    """Report a body, and its looks: `looks` returns them as JSON, or an empty text."""
+
+    def __init__(self, body: Body, looks: Callable[[], str]) -> None:
+        self._body = cache(lambda: write_body(body))
+        self._looks = cache(looks)
+
+    def getBody(self, current: Current) -> str:
+        return self._body()
+
+    def getLooks(self, current: Current) -> str:
+        return self._looks()

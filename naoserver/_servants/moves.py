@@ -1,27 +1,113 @@
-"""Servants of motions made of key frames, and of postures: by key frames, or the robot's own way."""
+"""Servants of what moves the whole body: the walk, motions made of key frames, and postures.
+
+JdeRobot's `Motors` walk in m/s and rad/s both ways.
+"""
 
 from __future__ import annotations
 
+import math
 import threading
 from abc import abstractmethod
 from typing import Final
 
-from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
+from interfaces.jderobot import Encoders, EncodersData, Motors
+from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures, Walk
 from naoserver._guarded_device import GuardedDevice
 from naoserver._motions.player import MotionPlayer
-from naoserver._motions.postures import nearest_posture
-from naoserver._motions.routes import MotionRoute, PostureRoute
-from naoserver._servants.shared import action_stream, refusals_raised, require_known, require_positive
-from naoserver.capabilities import OwnPostures, PostureProgress
+from naoserver._motions.routes import MotionRoute, PostureRoute, nearest_posture
+from naoserver._servants import shared
+from naoserver._walk import WalkGuard, WalkTo, way_to
+from naoserver.capabilities import Odometry, OwnPostures, PostureProgress
 from naoserver.errors import CommandRefused, RobotError
 from zenoh_ice import Current
+
+_FARTHEST_PLACE: Final = 100.0
+"""Largest distance in m along x and y of a place to walk to."""
+
+
+class MotorsI(Motors):
+    """Walk at velocities, each of which must be renewed."""
+
+    def __init__(self, walk: WalkGuard) -> None:
+        self._walk = walk
+
+    def getV(self, current: Current) -> float:
+        return self._walk.commanded().forward
+
+    def setV(self, v: float, current: Current) -> int:
+        shared.require_finite(v=v)
+        return self._drive("forward", v, current)
+
+    def getW(self, current: Current) -> float:
+        return self._walk.commanded().turn
+
+    def setW(self, w: float, current: Current) -> int:
+        shared.require_finite(w=w)
+        return self._drive("turn", w, current)
+
+    def getL(self, current: Current) -> float:
+        return self._walk.commanded().left
+
+    def setL(self, l: float, current: Current) -> int:  # noqa: E741  (the name in the interface)
+        shared.require_finite(l=l)
+        return self._drive("left", l, current)
+
+    def stop(self, current: Current) -> None:
+        self._walk.stop()
+
+    def _drive(self, kind: str, velocity: float, current: Current) -> int:
+        with shared.refusals_raised():
+            return 1 if self._walk.drive({kind: velocity}, current.client) else 0
+
+
+class WalkI(Walk):
+    """Walk to places."""
+
+    def __init__(self, walk: WalkGuard, walk_to: WalkTo) -> None:
+        self._walk = walk
+        self._walk_to = walk_to
+        self.stream: Final = shared.action_stream(walk_to.state, self.getWalkStatePublisher)
+
+    def walkTo(self, x: float, y: float, heading: float, current: Current) -> None:
+        shared.require_within(-_FARTHEST_PLACE, _FARTHEST_PLACE, x=x, y=y)
+        shared.require_within(-math.tau, math.tau, heading=heading)
+        with shared.refusals_raised():
+            way = way_to((x, y, heading), self._walk.read(), self._walk.limits, self._walk.lag)
+            self._walk_to.begin(way, current.client)
+
+    def stop(self, current: Current) -> None:
+        self._walk_to.stop()
+
+    def getWalkState(self, current: Current) -> ActionState:
+        return self._walk_to.state()
+
+
+class EncodersI(Encoders):
+    """Report where the robot believes it is, in calls and as a stream."""
+
+    def __init__(self, walk: WalkGuard) -> None:
+        self.stream: Final = shared.StateStream(walk.read, self.getEncodersDataPublisher, _data)
+
+    def getEncodersData(self, current: Current) -> EncodersData:
+        return self.stream.now()
+
+
+def _data(odometry: Odometry) -> EncodersData:
+    return EncodersData(
+        robotx=odometry.x,
+        roboty=odometry.y,
+        robottheta=odometry.heading,
+        robotcos=math.cos(odometry.heading),
+        robotsin=math.sin(odometry.heading),
+    )
+
 
 _HIGHEST_SPEED: Final = 2.0
 MOTION: Final = "motion"
 """The player's kind for actions of `Motions`."""
 POSTURE: Final = "posture"
 """The player's kind for actions of `Postures`."""
-_OWNER: Final = "the way into a posture"
+_WAY: Final = "the way into a posture"
 """The claim on the joints while a robot goes its own way."""
 _PERIOD: Final = 0.05
 """Wall seconds between two checks whether such a way has ended."""
@@ -32,20 +118,20 @@ class MotionsI(Motions):
 
     def __init__(self, player: MotionPlayer) -> None:
         self._player = player
-        self.stream: Final = action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
+        self.stream: Final = shared.action_stream(
+            lambda: player.progress(MOTION), self.getMotionStatePublisher
+        )
 
     def getMotions(self, current: Current) -> list[MotionFacts]:
-        return [
-            MotionFacts(name=of.name, description=of.description, duration=of.duration, start=of.start)
-            for of in self._player.motions.values()
-        ]
+        motions = self._player.motions.values()
+        return [MotionFacts(of.name, of.description, of.duration, of.start) for of in motions]
 
     def play(self, name: str, pace: float, current: Current) -> None:
         motions = self._player.motions
-        require_known("motion", name, motions)
-        require_positive(_HIGHEST_SPEED, pace=pace)
+        shared.require_known("motion", name, motions)
+        shared.require_positive(_HIGHEST_SPEED, pace=pace)
         route = MotionRoute(self._player.body, motions[name], motions.values())
-        with refusals_raised():
+        with shared.refusals_raised():
             self._player.begin(MOTION, name, route, pace=pace, client=current.client)
 
     def stop(self, current: Current) -> None:
@@ -59,7 +145,7 @@ class PosturesI(Postures):
     """Common part of both kinds of postures."""
 
     def __init__(self) -> None:
-        self.stream: Final = action_stream(self.progress, self.getPostureStatePublisher)
+        self.stream: Final = shared.action_stream(self.progress, self.getPostureStatePublisher)
 
     @property
     @abstractmethod
@@ -78,9 +164,9 @@ class PosturesI(Postures):
         return list(self.names)
 
     def goToPosture(self, name: str, fraction: float, current: Current) -> None:
-        require_known("posture", name, self.names)
-        require_positive(1.0, fraction=fraction)
-        with refusals_raised():
+        shared.require_known("posture", name, self.names)
+        shared.require_positive(1.0, fraction=fraction)
+        with shared.refusals_raised():
             self.go(name, fraction, current.client)
 
     def getPostureState(self, current: Current) -> ActionState:
@@ -135,7 +221,7 @@ class OwnPosturesI(PosturesI):
         return self._postures.names
 
     def progress(self) -> ActionState:
-        of = self._look()
+        of = self._poll()
         if of.moving:
             status = ActionStatus.Moving
         elif of.reached:
@@ -151,15 +237,15 @@ class OwnPosturesI(PosturesI):
             self._body.gate.require(client)
             if self._closed:
                 return
-            self._body.claims.claim(_OWNER, joints, self._end)
+            self._body.claims.claim(_WAY, joints, self._end)
             try:
                 self._postures.go(name, fraction)
             except RobotError:
-                self._body.claims.release(_OWNER)
+                self._body.claims.release(_WAY)
                 raise
             self._count += 1
             self._client = client
-        self._body.look_within(_PERIOD)
+        self._body.check_within(_PERIOD)
         try:
             self._body.gate.require(client)
         except CommandRefused:  # an emergency stop came in between
@@ -174,11 +260,11 @@ class OwnPosturesI(PosturesI):
 
     def watch(self) -> float | None:
         """Free the joints at the end of the way; return the wall seconds until the next check."""
-        return _PERIOD if self._look().moving else None
+        return _PERIOD if self._poll().moving else None
 
     def moves_for(self, client: str) -> bool:
         """Return whether it is on a way that a client commanded."""
-        return self._client == client and self._look().moving
+        return self._client == client and self._poll().moving
 
     def drop_client(self, client: str) -> None:
         """Do nothing: the robot's own way runs to its end, because half way the body may fall."""
@@ -192,11 +278,11 @@ class OwnPosturesI(PosturesI):
     def _end(self) -> None:
         """Stop on the way, and free the joints: they need nothing more to come to rest."""
         self._postures.stop()
-        self._body.claims.release(_OWNER)
+        self._body.claims.release(_WAY)
 
-    def _look(self) -> PostureProgress:
+    def _poll(self) -> PostureProgress:
         with self._lock:
             progress = self._postures.progress()
             if not progress.moving:
-                self._body.claims.release(_OWNER)
+                self._body.claims.release(_WAY)
         return progress
