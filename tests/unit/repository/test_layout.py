@@ -21,7 +21,6 @@ from tests.support.places import ROOT
 TESTS: Final = ROOT / "tests"
 GENERATED: Final = {"interfaces", "behaviors"}
 TESTED_BY: Final = {
-    "ballmover/_ball.py": "integration/test_ballmover.py",
     "codegen/options.py": "integration/test_codegen_command.py",
     "hfsm_runtime/_recording/clocks.py": "integration/test_hfsm_record_replay.py",
     "hfsm_runtime/_recording/results.py": "integration/test_hfsm_record_replay.py",
