@@ -9,8 +9,8 @@ from naoserver.capabilities import Walker
 from naoserver.errors import RobotError
 from naoserver.footsteps import Footsteps
 from naoserver.parts import Steps, Wheels
+from naoserver_sim._footsteps.estimator import BodySensors
 from naoserver_sim._footsteps.limbs import limbs_of
-from naoserver_sim._footsteps.sensors import BodySensors
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._gears import gear_noise
 from naoserver_sim._senses.record import SenseNoise, SensorRecord

@@ -19,9 +19,9 @@ from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading, WalkVelocity
 from naoserver.footsteps import Footsteps
 from naoserver.parts import Axis
+from naoserver_sim._footsteps.estimator import BodySensors
 from naoserver_sim._footsteps.limbs import Limbs, limbs_of
 from naoserver_sim._footsteps.posture import walking_stance
-from naoserver_sim._footsteps.sensors import BodySensors
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._gears import GearNoise, Gears
 from naoserver_sim._motors import SetpointController
