@@ -23,6 +23,8 @@ from naoserver.parts import Axis
 from naoserver_sim._senses.record import SensorRecord, encoded
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._support_polygon import Array, convex_hull, nearest_within
+from naoserver_sim._walk.walker import WEIGHT
+from naoserver_sim._way import FIRM, TILT
 from naoserver_sim.model import Model
 
 _LEFT, _RIGHT = 0, 1
@@ -51,12 +53,6 @@ _LEVEL: Final = 0.02
 """Difference in m of the heights of a sole's corners above the other sole up to which they are parallel."""
 _STEP: Final = 0.01
 """Height in m of a sole above the other one up to which both stand on the floor."""
-_WEIGHT: Final = 25.0
-"""Least load on the soles in N with which it stands on its feet: half its weight."""
-_TILT: Final = math.radians(50)
-"""Tilt of the torso beyond which it is falling."""
-_FIRM: Final = 0.5
-"""Least stiffness of the legs with which it balances."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,9 +179,9 @@ class SimulatedBalancer:
         inertial = self._sensors.newest.inertial
         return (
             self._walking()
-            or max(abs(inertial.roll), abs(inertial.pitch)) > _TILT
-            or float(self._loads.sum()) < _WEIGHT
-            or float(self._simulator.motors.stiffnesses[self._legs].min()) < _FIRM
+            or max(abs(inertial.roll), abs(inertial.pitch)) > TILT
+            or float(self._loads.sum()) < WEIGHT
+            or float(self._simulator.motors.stiffnesses[self._legs].min()) < FIRM
         )
 
     def _wanted(self, support: Support, seconds: float) -> Array:

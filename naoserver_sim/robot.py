@@ -16,15 +16,19 @@ from naoserver.body import Body
 from naoserver.capabilities import OwnPostures
 from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedSounds, TimedVoice
+from naoserver.footsteps import Footsteps
 from naoserver.jobs import ControlLoop
 from naoserver.looks.description import write_looks
-from naoserver.parts import Steps
+from naoserver.parts import Steps, Wheels
 from naoserver.robot import BodyState, Frame, JointReading
 from naoserver_sim._balance import SimulatedBalancer
+from naoserver_sim._footsteps.estimator import BodySensors
+from naoserver_sim._footsteps.limbs import limbs_of
+from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._gears import Gears, gear_noise
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
 from naoserver_sim._motors import AMBIENT, SetpointController
-from naoserver_sim._senses.record import SenseNoise, encoded
+from naoserver_sim._senses.record import SenseNoise, SensorRecord, encoded
 from naoserver_sim._senses.simulated import SimulatedSenses
 from naoserver_sim._simulator import (
     PacedSimulator,
@@ -35,7 +39,9 @@ from naoserver_sim._simulator import (
     VirtualSimulator,
 )
 from naoserver_sim._stage import SimulatedStage
-from naoserver_sim._way import Way, way_of
+from naoserver_sim._walk.walker import SimulatedWalker
+from naoserver_sim._way import Way
+from naoserver_sim._wheels import DifferentialDrive
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraLimits, CameraRenderer, put_cameras
 from naoserver_sim.model import DeviceIndex, Model, build_standing
@@ -130,6 +136,43 @@ class SimulatedDevice:
         self._simulator.order(partial(action, self._index.motors[places], *values))
 
 
+def _way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> Way | None:
+    """Return the part that moves a robot over the floor; None for one that stays where it is."""
+    match model.body.walk:
+        case Steps():
+            _require_limbs_of_nao(model.body)
+            return SimulatedWalker(model, simulator, sensors, noise=noise)
+        case Footsteps() as footsteps:
+            return _walker(model, simulator, sensors, footsteps, noise=noise)
+        case Wheels() as wheels:
+            return DifferentialDrive(model, simulator, sensors, wheels)
+        case None:
+            return None
+
+
+def _require_limbs_of_nao(body: Body) -> None:
+    """Raise RobotError when a body lacks legs or arms that the walk of a Nao moves."""
+    groups = body.groups
+    shoulders = {"LeftShoulder", "RightShoulder"}
+    if (len(groups.left_leg), len(groups.right_leg)) != (6, 6) or not shoulders <= body.hinges.keys():
+        raise RobotError("walk: steps are for the legs and arms of a Nao; use footsteps for other bodies")
+
+
+def _walker(
+    model: Model, simulator: Simulator, sensors: SensorRecord, footsteps: Footsteps, *, noise: bool
+) -> FootstepWalker:
+    limbs = limbs_of(simulator.mj, model.body)
+    delay = SenseNoise().delay if noise else 0
+    return FootstepWalker(
+        footsteps,
+        limbs,
+        simulator,
+        BodySensors(simulator, limbs, lambda: sensors.newest.inertial, noise=noise, delay=delay),
+        joints=model.body.groups.legs,
+        latency=gear_noise(model.body).delay * simulator.tick_period if noise else 0.0,
+    )
+
+
 class SimulatedRobot(SimulatedDevice):
     """A robot in MuJoCo, at rest in a world; without one in the default world, with two balls.
 
@@ -187,7 +230,7 @@ class SimulatedRobot(SimulatedDevice):
         self.cameras: Final = model.cameras
         self._noise = noise
         self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
-        self.walker: Final[Way | None] = way_of(model, simulator, self.senses.record, noise=noise)
+        self.walker: Final[Way | None] = _way_of(model, simulator, self.senses.record, noise=noise)
         self.balancer: Final = self._balancer(model, simulator)
         self.stage: Final = SimulatedStage(
             model, simulator, press=self.senses.press, moved=self._lose_footing

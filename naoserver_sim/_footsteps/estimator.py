@@ -25,6 +25,7 @@ from naoserver.footsteps import GRAVITY, Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, quaternion
 from naoserver_sim._senses.record import encoded
 from naoserver_sim._simulator import Simulator
+from naoserver_sim._way import STANDING_TICKS, STILL_RATE, yaw_rate
 
 
 class BodySensors:
@@ -74,10 +75,6 @@ _PULL: Final = 0.2
 """Part of its distance from the measured attitude that the integrated one makes up for in a tick."""
 _LOST: Final = 0.1
 """Distance in rad from the measured attitude from which the integrated one is that at once."""
-_STILL: Final = 0.1
-"""Turning rate in rad/s about each axis below which a robot that does not step stands still."""
-_STANDING_TICKS: Final = 500
-"""Ticks of standing still over which the errors of the inertial unit are means."""
 _LARGEST_MOUNTING: Final = 0.03
 """Largest error of roll and pitch in rad by the mounting of the inertial unit."""
 
@@ -153,14 +150,13 @@ class Estimator:
         """
         about_x, about_y, about_z = inertial.angular_velocity
         sine, cosine = math.sin(inertial.roll), math.cos(inertial.roll)
-        upright = max(math.cos(inertial.pitch), 0.1)  # a trunk that lies has no heading
-        rate = (about_y * sine + about_z * cosine) / upright
+        rate = yaw_rate(inertial)
         rolled = about_x + rate * math.sin(inertial.pitch)
         self._roll = _pulled(self._roll + rolled * seconds, inertial.roll)
         self._pitch = _pulled(self._pitch + (about_y * cosine - about_z * sine) * seconds, inertial.pitch)
-        self._resting = resting and max(map(abs, inertial.angular_velocity)) < _STILL
+        self._resting = resting and max(map(abs, inertial.angular_velocity)) < STILL_RATE
         if self._resting:
-            self._still = min(self._still + 1, _STANDING_TICKS)
+            self._still = min(self._still + 1, STANDING_TICKS)
             self._offset += (rate - self._offset) / self._still
         self.heading += (rate - self._offset) * seconds
 

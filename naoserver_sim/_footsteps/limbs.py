@@ -32,10 +32,8 @@ class Arm:
 
     shoulder: int
     """The link that its first joint moves."""
-    swing: int
-    """The joint about the axis y that swings it, as a place among the body's joints."""
-    joints: Indices
-    """All its joints, as places among the body's joints."""
+    joints: tuple[int, ...]
+    """All its joints, as places among the body's joints: first the one about the axis y, which swings it."""
 
 
 @dataclass(frozen=True)
@@ -130,8 +128,12 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
 
 def _arm(mj: mujoco.MjModel, swing: int, places: dict[int, int]) -> Arm:
     shoulder = int(mj.jnt_bodyid[swing])
-    joints = [place for joint, place in places.items() if shoulder in _upwards(mj, mj.jnt_bodyid[joint])]
-    return Arm(shoulder, places[swing], np.array(joints, dtype=np.intp))
+    others = [
+        place
+        for joint, place in places.items()
+        if joint != swing and shoulder in _upwards(mj, mj.jnt_bodyid[joint])
+    ]
+    return Arm(shoulder, (places[swing], *others))
 
 
 def _upwards(mj: mujoco.MjModel, link: int) -> Iterator[int]:

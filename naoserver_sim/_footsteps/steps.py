@@ -18,6 +18,7 @@ from typing import Final
 from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.footsteps import Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT
+from naoserver_sim._way import nearer
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,9 +286,9 @@ class Steps:
         """Return the velocity of the next step, a bit nearer to the wanted one."""
         most, wanted = self._footsteps.changes, self._footsteps.possible(wanted)
         self._velocity = WalkVelocity(
-            _nearer(self._velocity.forward, wanted.forward, most.forward),
-            _nearer(self._velocity.left, wanted.left, most.left),
-            _nearer(self._velocity.turn, wanted.turn, most.turn),
+            nearer(self._velocity.forward, wanted.forward, most.forward, _SLOWING),
+            nearer(self._velocity.left, wanted.left, most.left, _SLOWING),
+            nearer(self._velocity.turn, wanted.turn, most.turn, _SLOWING),
         )
         return self._velocity
 
@@ -409,12 +410,3 @@ def _along(way: complex, distance: complex) -> float:
 
 def _limited(value: float, most: float) -> float:
     return max(-most, min(most, value))
-
-
-def _nearer(value: float, wanted: float, most: float) -> float:
-    """Return a value nearer to the wanted one by at most `most`, or by more if that leads towards 0."""
-    if value * wanted < 0.0:
-        wanted = 0.0  # standing still precedes the way back
-    if abs(wanted) < abs(value):
-        most *= _SLOWING
-    return value + _limited(wanted - value, most)
