@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
 from naoserver.parts import MotorHeat
-from naoserver_sim._gears import Gears
-from naoserver_sim._motors import Array, Motors, SetpointController
+from naoserver_sim._motors import Array, Gears, Motors, SetpointController
 from zenoh_ice import VirtualClock
 
 _log = logging.getLogger(__name__)

@@ -25,9 +25,8 @@ from naoserver_sim._balance import SimulatedBalancer
 from naoserver_sim._footsteps.estimator import BodySensors
 from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.walker import FootstepWalker
-from naoserver_sim._gears import Gears, gear_noise
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
-from naoserver_sim._motors import AMBIENT, SetpointController
+from naoserver_sim._motors import AMBIENT, PLAY, Gears, SetpointController
 from naoserver_sim._senses.record import SenseNoise, SensorRecord, encoded
 from naoserver_sim._senses.simulated import SimulatedSenses
 from naoserver_sim._simulator import (
@@ -169,7 +168,7 @@ def _walker(
         simulator,
         BodySensors(simulator, limbs, lambda: sensors.newest.inertial, noise=noise, delay=delay),
         joints=model.body.groups.legs,
-        latency=gear_noise(model.body).delay * simulator.tick_period if noise else 0.0,
+        latency=(model.body.play or PLAY).delay * simulator.tick_period if noise else 0.0,
     )
 
 
@@ -216,7 +215,7 @@ class SimulatedRobot(SimulatedDevice):
         heat = body.motor_heat
         gears = None
         if noise:
-            gears = Gears(gear_noise(body), data.ctrl, len(model.robot.leading), random.spawn(1)[0])
+            gears = Gears(body.play or PLAY, data.ctrl, len(model.robot.leading), random.spawn(1)[0])
         simulator: PacedSimulator | VirtualSimulator
         self.clock: Clock
         if clock is None:

@@ -17,7 +17,7 @@ from naoserver.looks.of_body import GREY, plain_looks, seen
 from naoserver.parts import MOST_PARTS, SHAPE_SIZES
 from naoserver.parts import Shape as ContactShape
 from naoserver_sim._body import KINDS
-from naoserver_sim._geometry import NO_COLOR, color_of
+from naoserver_sim.appearance import NO_COLOR, color_of
 
 MOST_TRIANGLES: Final = 40_000
 """Most triangles of a robot's meshes: without a GPU, they determine how long a picture takes."""
