@@ -79,10 +79,8 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
         spec.add_exclude(bodyname1=first, bodyname2=second)
     for joint in body.joints:
         if joint.name in body.motors:
-            gear, lasting = (
-                _gear(body, joint),
-                joint.motor.continuous_torque if joint.motor else joint.max_torque,
-            )
+            gear = _gear(body, joint)
+            lasting = joint.motor.continuous_torque if joint.motor else joint.max_torque
             add_motor(spec, joint, lasting).set_to_position(kp=gear.stiffness, kv=gear.damping)
     for coupling in body.couplings:
         spec.add_equality(
