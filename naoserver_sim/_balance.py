@@ -20,7 +20,7 @@ from naoserver.body import Body
 from naoserver.capabilities import Support
 from naoserver.kinematics import rotation
 from naoserver.parts import Axis
-from naoserver_sim._senses.record import SensorRecord, encoded
+from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._support_polygon import Array, convex_hull, nearest_within
 from naoserver_sim._walk.walker import WEIGHT
@@ -99,7 +99,7 @@ class SimulatedBalancer:
 
     Implements `naoserver.capabilities.Balancer`, whose methods may be called from any thread; `tick` and
     `abandon` are for the thread of the physics only. It uses what a robot can measure: angles, inertial unit
-    and the loads of the feet, with `noise` as imperfect as they are. While it walks, lies, falls, sits, is
+    and the loads of the feet. While it walks, lies, falls, sits, is
     limp or carried, the corrections go back to 0.
     """
 
@@ -109,13 +109,10 @@ class SimulatedBalancer:
         simulator: Simulator,
         sensors: SensorRecord,
         walking: Callable[[], bool],
-        *,
-        noise: bool,
     ) -> None:
         self._simulator = simulator
         self._sensors = sensors
         self._walking = walking
-        self._noise = noise
         self._mj = model.mj
         self._base = model.base
         self._joints = model.robot.qpos
@@ -189,10 +186,7 @@ class SimulatedBalancer:
         qpos = self._simulator.data.qpos
         commanded = self._figure(self._robot.commanded(self._simulator.setpoints.setpoints, qpos))
         inertial = self._sensors.newest.inertial
-        angles = qpos[self._joints]
-        if self._noise:
-            angles = encoded(angles)
-        measured = self._figure(angles)
+        measured = self._figure(self._sensors.encoded(qpos[self._joints]))
         reference, carrying = self._carrying(support, commanded)
         if reference != self._reference:
             self._reference = reference

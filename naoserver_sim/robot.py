@@ -27,7 +27,7 @@ from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
 from naoserver_sim._motors import AMBIENT, PLAY, Gears, SetpointController
-from naoserver_sim._senses.record import SenseNoise, SensorRecord, encoded
+from naoserver_sim._senses.record import SenseNoise, SensorRecord
 from naoserver_sim._senses.simulated import SimulatedSenses
 from naoserver_sim._simulator import Pacer, SimulationClock, Simulator, Snapshot
 from naoserver_sim._stage import SimulatedStage
@@ -132,7 +132,12 @@ def _way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise:
     """Return the part that moves a robot over the floor; None for one that stays where it is."""
     match model.body.walk:
         case Steps():
-            _require_limbs_of_nao(model.body)
+            groups, shoulders = model.body.groups, {"LeftShoulder", "RightShoulder"}
+            legs = len(groups.left_leg), len(groups.right_leg)
+            if legs != (6, 6) or not shoulders <= model.body.hinges.keys():
+                raise RobotError(
+                    "walk: steps are for the legs and arms of a Nao; use footsteps for other bodies"
+                )
             return SimulatedWalker(model, simulator, sensors, noise=noise)
         case Footsteps() as footsteps:
             return _walker(model, simulator, sensors, footsteps, noise=noise)
@@ -140,14 +145,6 @@ def _way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise:
             return DifferentialDrive(model, simulator, sensors, wheels)
         case None:
             return None
-
-
-def _require_limbs_of_nao(body: Body) -> None:
-    """Raise RobotError when a body lacks legs or arms that the walk of a Nao moves."""
-    groups = body.groups
-    shoulders = {"LeftShoulder", "RightShoulder"}
-    if (len(groups.left_leg), len(groups.right_leg)) != (6, 6) or not shoulders <= body.hinges.keys():
-        raise RobotError("walk: steps are for the legs and arms of a Nao; use footsteps for other bodies")
 
 
 def _walker(
@@ -220,14 +217,12 @@ class SimulatedRobot(SimulatedDevice):
         super().__init__(body.title or body.name, simulator, model.robot)
         self.body: Final = body
         self.cameras: Final = model.cameras
-        self._noise = noise
         self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
         self.walker: Final[Way | None] = _way_of(model, simulator, self.senses.record, noise=noise)
         walker = self.walker
         self.balancer: SimulatedBalancer | None = None
         if walker is not None and isinstance(body.walk, Steps):
-            record = self.senses.record
-            self.balancer = SimulatedBalancer(model, simulator, record, lambda: walker.walking, noise=noise)
+            self.balancer = SimulatedBalancer(model, simulator, self.senses.record, lambda: walker.walking)
         self.stage: Final = SimulatedStage(
             model, simulator, press=self.senses.press, moved=self._lose_footing
         )
@@ -261,7 +256,7 @@ class SimulatedRobot(SimulatedDevice):
 
     def _angles(self, snapshot: Snapshot) -> NDArray[np.float64]:
         angles = super()._angles(snapshot)
-        return encoded(angles) if self._noise else angles
+        return self.senses.record.encoded(angles)
 
     def looks(self) -> str:
         return write_looks(self.body)

@@ -94,7 +94,11 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
     pelvis = next(link for link in left if link in right)
     legs: list[int] = []
     for sole, chain in zip(body.soles, (left, right), strict=True):
-        leg = [joint for link in reversed(chain[: chain.index(pelvis)]) for joint in _joints(mj, link)]
+        leg = [
+            joint
+            for link in reversed(chain[: chain.index(pelvis)])
+            for joint in np.flatnonzero(mj.jnt_bodyid == link)
+        ]
         if len(leg) != LEG_JOINTS or any(mj.jnt_type[leg] != mujoco.mjtJoint.mjJNT_HINGE):
             raise RobotError(f"the leg above {sole.link} has {len(leg)} joints: it needs {LEG_JOINTS} hinges")
         legs.extend(places[joint] for joint in leg)
@@ -141,11 +145,6 @@ def _upwards(mj: mujoco.MjModel, link: int) -> Iterator[int]:
     while link:
         yield int(link)
         link = mj.body_parentid[link]
-
-
-def _joints(mj: mujoco.MjModel, link: int) -> range:
-    first = int(mj.body_jntadr[link])
-    return range(first, first + int(mj.body_jntnum[link])) if first >= 0 else range(0)
 
 
 def quaternion(heading: float, roll: float = 0.0, pitch: float = 0.0) -> tuple[float, float, float, float]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import Body
 from naoserver.capabilities import STILL, Odometry, WalkVelocity
-from naoserver_sim._senses.record import SensorRecord, encoded
+from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
 from naoserver_sim._walk.legs import FootPose, Legs, Odometer, leg_motors
@@ -198,8 +198,7 @@ class _Stage(Enum):
 class SimulatedWalker(Way):
     """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
 
-    With `noise`, the odometry uses the angles of the legs
-    as reported by their encoders, and the steps make up for the backlash of the gears.
+    With `noise`, the steps make up for the backlash of the gears.
     """
 
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> None:
@@ -242,9 +241,7 @@ class SimulatedWalker(Way):
         self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
-        joints = self._data.qpos[self._places]
-        if self._noise:
-            joints = encoded(joints)
+        joints = sensors.encoded(self._data.qpos[self._places])
         self._odometer.tick(seconds, joints.tolist(), self._inertial, self._loads, resting=resting)
         if resting and self._velocity == STILL:
             return
