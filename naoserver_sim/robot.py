@@ -135,31 +135,24 @@ def _way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise:
             groups, shoulders = model.body.groups, {"LeftShoulder", "RightShoulder"}
             legs = len(groups.left_leg), len(groups.right_leg)
             if legs != (6, 6) or not shoulders <= model.body.hinges.keys():
-                raise RobotError(
-                    "walk: steps are for the legs and arms of a Nao; use footsteps for other bodies"
-                )
+                why = "steps are for the legs and arms of a Nao; use footsteps for other bodies"
+                raise RobotError(f"walk: {why}")
             return SimulatedWalker(model, simulator, sensors, noise=noise)
         case Footsteps() as footsteps:
-            return _walker(model, simulator, sensors, footsteps, noise=noise)
+            limbs = limbs_of(simulator.mj, model.body)
+            delay = SenseNoise().delay if noise else 0
+            return FootstepWalker(
+                footsteps,
+                limbs,
+                simulator,
+                BodySensors(simulator, limbs, lambda: sensors.newest.inertial, noise=noise, delay=delay),
+                joints=model.body.groups.legs,
+                latency=(model.body.play or PLAY).delay * simulator.tick_period if noise else 0.0,
+            )
         case Wheels() as wheels:
             return DifferentialDrive(model, simulator, sensors, wheels)
         case None:
             return None
-
-
-def _walker(
-    model: Model, simulator: Simulator, sensors: SensorRecord, footsteps: Footsteps, *, noise: bool
-) -> FootstepWalker:
-    limbs = limbs_of(simulator.mj, model.body)
-    delay = SenseNoise().delay if noise else 0
-    return FootstepWalker(
-        footsteps,
-        limbs,
-        simulator,
-        BodySensors(simulator, limbs, lambda: sensors.newest.inertial, noise=noise, delay=delay),
-        joints=model.body.groups.legs,
-        latency=(model.body.play or PLAY).delay * simulator.tick_period if noise else 0.0,
-    )
 
 
 class SimulatedRobot(SimulatedDevice):

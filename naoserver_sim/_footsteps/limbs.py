@@ -94,11 +94,8 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
     pelvis = next(link for link in left if link in right)
     legs: list[int] = []
     for sole, chain in zip(body.soles, (left, right), strict=True):
-        leg = [
-            joint
-            for link in reversed(chain[: chain.index(pelvis)])
-            for joint in np.flatnonzero(mj.jnt_bodyid == link)
-        ]
+        # Parents come before their children.
+        leg = np.flatnonzero(np.isin(mj.jnt_bodyid, chain[: chain.index(pelvis)])).tolist()
         if len(leg) != LEG_JOINTS or any(mj.jnt_type[leg] != mujoco.mjtJoint.mjJNT_HINGE):
             raise RobotError(f"the leg above {sole.link} has {len(leg)} joints: it needs {LEG_JOINTS} hinges")
         legs.extend(places[joint] for joint in leg)
