@@ -20,8 +20,6 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:  # a file of waypoints is read without them
     from interfaces.jderobot import Pose3DMotorsParams
 
-__all__ = ["AxisLimits", "AxisPosition", "Point"]
-
 _TOLERANCE = 1e-6  # limits are sent as 32-bit floats
 
 

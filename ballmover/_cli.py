@@ -11,11 +11,8 @@ import typer
 from zenoh_ice.application.cli import SERVER_WAIT, ServerWait, finite, stop_on_signals, with_settings
 from zenoh_ice.settings import Settings
 
-from ._color import Color
 from ._exceptions import BallMoverException
-from ._waypoints import built_in_waypoints, read_waypoints
-
-__all__ = ["app"]
+from ._waypoints import Color, built_in_waypoints, read_waypoints
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
 
@@ -76,8 +73,7 @@ def move(
     from zenoh_ice import ObjectNotExistException, initialize
     from zenoh_ice.application.patience import Patience
 
-    from ._ball import Ball
-    from ._mover import Mover
+    from ._mover import Ball, Mover
     from ._progress import Progress
     from ._route import Route
 

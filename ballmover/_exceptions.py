@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from zenoh_ice.exceptions import ZenohIceError
 
-__all__ = ["BallMoverException", "NotArrivedException", "UnreachableException", "WaypointException"]
-
 
 class BallMoverException(ZenohIceError):
     """The root of the errors of ballmover."""

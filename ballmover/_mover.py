@@ -1,12 +1,14 @@
-"""Carry a ball along a route with setpoints, and wait at each stop until it has arrived."""
+"""Carry a ball of the simulated world along a route with setpoints, and wait at each stop for it."""
 
 from __future__ import annotations
 
 import logging
 import math
 import threading
-from typing import Final, Protocol
+from typing import Final
 
+from interfaces.jderobot import Pose3DEncodersPrx, Pose3DMotorsData, Pose3DMotorsPrx
+from zenoh_ice import Communicator
 from zenoh_ice.clock import Clock
 from zenoh_ice.exceptions import (
     ConnectionLostException,
@@ -15,11 +17,11 @@ from zenoh_ice.exceptions import (
     ZenohIceError,
 )
 
-from ._axes import AxisLimits, AxisPosition, Point
+from ._axes import AxisLimits, AxisPosition
 from ._exceptions import NotArrivedException
+from ._progress import Progress
 from ._route import Approach, Line, Move, Route, Stop
-
-__all__ = ["Carrier", "Mover", "Reporter"]
+from ._waypoints import Color
 
 PERIOD: Final = 0.02
 """Time between setpoints in s of the component's clock, unless that runs much faster than the wall's."""
@@ -29,40 +31,50 @@ _STILL: Final = 0.0005  # m between two setpoints
 _RETRY_PERIOD: Final = 0.2  # s of wall time between checks whether a lost server is back
 _LOST: Final = (ConnectionLostException, ObjectNotExistException, TimeoutException)
 
+_CALL_LIMIT: Final = 800  # ms; a server that hangs is reported within a second
+
 _logger = logging.getLogger(__name__)
 
 
-class Carrier(Protocol):
-    """Carries the ball: `ballmover._ball.Ball`."""
+class Ball:
+    """Command the axes of a ball and read their positions.
 
-    @property
-    def limits(self) -> AxisLimits:
-        """Return the range and the speed of the axes."""
+    Every method calls the server and raises the exceptions of zenoh_ice.
+    """
+
+    def __init__(self, motors: Pose3DMotorsPrx, encoders: Pose3DEncodersPrx) -> None:
+        self._motors = motors
+        self._encoders = encoders
+        self.limits = AxisLimits.from_params(motors.getPose3DMotorsParams())
+
+    @classmethod
+    def connect(cls, communicator: Communicator, color: Color) -> Ball:
+        """Return the ball of a color; for green, the identities are BallGreenMotors and BallGreenEncoders."""
+        identity = f"Ball{color.capitalize()}"
+        motors = Pose3DMotorsPrx.checkedCast(communicator.stringToProxy(f"{identity}Motors"))
+        encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy(f"{identity}Encoders"))
+        limit = min(_CALL_LIMIT, round(communicator.settings.timeout * 1000))
+        return cls(motors.ice_invocationTimeout(limit), encoders.ice_invocationTimeout(limit))
 
     def command(self, target: AxisPosition) -> None:
-        """Send the axes to a position."""
+        """Send the axes to a position as fast as they can: the steps between setpoints are small."""
+        self._motors.setPose3DMotorsData(
+            Pose3DMotorsData(
+                x=target.distance,
+                y=0.0,
+                z=target.height,
+                pan=target.pan,
+                tilt=0.0,
+                roll=0.0,
+                panSpeed=self.limits.max_pan_speed,
+                tiltSpeed=self.limits.max_linear_speed,
+            )
+        )
 
     def position(self) -> AxisPosition:
         """Return the present position of the axes."""
-
-
-class Reporter(Protocol):
-    """Receives the mover's progress."""
-
-    def departed(self, index: int, stop: Stop, lap: int) -> None:
-        """Receive the start towards a stop."""
-
-    def moved(self, target: Point, fraction: float) -> None:
-        """Receive the newest setpoint and the fraction of the line that it has covered."""
-
-    def arrived(self, stop: Stop, error: float) -> None:
-        """Receive the arrival at a stop, with an error in m."""
-
-    def lost(self, reason: str) -> None:
-        """Receive the loss of the server, which does not answer."""
-
-    def returned(self) -> None:
-        """Receive the return of the server."""
+        data = self._encoders.getPose3DEncodersData()
+        return AxisPosition(pan=data.pan, distance=data.x, height=data.z)
 
 
 class _TimeRestartedError(Exception):
@@ -83,10 +95,10 @@ class Mover:
 
     def __init__(
         self,
-        ball: Carrier,
+        ball: Ball,
         clock: Clock,
         route: Route,
-        reporter: Reporter,
+        progress: Progress,
         *,
         ending: threading.Event,
         tolerance: float = 0.02,
@@ -95,7 +107,7 @@ class Mover:
         self._ball = ball
         self._clock = clock
         self._route = route
-        self._reporter = reporter
+        self._progress = progress
         self._tolerance = tolerance
         self._limit = limit
         self._index = 0
@@ -134,7 +146,7 @@ class Mover:
         move: Move = Approach(self._ball.position(), stops[self._index].axes, self._route.limits)
         while True:
             stop = stops[self._index]
-            self._reporter.departed(self._index, stop, self._lap)
+            self._progress.departed(self._index, stop, self._lap)
             self._follow(move, stop)
             self._settle(stop)
             self._hold(stop, stop.waypoint.dwell)
@@ -161,7 +173,7 @@ class Mover:
             fraction = min(1.0, elapsed / duration) if duration > 0.0 else 1.0
             target = move.at(fraction)
             self._ball.command(target)
-            self._reporter.moved(target.point, fraction)
+            self._progress.moved(target.point, fraction)
 
     def _settle(self, stop: Stop) -> None:
         """Hold the stop's setpoint until the ball has arrived, according to the encoders."""
@@ -169,7 +181,7 @@ class Mover:
         while True:
             error = self._ball.position().point.distance_to(stop.waypoint.point)
             if error <= self._tolerance:
-                self._reporter.arrived(stop, error)
+                self._progress.arrived(stop, error)
                 return
             if self._clock.now() >= deadline:
                 raise NotArrivedException(
@@ -209,7 +221,7 @@ class Mover:
 
     def _wait_for_return(self, error: ZenohIceError) -> None:
         self._away = True
-        self._reporter.lost(str(error))
+        self._progress.lost(str(error))
         while True:
             if self._ending.wait(_RETRY_PERIOD):
                 raise _StopRequestedError
@@ -218,7 +230,7 @@ class Mover:
             except _LOST:
                 continue
             self._away = False
-            self._reporter.returned()
+            self._progress.returned()
             return
 
     def _stop(self) -> None:

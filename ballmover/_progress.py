@@ -14,10 +14,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ._axes import Point
-from ._color import Color
 from ._route import Route, Stop
-
-__all__ = ["Progress"]
+from ._waypoints import Color
 
 _BAR_WIDTH: Final = 12
 _REFRESH_PERIOD: Final = 0.1  # s of wall time

@@ -5,27 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 from ._axes import AxisLimits, AxisPosition, Point
 from ._exceptions import UnreachableException
 from ._waypoints import Waypoint
 
-__all__ = ["Approach", "Line", "Move", "Route", "Stop"]
-
 _SPEED_TOLERANCE: Final = 1.001  # limits are sent as 32-bit floats
 _FULL_TURN_TOLERANCE: Final = 1e-6  # rad
 _ON_AXIS: Final = 1e-3  # m from the vertical axis, where the pan has no meaning
-
-
-class Move(Protocol):
-    """A movement of the axes from one position to another."""
-
-    def duration(self, speed: float) -> float:
-        """Return the duration of the movement in s at a speed of the ball in m/s."""
-
-    def at(self, fraction: float) -> AxisPosition:
-        """Return the position of the axes after a fraction of the movement, 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +102,10 @@ class Approach:
             a.distance + fraction * (b.distance - a.distance),
             a.height + fraction * (b.height - a.height),
         )
+
+
+Move = Line | Approach
+"""A movement of the axes from one position to another."""
 
 
 @dataclass(frozen=True, slots=True)

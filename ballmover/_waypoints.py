@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Final
@@ -31,14 +32,18 @@ from zenoh_ice.toml_file import convert, read_text
 from zenoh_ice.toml_file import parse_toml as parse
 
 from ._axes import Point
-from ._color import Color
 from ._exceptions import WaypointException
-
-__all__ = ["Waypoint", "built_in_waypoints", "parse_csv", "parse_toml", "read_waypoints"]
 
 Meters = Annotated[float, Meta(ge=-1000.0, le=1000.0, description="write m from -1000 to 1000")]
 Speed = Annotated[float, Meta(gt=0.0, le=1000.0, description="write a speed above 0 m/s, at most 1000")]
 Seconds = Annotated[float, Meta(ge=0.0, le=86400.0, description="write s from 0 to 86400")]
+
+
+class Color(StrEnum):
+    """The color of a ball, which identifies it and its built-in waypoints."""
+
+    GREEN = "green"
+    RED = "red"
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,13 +9,13 @@ Module            Contents
 `world`, `worlds` the surroundings of the robot, read from files
 `surroundings`    the surroundings in the model
 `model`           the compiled whole, and the robot put on its feet
-`motors`          setpoints that move at limited speed, stiffness, heat
+`motors`          setpoints that move at limited speed, stiffness, heat; the gears
 `simulator`       the physics thread, its pace against the wall clock, and its time as a clock
 `senses`          the senses of the robot
-`way`             the part that moves it over the floor: `walk` of a Nao, `footsteps` or `wheels`
-`stage`           the scene, read and changed
+`way`             what moves it over the floor: its base, for `walk` of a Nao, `footsteps` and `wheels`
+`balance`         the ankles of a Nao that keep it upright, over its `support_polygon`
+`stage`           the scene, read and changed, and as data for viewers
 `cameras`         the camera thread
-`geometry`        the world as data, and the default body as JSON, for the editor
 `robot`           `SimulatedRobot`
 `learning`        Gymnasium environments in which it learns
 `command`         the command, for one robot or several

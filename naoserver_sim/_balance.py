@@ -20,9 +20,11 @@ from naoserver.body import Body
 from naoserver.capabilities import Support
 from naoserver.kinematics import rotation
 from naoserver.parts import Axis
-from naoserver_sim._senses.record import SensorRecord, encoded
+from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._support_polygon import Array, convex_hull, nearest_within
+from naoserver_sim._walk.walker import WEIGHT
+from naoserver_sim._way import FIRM, TILT
 from naoserver_sim.model import Model
 
 _LEFT, _RIGHT = 0, 1
@@ -51,12 +53,6 @@ _LEVEL: Final = 0.02
 """Difference in m of the heights of a sole's corners above the other sole up to which they are parallel."""
 _STEP: Final = 0.01
 """Height in m of a sole above the other one up to which both stand on the floor."""
-_WEIGHT: Final = 25.0
-"""Least load on the soles in N with which it stands on its feet: half its weight."""
-_TILT: Final = math.radians(50)
-"""Tilt of the torso beyond which it is falling."""
-_FIRM: Final = 0.5
-"""Least stiffness of the legs with which it balances."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +99,7 @@ class SimulatedBalancer:
 
     Implements `naoserver.capabilities.Balancer`, whose methods may be called from any thread; `tick` and
     `abandon` are for the thread of the physics only. It uses what a robot can measure: angles, inertial unit
-    and the loads of the feet, with `noise` as imperfect as they are. While it walks, lies, falls, sits, is
+    and the loads of the feet. While it walks, lies, falls, sits, is
     limp or carried, the corrections go back to 0.
     """
 
@@ -113,13 +109,10 @@ class SimulatedBalancer:
         simulator: Simulator,
         sensors: SensorRecord,
         walking: Callable[[], bool],
-        *,
-        noise: bool,
     ) -> None:
         self._simulator = simulator
         self._sensors = sensors
         self._walking = walking
-        self._noise = noise
         self._mj = model.mj
         self._base = model.base
         self._joints = model.robot.qpos
@@ -183,9 +176,9 @@ class SimulatedBalancer:
         inertial = self._sensors.newest.inertial
         return (
             self._walking()
-            or max(abs(inertial.roll), abs(inertial.pitch)) > _TILT
-            or float(self._loads.sum()) < _WEIGHT
-            or float(self._simulator.motors.stiffnesses[self._legs].min()) < _FIRM
+            or max(abs(inertial.roll), abs(inertial.pitch)) > TILT
+            or float(self._loads.sum()) < WEIGHT
+            or float(self._simulator.motors.stiffnesses[self._legs].min()) < FIRM
         )
 
     def _wanted(self, support: Support, seconds: float) -> Array:
@@ -193,10 +186,7 @@ class SimulatedBalancer:
         qpos = self._simulator.data.qpos
         commanded = self._figure(self._robot.commanded(self._simulator.setpoints.setpoints, qpos))
         inertial = self._sensors.newest.inertial
-        angles = qpos[self._joints]
-        if self._noise:
-            angles = encoded(angles)
-        measured = self._figure(angles)
+        measured = self._figure(self._sensors.encoded(qpos[self._joints]))
         reference, carrying = self._carrying(support, commanded)
         if reference != self._reference:
             self._reference = reference

@@ -79,7 +79,9 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
         spec.add_exclude(bodyname1=first, bodyname2=second)
     for joint in body.joints:
         if joint.name in body.motors:
-            _add_servo(spec, joint, _gear(body, joint))
+            gear = _gear(body, joint)
+            lasting = joint.motor.continuous_torque if joint.motor else joint.max_torque
+            add_motor(spec, joint, lasting).set_to_position(kp=gear.stiffness, kv=gear.damping)
     for coupling in body.couplings:
         spec.add_equality(
             type=mujoco.mjtEq.mjEQ_JOINT,
@@ -165,12 +167,6 @@ def _gear(body: Body, joint: Joint) -> Gear:
         raise RobotError(message) from None
 
 
-def _add_servo(spec: mujoco.MjSpec, joint: Joint, gear: Gear) -> None:
-    """Add the motor of a joint that pulls towards its setpoint with the gains of its servo."""
-    motor = add_motor(spec, joint, joint.motor.continuous_torque if joint.motor else joint.max_torque)
-    motor.set_to_position(kp=gear.stiffness, kv=gear.damping)
-
-
 def _add_link(
     spec: mujoco.MjSpec, links: Links, link: Link, joint: Joint | None, body: Body
 ) -> mujoco.MjsBody:
@@ -194,6 +190,7 @@ def _add_link(
     if joint not in body.fixed_joints:
         gear = _gear(body, joint)
         limited = math.isfinite(joint.upper - joint.lower)
+        spring = {"stiffness": [gear.stiffness, 0.0, 0.0], "springref": gear.rest} if joint.passive else {}
         added.add_joint(
             name=joint.name,
             type=mujoco.mjtJoint.mjJNT_SLIDE if joint.sliding else mujoco.mjtJoint.mjJNT_HINGE,
@@ -203,13 +200,9 @@ def _add_link(
             damping=[gear.friction_damping, 0.0, 0.0],
             frictionloss=gear.friction,
             armature=gear.inertia,
-            **_spring(gear) if joint.passive else {},
+            **spring,
         )
     return added
-
-
-def _spring(gear: Gear) -> dict[str, Any]:
-    return {"stiffness": [gear.stiffness, 0.0, 0.0], "springref": gear.rest}
 
 
 def _add_shape(spec: mujoco.MjSpec, links: Links, shape: Shape, mesh: str) -> None:

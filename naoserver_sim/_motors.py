@@ -1,14 +1,16 @@
-"""The motors of the model: setpoints that move at limited speed, position servos, stiffness and heat."""
+"""The motors of the model: setpoints that move at limited speed, stiffness and heat; and their gears."""
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from typing import Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.parts import MotorHeat
+from naoserver.parts import MotorHeat, Play
 
 Array = NDArray[np.float64]
 
@@ -130,3 +132,58 @@ class Motors:
         mj.actuator_gainprm[:, 0] = self._gains * self.stiffnesses
         mj.actuator_biasprm[:, 1:3] = self._biases * self.stiffnesses[:, None]
         mj.actuator_forcerange[:] = self._forces * (self.stiffnesses * cool)[:, None]
+
+
+PLAY: Final = Play(delay=2, least_backlash=math.radians(0.5), most_backlash=math.radians(2.0))
+"""How imperfect the gears of a body are that does not say it: those of a Nao.
+
+A joint moves 30 to 40 ms after the command. B-Human finds a request in the angles of a NAO 6 three cycles of
+12 ms later, and expects the ankles of a good robot within 1.0 deg of the requested angles, its hips and knees
+within 1.4 deg, the yielding of the motors included; it reports a joint that jumps by more than 5 deg as
+damaged (`motionDelay` and others in `jointPlayProvider.cfg`, code release 2025).
+"""
+
+
+class Gears:
+    """Bring commands to the motors, and let joints move freely within the backlash of their gears.
+
+    A motor holds its own side of the gear where it is commanded to be. Within half the backlash on either
+    side of that it exerts no force on the joint, so that a load leans the joint against one side, and against
+    the other when it reverses. The encoders of a Nao are behind the gears: they measure most of the backlash
+    (docs.b-human.de, "Sensor Analysis"), so that readings of the joints show it, too.
+
+    The forces are those of the position servos of MuJoCo towards a command that is moved by the slack, once
+    in a control tick: no further degrees of freedom. The damping and friction of motor and gear act within
+    the backlash, too, so that joints cross it more slowly than real ones. For the thread of the physics only.
+    """
+
+    def __init__(self, play: Play, commands: Array, joints: int, random: np.random.Generator) -> None:
+        """Begin at rest at the `commands` of all motors, the first `joints` of which move the robot."""
+        half = random.uniform(play.least_backlash, play.most_backlash, joints) / 2
+        self._joints: Final = slice(joints)
+        self._highest, self._lowest = half, -half
+        self._slack = np.zeros(joints)
+        # The newest commands on their way, oldest first.
+        self._commands = deque((commands[:joints].copy() for _ in range(play.delay + 1)), play.delay + 1)
+
+    @property
+    def backlash(self) -> Array:
+        """The backlash of each motor's gear in rad."""
+        return self._highest - self._lowest
+
+    def tick(self, commands: Array, positions: Array, out: Array) -> None:
+        """Fill `out` with the commands of the servos, while the joints of all motors are at `positions`."""
+        joints = self._joints
+        self._commands.append(commands[joints].copy())
+        arrived, slack = self._commands[0], self._slack
+        np.subtract(arrived, positions[joints], out=slack)
+        np.minimum(slack, self._highest, out=slack)
+        np.maximum(slack, self._lowest, out=slack)
+        out[:] = commands
+        np.subtract(arrived, slack, out=out[joints])
+
+    def settle(self, motors: NDArray[np.intp], positions: Array) -> None:
+        """Let some motors have been commanded to be at `positions` all the time."""
+        own = motors < len(self._slack)
+        for commands in self._commands:
+            commands[motors[own]] = positions[own]

@@ -1,4 +1,4 @@
-"""The physics: stepping the model on a thread at some pace, or by a virtual clock; its clock and pace."""
+"""The physics: stepping the model by a virtual clock, or on a thread at some pace; its clock and pace."""
 
 from __future__ import annotations
 
@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
 from naoserver.parts import MotorHeat
-from naoserver_sim._gears import Gears
-from naoserver_sim._motors import Array, Motors, SetpointController
-from zenoh_ice import VirtualClock
+from naoserver_sim._motors import Array, Gears, Motors, SetpointController
 
 _log = logging.getLogger(__name__)
 
@@ -53,7 +51,7 @@ class Simulator:
     """Step a model control tick by control tick.
 
     `advance` steps it in the caller's thread: two simulators of the same model with the same orders before
-    the same ticks go through the same states, bit by bit. Subclasses decide how time passes.
+    the same ticks go through the same states, bit by bit. A virtual clock or a `SimulationClock` calls it.
     All attributes are for the thread of the physics only; other threads read `newest` and give orders.
     """
 
@@ -81,6 +79,8 @@ class Simulator:
         """Observers of the state at the end of each tick: called with its simulated time in s."""
         self.on_tick: Callable[[], None] = lambda: None
         """Called at the very end of each tick, when its state is published; it gives orders for the next."""
+        self.virtual = True
+        """Whether no thread of its own steps it."""
         self._ticks = 0
         self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
         self._option = mj.opt
@@ -102,6 +102,11 @@ class Simulator:
     def order(self, action: Callable[[], None]) -> None:
         """Run an action in the thread of the physics at the next control tick."""
         self._orders.append(action)
+
+    def at_once(self, action: Callable[[], None]) -> None:
+        """Run an action now, between two ticks of virtual time, and publish the state after it."""
+        action()
+        self._snapshots[-1] = self._take_snapshot()
 
     def put(self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], positions: Array) -> None:
         """Put some joints at positions, at rest; their motors are to `hold` them there."""
@@ -165,27 +170,25 @@ class Simulator:
         )
 
 
-class PacedSimulator(Simulator):
-    """Step the model on a thread at some pace.
+_SHORTEST_SLEEP: Final = 0.0005  # s
+_LONGEST_SLEEP: Final = 0.05  # s
+
+
+class SimulationClock:
+    """Step a simulator on a thread at some pace, and tell its time, tick by tick. Implements zenoh_ice.Clock.
 
     No thread waits for another: orders are executed at each control tick, and readers take the newest
     snapshot, an object that is replaced and never changed.
     """
 
-    def __init__(
-        self,
-        mj: mujoco.MjModel,
-        data: mujoco.MjData,
-        setpoints: SetpointController,
-        pacer: Pacer,
-        gears: Gears | None = None,
-        *,
-        heat: MotorHeat | None = None,
-    ) -> None:
-        super().__init__(mj, data, setpoints, gears, heat=heat)
+    simulated: Final = True
+
+    def __init__(self, simulator: Simulator, pacer: Pacer) -> None:
+        self._simulator = simulator
         self._pacer = pacer
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
+        simulator.virtual = False
         self.failure: Exception | None = None
         """The exception that ended the physics thread, if any."""
 
@@ -195,8 +198,8 @@ class PacedSimulator(Simulator):
         return self._thread is not None and self._thread.is_alive()
 
     @property
-    def real_time_factor(self) -> float:
-        """Simulated seconds in a wall second, over the last second; 0 while the physics stands still."""
+    def rate(self) -> float:
+        """Simulated seconds in a second of wall time, over the last second; 0 when it stands still."""
         return self._pacer.real_time_factor if self.running else 0.0
 
     @property
@@ -204,10 +207,20 @@ class PacedSimulator(Simulator):
         """Wall seconds by which simulated time lagged behind its schedule in the last second."""
         return self._pacer.lag
 
-    def order(self, action: Callable[[], None]) -> None:
-        """Run an action in the thread of the physics at the next control tick. Ignored after `close`."""
-        if not self._ending.is_set():
-            super().order(action)
+    def now(self) -> float:
+        return self._simulator.newest().time
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for a duration in s; returns early when the simulation ends."""
+        self.wait(threading.Event(), seconds)
+
+    def wait(self, event: threading.Event, timeout: float) -> bool:
+        end = self.now() + timeout
+        while self.running and (left := end - self.now()) > 0:
+            nap = min(max(left / max(self.rate, 1e-3), _SHORTEST_SLEEP), _LONGEST_SLEEP)
+            if event.wait(nap):
+                return True
+        return event.is_set()
 
     def start(self) -> None:
         """Start the physics thread."""
@@ -225,84 +238,17 @@ class PacedSimulator(Simulator):
 
     def _run(self) -> None:
         pacer = self._pacer
-        pacer.start(self.newest().time, self.tick_period)
+        pacer.start(self.now(), self._simulator.tick_period)
         try:
             while not self._ending.is_set():
-                if ticks := pacer.due(self.newest().time, _MOST_TICKS_AT_ONCE):
-                    self.advance(ticks)
-                    pacer.record(self.newest().time)
+                if ticks := pacer.due(self.now(), _MOST_TICKS_AT_ONCE):
+                    self._simulator.advance(ticks)
+                    pacer.record(self.now())
                 else:
-                    self._ending.wait(pacer.wait_time(self.newest().time))
+                    self._ending.wait(pacer.wait_time(self.now()))
         except Exception as error:  # noqa: BLE001 - readers must learn of it: see `failure`
             self.failure = error
-            _log.exception("the physics stopped at %.3f s", self.newest().time)
-
-
-class VirtualSimulator(Simulator):
-    """Step the model as a virtual clock advances, in the thread that advances it."""
-
-    lag: Final = 0.0
-
-    def __init__(
-        self,
-        mj: mujoco.MjModel,
-        data: mujoco.MjData,
-        setpoints: SetpointController,
-        clock: VirtualClock,
-        gears: Gears | None = None,
-        *,
-        heat: MotorHeat | None = None,
-    ) -> None:
-        super().__init__(mj, data, setpoints, gears, heat=heat)
-        self._detach = clock.call_every(self.tick_period, lambda: self.advance(1))
-
-    def at_once(self, action: Callable[[], None]) -> None:
-        """Run an action now, between two ticks, and publish the state after it."""
-        action()
-        self._snapshots[-1] = self._take_snapshot()
-
-    def start(self) -> None:
-        """Do nothing: time passes by the clock."""
-
-    def close(self) -> None:
-        """Detach the model from the clock."""
-        self._detach()
-
-
-_SHORTEST_SLEEP: Final = 0.0005  # s
-_LONGEST_SLEEP: Final = 0.05  # s
-
-
-class SimulationClock:
-    """The time of a simulator that keeps its own pace, tick by tick. Implements zenoh_ice.Clock."""
-
-    simulated: Final = True
-
-    def __init__(self, simulator: PacedSimulator) -> None:
-        self._simulator = simulator
-
-    @property
-    def rate(self) -> float:
-        """Simulated seconds in a second of wall time, over the last second; 0 when it stands still."""
-        return self._simulator.real_time_factor
-
-    def now(self) -> float:
-        return self._simulator.newest().time
-
-    def sleep(self, seconds: float) -> None:
-        """Wait for a duration in s; returns early when the simulation ends."""
-        self.wait(threading.Event(), seconds)
-
-    def wait(self, event: threading.Event, timeout: float) -> bool:
-        end = self.now() + timeout
-        while self._simulator.running and (left := end - self.now()) > 0:
-            if event.wait(self._nap(left)):
-                return True
-        return event.is_set()
-
-    def _nap(self, left: float) -> float:
-        """Return the wall seconds to sleep before checking the time again."""
-        return min(max(left / max(self.rate, 1e-3), _SHORTEST_SLEEP), _LONGEST_SLEEP)
+            _log.exception("the physics stopped at %.3f s", self.now())
 
 
 WINDOW = 1.0

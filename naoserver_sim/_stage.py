@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Final, Literal
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from naoserver.capabilities import Pose, Truth, Vector, WorldShape
 from naoserver.errors import InvalidCommand
+from naoserver.looks.description import rounded
 from naoserver.parts import NO_TURN
-from naoserver_sim._geometry import describe_world
+from naoserver.soccer_field.model import Field
 from naoserver_sim._motors import Array
 from naoserver_sim._simulator import Simulator, Snapshot
-from naoserver_sim._surroundings import about_z
+from naoserver_sim._surroundings import WHITE, about_z
+from naoserver_sim.appearance import color_of
 from naoserver_sim.model import FreeIndex, Model
 
 _FARTHEST_PLACE: Final = 50.0
@@ -247,4 +250,61 @@ def _pose(qpos: Array, index: FreeIndex) -> Pose:
 
 def _vector(values: Array) -> Vector:
     x, y, z = values.tolist()
+    return x, y, z
+
+
+_LIFT: Final = 0.001
+"""Height of lines above the floor in m."""
+_KINDS: Final[dict[int, Literal["Plane", "Box", "Sphere", "Capsule"]]] = {
+    mujoco.mjtGeom.mjGEOM_PLANE: "Plane",
+    mujoco.mjtGeom.mjGEOM_BOX: "Box",
+    mujoco.mjtGeom.mjGEOM_SPHERE: "Sphere",
+    mujoco.mjtGeom.mjGEOM_CAPSULE: "Capsule",
+}
+"""The forms of which the surroundings are made."""
+
+
+def describe_world(model: Model) -> list[WorldShape]:
+    """Return everything visible in a model except the robot, and the lines of its field."""
+    mj, data = model.mj, mujoco.MjData(model.mj)
+    mujoco.mj_kinematics(mj, data)
+    objects = {int(mj.body(name).id): name for name in (*model.balls, *model.loose)}
+    shapes = []
+    for geom in range(mj.ngeom):
+        body = int(mj.geom_bodyid[geom])
+        # The picture of a sign is a plane in front of its board.
+        picture = mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE and mj.geom(geom).name != "floor"
+        if picture or mj.body_rootid[body] == model.base.body:
+            continue
+        if body in objects:
+            place, turn = mj.geom_pos[geom], mj.geom_quat[geom]
+        else:
+            place, turn = data.geom_xpos[geom], np.zeros(4)
+            mujoco.mju_mat2Quat(turn, data.geom_xmat[geom])
+        w, x, y, z = turn.tolist()
+        red, green, blue, opacity = color_of(mj, geom)
+        shapes.append(
+            WorldShape(
+                kind=_KINDS[int(mj.geom_type[geom])],
+                size=_rounded(mj.geom_size[geom]),
+                pose=Pose(_rounded(place), (w, x, y, z)),
+                color=(red, green, blue),
+                opacity=opacity,
+                object=objects.get(body, ""),
+            )
+        )
+    return [*shapes, *(() if model.world.field is None else _lines(model.world.field))]
+
+
+def _lines(field: Field) -> Iterator[WorldShape]:
+    for (x, y), (half_x, half_y) in field.lines():
+        for place in dict.fromkeys((side_x * x, side_y * y) for side_x in (1, -1) for side_y in (1, -1)):
+            pose = Pose((*place, 0.0), NO_TURN)
+            yield WorldShape("Box", (half_x, half_y, _LIFT), pose, WHITE)
+    circle = (field.circle_diameter / 2, field.line / 2, 0.0)
+    yield WorldShape("Ring", circle, Pose((0.0, 0.0, _LIFT), NO_TURN), WHITE)
+
+
+def _rounded(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = rounded(values)
     return x, y, z

@@ -12,31 +12,22 @@ from numpy.typing import NDArray
 from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.parts import Wheels
-from naoserver_sim._commands import CommandedWay
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
+from naoserver_sim._way import TILT, Way, limp
 from naoserver_sim.model import Model
 
-_TILT: Final = math.radians(50)
-"""Tilt of the root link beyond which it has toppled over, and stops."""
-_FIRM: Final = 0.5
-"""Least stiffness of the motors with which it drives."""
 _LEAD: Final = 0.5
 """Angle in rad by which a wheel may be ahead of where it is: a blocked one does not wind up."""
 
 
-class DifferentialDrive(CommandedWay):
-    """Drive by setting the setpoints of the wheels at each control tick, and count their turns.
-
-    Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
-    `abandon` are for the thread of the physics only.
-    """
+class DifferentialDrive(Way):
+    """Drive by setting the setpoints of the wheels at each control tick, and count their turns."""
 
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, wheels: Wheels) -> None:
-        super().__init__(simulator, does="drive")
+        limits = WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
+        super().__init__(simulator, (wheels.left, wheels.right), limits, does="drive")
         body = model.body
-        self.joints: Final = (wheels.left, wheels.right)
-        self.limits: Final = WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
         self._wheels = wheels
         self._sensors = sensors
         places = [body.joint_names.index(name) for name in self.joints]
@@ -111,8 +102,6 @@ class DifferentialDrive(CommandedWay):
 
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
         """Return why it cannot drive; empty when it can."""
-        if self._sensors.newest.inertial.tilt > _TILT:
+        if self._sensors.newest.inertial.tilt > TILT:
             return "it has toppled over; put it on its wheels first"
-        if min(stiffnesses[self._motors].tolist()) < _FIRM:
-            return f"its wheels are limp; make them stiff, {_FIRM:g} at least"
-        return ""
+        return limp(stiffnesses[self._motors], "wheels")

@@ -18,6 +18,8 @@ from naoserver.parts import NO_TURN
 VISUAL_GROUP: Final = 1
 """The group of the geoms that the cameras see of the robot."""
 
+NO_COLOR: Final = (0.5, 0.5, 0.5, 1.0)
+"""MuJoCo's color and opacity of a geom that names none."""
 _PRIMITIVES: Final = {
     "mesh": mujoco.mjtGeom.mjGEOM_MESH,
     "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
@@ -121,3 +123,20 @@ class Lamps:
                 look = look_of(color)
                 self._mj.mat_rgba[material, :3] = look.color
                 self._mj.mat_emission[material] = look.emission
+
+
+def color_of(mj: mujoco.MjModel, geom: int) -> tuple[float, float, float, float]:
+    """Return the color and the opacity of a geom as MuJoCo shows it; for a texture, its average color."""
+    material = int(mj.geom_matid[geom])
+    own: tuple[float, float, float, float] = tuple(mj.geom_rgba[geom].tolist())
+    if material < 0 or own != NO_COLOR:
+        return own
+    texture = int(mj.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
+    if texture < 0:
+        red, green, blue, opacity = mj.mat_rgba[material].tolist()
+        return red, green, blue, opacity
+    begin, channels = int(mj.tex_adr[texture]), int(mj.tex_nchannel[texture])
+    count = int(mj.tex_width[texture]) * int(mj.tex_height[texture])
+    pixels = mj.tex_data[begin : begin + count * channels].reshape(-1, channels)
+    red, green, blue = (np.resize(pixels.mean(axis=0), 3) / 255.0).tolist()
+    return red, green, blue, 1.0

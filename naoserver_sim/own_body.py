@@ -38,10 +38,9 @@ from naoserver.bodies import find_body, is_body_file, read_body_file
 from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
-from naoserver_sim._own.guesses import Guesses, guess
+from naoserver_sim._own.guesses import Guesses, guess, guess_overlaps
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
-from naoserver_sim._own.overlaps import guess_overlaps
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from zenoh_ice.text import printable

@@ -16,26 +16,24 @@ from naoserver.body import Body
 from naoserver.capabilities import OwnPostures
 from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedSounds, TimedVoice
+from naoserver.footsteps import Footsteps
 from naoserver.jobs import ControlLoop
 from naoserver.looks.description import write_looks
-from naoserver.parts import Steps
+from naoserver.parts import Steps, Wheels
 from naoserver.robot import BodyState, Frame, JointReading
 from naoserver_sim._balance import SimulatedBalancer
-from naoserver_sim._gears import Gears, gear_noise
+from naoserver_sim._footsteps.estimator import BodySensors
+from naoserver_sim._footsteps.limbs import limbs_of
+from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
-from naoserver_sim._motors import AMBIENT, SetpointController
-from naoserver_sim._senses.record import SenseNoise, encoded
+from naoserver_sim._motors import AMBIENT, PLAY, Gears, SetpointController
+from naoserver_sim._senses.record import SenseNoise, SensorRecord
 from naoserver_sim._senses.simulated import SimulatedSenses
-from naoserver_sim._simulator import (
-    PacedSimulator,
-    Pacer,
-    SimulationClock,
-    Simulator,
-    Snapshot,
-    VirtualSimulator,
-)
+from naoserver_sim._simulator import Pacer, SimulationClock, Simulator, Snapshot
 from naoserver_sim._stage import SimulatedStage
-from naoserver_sim._way import Way, way_of
+from naoserver_sim._walk.walker import SimulatedWalker
+from naoserver_sim._way import Way
+from naoserver_sim._wheels import DifferentialDrive
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraLimits, CameraRenderer, put_cameras
 from naoserver_sim.model import DeviceIndex, Model, build_standing
@@ -53,7 +51,7 @@ class SimulatedDevice:
     Implements JointDevice. Commands raise KeyError when a joint is unknown, passive or has no speed.
     """
 
-    def __init__(self, name: str, simulator: PacedSimulator | VirtualSimulator, index: DeviceIndex) -> None:
+    def __init__(self, name: str, simulator: Simulator, index: DeviceIndex) -> None:
         self.name: Final = name
         self.joints: Final = index.joints
         self._simulator: Final = simulator
@@ -108,7 +106,7 @@ class SimulatedDevice:
         Raises KeyError when a joint is unknown, RobotError unless the robot follows a virtual clock.
         """
         simulator, index = self._simulator, self._index
-        if not isinstance(simulator, VirtualSimulator):
+        if not simulator.virtual:
             raise RobotError("only a simulation that follows a virtual clock can be set to a place")
         at = [self._places[name] for name in positions]
         places, values = self._given({name: positions[name] for name in positions if name in self._movable})
@@ -128,6 +126,33 @@ class SimulatedDevice:
 
     def _order(self, action: Callable[..., None], places: list[int], *values: object) -> None:
         self._simulator.order(partial(action, self._index.motors[places], *values))
+
+
+def _way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> Way | None:
+    """Return the part that moves a robot over the floor; None for one that stays where it is."""
+    match model.body.walk:
+        case Steps():
+            groups, shoulders = model.body.groups, {"LeftShoulder", "RightShoulder"}
+            legs = len(groups.left_leg), len(groups.right_leg)
+            if legs != (6, 6) or not shoulders <= model.body.hinges.keys():
+                why = "steps are for the legs and arms of a Nao; use footsteps for other bodies"
+                raise RobotError(f"walk: {why}")
+            return SimulatedWalker(model, simulator, sensors, noise=noise)
+        case Footsteps() as footsteps:
+            limbs = limbs_of(simulator.mj, model.body)
+            delay = SenseNoise().delay if noise else 0
+            return FootstepWalker(
+                footsteps,
+                limbs,
+                simulator,
+                BodySensors(simulator, limbs, lambda: sensors.newest.inertial, noise=noise, delay=delay),
+                joints=model.body.groups.legs,
+                latency=(model.body.play or PLAY).delay * simulator.tick_period if noise else 0.0,
+            )
+        case Wheels() as wheels:
+            return DifferentialDrive(model, simulator, sensors, wheels)
+        case None:
+            return None
 
 
 class SimulatedRobot(SimulatedDevice):
@@ -170,25 +195,27 @@ class SimulatedRobot(SimulatedDevice):
         model, data = build_standing(world, posture, skin=skin, body=body)
         setpoints = _setpoints(model, data)
         random = np.random.default_rng(seed)
-        heat = body.motor_heat
         gears = None
         if noise:
-            gears = Gears(gear_noise(body), data.ctrl, len(model.robot.leading), random.spawn(1)[0])
-        simulator: PacedSimulator | VirtualSimulator
+            gears = Gears(body.play or PLAY, data.ctrl, len(model.robot.leading), random.spawn(1)[0])
+        simulator = Simulator(model.mj, data, setpoints, gears, heat=body.motor_heat)
         self.clock: Clock
+        self._paced: SimulationClock | None = None
         if clock is None:
-            simulator = PacedSimulator(model.mj, data, setpoints, Pacer(speed), gears, heat=heat)
-            self.clock = SimulationClock(simulator)
+            self.clock = self._paced = SimulationClock(simulator, Pacer(speed))
+            self._end_time = self._paced.close
         else:
-            simulator = VirtualSimulator(model.mj, data, setpoints, clock, gears, heat=heat)
             self.clock = clock
+            self._end_time = clock.call_every(simulator.tick_period, lambda: simulator.advance(1))
         super().__init__(body.title or body.name, simulator, model.robot)
         self.body: Final = body
         self.cameras: Final = model.cameras
-        self._noise = noise
         self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
-        self.walker: Final[Way | None] = way_of(model, simulator, self.senses.record, noise=noise)
-        self.balancer: Final = self._balancer(model, simulator)
+        self.walker: Final[Way | None] = _way_of(model, simulator, self.senses.record, noise=noise)
+        walker = self.walker
+        self.balancer: SimulatedBalancer | None = None
+        if walker is not None and isinstance(body.walk, Steps):
+            self.balancer = SimulatedBalancer(model, simulator, self.senses.record, lambda: walker.walking)
         self.stage: Final = SimulatedStage(
             model, simulator, press=self.senses.press, moved=self._lose_footing
         )
@@ -220,17 +247,9 @@ class SimulatedRobot(SimulatedDevice):
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )
 
-    def _balancer(self, model: Model, simulator: Simulator) -> SimulatedBalancer | None:
-        walker = self.walker
-        if walker is None or not isinstance(model.body.walk, Steps):
-            return None
-        return SimulatedBalancer(
-            model, simulator, self.senses.record, lambda: walker.walking, noise=self._noise
-        )
-
     def _angles(self, snapshot: Snapshot) -> NDArray[np.float64]:
         angles = super()._angles(snapshot)
-        return encoded(angles) if self._noise else angles
+        return self.senses.record.encoded(angles)
 
     def looks(self) -> str:
         return write_looks(self.body)
@@ -239,7 +258,9 @@ class SimulatedRobot(SimulatedDevice):
         at = self._model.base.qpos
         _, x, y, _ = self._simulator.newest().qpos[at + 3 : at + 7].tolist()
         tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
-        return BodyState(tilt, tilt > self.body.lying_tilt, self.clock.rate, self._simulator.lag)
+        return BodyState(
+            tilt, tilt > self.body.lying_tilt, self.clock.rate, self._paced.lag if self._paced else 0.0
+        )
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         return self._renderer.capture(camera, width, height)
@@ -265,14 +286,14 @@ class SimulatedRobot(SimulatedDevice):
 
     def start(self) -> None:
         """Start the threads of cameras and physics; with a virtual clock there are none."""
-        if isinstance(self._simulator, PacedSimulator):
+        if self._paced:
             self._renderer.start()
-        self._simulator.start()
+            self._paced.start()
 
     def check(self) -> None:
         """Raise RobotError when an error has stopped the physics."""
-        if isinstance(self._simulator, PacedSimulator) and self._simulator.failure is not None:
-            raise RobotError(f"the physics stopped: {self._simulator.failure}") from self._simulator.failure
+        if self._paced and (failure := self._paced.failure):
+            raise RobotError(f"the physics stopped: {failure}") from failure
 
     def _lose_footing(self) -> None:
         """End what holds only while it stands where it stood: it is placed elsewhere."""
@@ -284,7 +305,7 @@ class SimulatedRobot(SimulatedDevice):
 
     def close(self) -> None:
         """End the threads of physics and cameras and free GL."""
-        self._simulator.close()
+        self._end_time()
         self._renderer.close()
 
 

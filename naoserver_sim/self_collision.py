@@ -93,13 +93,11 @@ class BodyShapes:
 
     def _opposite(self, joints: Sequence[str]) -> tuple[str, ...]:
         """Return the joints of the other arm, or of the other leg, than that of some joints."""
-        groups = self.body.groups
-        limbs = (groups.left_arm, groups.right_arm), (groups.left_leg, groups.right_leg)
-        for left, right in limbs:
-            if not set(joints).isdisjoint(left):
-                return right
-            if not set(joints).isdisjoint(right):
-                return left
+        of = self.body.groups
+        arms, legs = (of.left_arm, of.right_arm), (of.left_leg, of.right_leg)
+        for own, other in (arms, arms[::-1], legs, legs[::-1]):
+            if not set(joints).isdisjoint(own):
+                return other
         return ()
 
     def link_of(self, shape: int) -> str:
@@ -141,14 +139,8 @@ def limb_pairs(body: Body) -> Iterator[tuple[str, str]]:
 
     Those are the first two of a head and of an arm, and the last two of a leg: its ankle.
     """
-    groups = body.groups
-    limbs = (
-        groups.head[:2],
-        groups.left_arm[:2],
-        groups.right_arm[:2],
-        groups.left_leg[-2:],
-        groups.right_leg[-2:],
-    )
+    of = body.groups
+    limbs = *(limb[:2] for limb in (of.head, of.left_arm, of.right_arm)), of.left_leg[-2:], of.right_leg[-2:]
     yield from ((limb[0], limb[1]) for limb in limbs if len(limb) == 2)
 
 
@@ -236,13 +228,12 @@ class _Search:
     def _limit(self, angle: float, inside: float, outwards: Sequence[float]) -> float:
         """Return the last angle on the way outwards at which nothing touches."""
         free = inside
-        for tried in outwards:
-            if not self._is_free(angle, tried):
-                return self._between(angle, free, tried)
-            free = tried
-        return free
-
-    def _between(self, angle: float, free: float, blocked: float) -> float:
+        for blocked in outwards:
+            if not self._is_free(angle, blocked):
+                break
+            free = blocked
+        else:
+            return free
         while abs(blocked - free) > _EXACT:
             middle = (free + blocked) / 2
             if self._is_free(angle, middle):

@@ -14,16 +14,59 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import mujoco
 import numpy as np
 
 from naoserver.capabilities import InertialReading
-from naoserver.footsteps import Footsteps
-from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
-from naoserver_sim._footsteps.vectors import quaternion
+from naoserver.footsteps import GRAVITY, Footsteps
+from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, quaternion
+from naoserver_sim._senses.record import encoded
+from naoserver_sim._simulator import Simulator
+from naoserver_sim._way import STANDING_TICKS, STILL_RATE, yaw_rate
+
+
+class BodySensors:
+    """Read the joints as they were when the inertial unit measured what it reports now.
+
+    Readings of different moments contradict each other: a step shakes the trunk by more than a radian per
+    second. `delay` is that of the inertial unit in ticks. With `noise` angles are those of encoders. `tick`
+    is due at the beginning of a control tick, when the joints are needed.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        limbs: Limbs,
+        inertial: Callable[[], InertialReading],
+        *,
+        noise: bool = False,
+        delay: int = 0,
+    ) -> None:
+        self._simulator = simulator
+        self._limbs = limbs
+        self.inertial = inertial
+        """Return the reading of the inertial unit."""
+        self._noise = noise
+        self.delay = delay
+        """Of all readings, in ticks."""
+        self.tick()
+
+    def tick(self) -> None:
+        """Read the joints.
+
+        Angles and speeds, in rad and rad/s, are those of all joints of the body; torques, in N m, those of
+        the motors of the legs, in the order of `Limbs.legs`.
+        """
+        simulator, limbs = self._simulator, self._limbs
+        then = simulator.past(self.delay * simulator.tick_period)
+        angles = then.qpos[limbs.qpos]
+        self.angles = encoded(angles) if self._noise else angles
+        self.speeds = then.qvel[limbs.dofs]
+        self.torques = then.forces[limbs.leg_motors]
+
 
 FEET: Final = (LEFT, RIGHT)
 _HALF_LIFE: Final = 0.01
@@ -32,10 +75,6 @@ _PULL: Final = 0.2
 """Part of its distance from the measured attitude that the integrated one makes up for in a tick."""
 _LOST: Final = 0.1
 """Distance in rad from the measured attitude from which the integrated one is that at once."""
-_STILL: Final = 0.1
-"""Turning rate in rad/s about each axis below which a robot that does not step stands still."""
-_STANDING_TICKS: Final = 500
-"""Ticks of standing still over which the errors of the inertial unit are means."""
 _LARGEST_MOUNTING: Final = 0.03
 """Largest error of roll and pitch in rad by the mounting of the inertial unit."""
 
@@ -111,14 +150,13 @@ class Estimator:
         """
         about_x, about_y, about_z = inertial.angular_velocity
         sine, cosine = math.sin(inertial.roll), math.cos(inertial.roll)
-        upright = max(math.cos(inertial.pitch), 0.1)  # a trunk that lies has no heading
-        rate = (about_y * sine + about_z * cosine) / upright
+        rate = yaw_rate(inertial)
         rolled = about_x + rate * math.sin(inertial.pitch)
         self._roll = _pulled(self._roll + rolled * seconds, inertial.roll)
         self._pitch = _pulled(self._pitch + (about_y * cosine - about_z * sine) * seconds, inertial.pitch)
-        self._resting = resting and max(map(abs, inertial.angular_velocity)) < _STILL
+        self._resting = resting and max(map(abs, inertial.angular_velocity)) < STILL_RATE
         if self._resting:
-            self._still = min(self._still + 1, _STANDING_TICKS)
+            self._still = min(self._still + 1, STANDING_TICKS)
             self._offset += (rate - self._offset) / self._still
         self.heading += (rate - self._offset) * seconds
 
@@ -197,3 +235,60 @@ def _pulled(angle: float, measured: float) -> float:
     """Return an integrated angle, pulled to the measured one."""
     error = math.remainder(measured - angle, math.tau)
     return angle + _PULL * error if abs(error) < _LOST else measured
+
+
+_SMOOTHING: Final = 0.2
+"""Time constant in s: accelerations are not accounted for."""
+_TRUST: Final = 0.02
+"""Lever arm in m below which a torque says little about a force."""
+_UP: Final = slice(2, None, 6)
+"""The upward forces among the forces and moments of the floor on both feet."""
+
+
+class Loads:
+    """Estimate how much the left and the right foot bear, in N: the soles have no sensors.
+
+    At rest, the torques of a leg's motors are those of the leg's weight and of the floor's force on its foot.
+    A straight leg bears any load without a torque of its knee: where the torques say little, a foot counts as
+    bearing half the weight.
+    """
+
+    def __init__(self, mj: mujoco.MjModel, limbs: Limbs, estimator: Estimator) -> None:
+        self._mj = mj
+        self._limbs = limbs
+        self._estimator = estimator
+        self._damping = mj.dof_damping[limbs.leg_dofs]
+        self.weight: Final = GRAVITY * float(mj.body_subtreemass[limbs.base])
+        """Of the body in N."""
+        self._bias = np.zeros(mj.nv)
+        self._more = np.zeros(12)
+        self._usual = np.zeros(12)
+        self._usual[_UP] = 0.5 * self.weight
+        self._trust = _TRUST**2 * np.eye(12)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin with a robot that stands."""
+        self.feet = np.full(2, 0.5 * self.weight)
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Parts of the load that the left and the right foot bear, 1 together."""
+        left, right = np.maximum(self.feet, 1.0).tolist()
+        return left / (left + right), right / (left + right)
+
+    def tick(self, seconds: float, torques: Array) -> None:
+        """Advance by some seconds, at the end of which the legs' motors give `torques` in N m.
+
+        `torques` are in the order of `Limbs.legs`.
+        """
+        data, legs = self._estimator.data, self._limbs.leg_dofs
+        mujoco.mj_rne(self._mj, data, 0, self._bias)
+        lever = self._estimator.levers.take(legs, axis=1)  # a leg moves no other foot
+        given = torques - self._damping * data.qvel[legs]
+        unexplained = self._bias[legs] - given - self._usual @ lever
+        matrix = lever @ lever.T + self._trust
+        mujoco.mju_cholFactor(matrix, 0.0)
+        mujoco.mju_cholSolve(self._more, matrix, lever @ unexplained)
+        loads = np.maximum((self._usual + self._more)[_UP], 0.0)
+        self.feet += (loads - self.feet) * min(seconds / _SMOOTHING, 1.0)

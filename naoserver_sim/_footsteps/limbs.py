@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,10 +32,8 @@ class Arm:
 
     shoulder: int
     """The link that its first joint moves."""
-    swing: int
-    """The joint about the axis y that swings it, as a place among the body's joints."""
-    joints: Indices
-    """All its joints, as places among the body's joints."""
+    joints: tuple[int, ...]
+    """All its joints, as places among the body's joints: first the one about the axis y, which swings it."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,8 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
     pelvis = next(link for link in left if link in right)
     legs: list[int] = []
     for sole, chain in zip(body.soles, (left, right), strict=True):
-        leg = [joint for link in reversed(chain[: chain.index(pelvis)]) for joint in _joints(mj, link)]
+        # Parents come before their children.
+        leg = np.flatnonzero(np.isin(mj.jnt_bodyid, chain[: chain.index(pelvis)])).tolist()
         if len(leg) != LEG_JOINTS or any(mj.jnt_type[leg] != mujoco.mjtJoint.mjJNT_HINGE):
             raise RobotError(f"the leg above {sole.link} has {len(leg)} joints: it needs {LEG_JOINTS} hinges")
         legs.extend(places[joint] for joint in leg)
@@ -129,8 +129,12 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
 
 def _arm(mj: mujoco.MjModel, swing: int, places: dict[int, int]) -> Arm:
     shoulder = int(mj.jnt_bodyid[swing])
-    joints = [place for joint, place in places.items() if shoulder in _upwards(mj, mj.jnt_bodyid[joint])]
-    return Arm(shoulder, places[swing], np.array(joints, dtype=np.intp))
+    others = [
+        place
+        for joint, place in places.items()
+        if joint != swing and shoulder in _upwards(mj, mj.jnt_bodyid[joint])
+    ]
+    return Arm(shoulder, (places[swing], *others))
 
 
 def _upwards(mj: mujoco.MjModel, link: int) -> Iterator[int]:
@@ -140,6 +144,19 @@ def _upwards(mj: mujoco.MjModel, link: int) -> Iterator[int]:
         link = mj.body_parentid[link]
 
 
-def _joints(mj: mujoco.MjModel, link: int) -> range:
-    first = int(mj.body_jntadr[link])
-    return range(first, first + int(mj.body_jntnum[link])) if first >= 0 else range(0)
+def quaternion(heading: float, roll: float = 0.0, pitch: float = 0.0) -> tuple[float, float, float, float]:
+    """Return the turn about x by roll, then y by pitch, then z by heading as a quaternion w, x, y, z."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(heading / 2), math.sin(heading / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def inclination(turned: Array) -> tuple[float, float]:
+    """Return roll and pitch in rad of axes as columns."""
+    return math.atan2(turned[2, 1], turned[2, 2]), -math.asin(max(-1.0, min(1.0, turned[2, 0])))

@@ -18,7 +18,59 @@ from typing import Final
 from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.footsteps import Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT
-from naoserver_sim._footsteps.pendulum import Pendulum
+from naoserver_sim._way import nearer
+
+
+@dataclass(frozen=True, slots=True)
+class Pendulum:
+    """The linear inverted pendulum of a body in a step of `step_time` s: its capture point, in closed form.
+
+    The body is a point mass at constant height over the zero moment point (Kajita et al., IROS 2001). Its
+    capture point moves away from there exponentially (Englsberger et al., IEEE Trans. Robotics 31, 2015). In
+    the double support at the beginning of a step the zero moment point passes evenly from the old foot to the
+    new one.
+    """
+
+    frequency: float
+    """Natural frequency in 1/s."""
+    double_support: float
+    """In s."""
+    step_time: float
+
+    def growth(self, time: float) -> float:
+        """Return the growth of a distance from the new foot from a time in s to the step's end."""
+        return math.exp(self.frequency * (self.step_time - time))
+
+    def pulled(self, time: float) -> float:
+        """Return by how much the rest of load on the old foot moves the end, in ways from old to new foot.
+
+        It is the integral of the zero moment point's way from a time in s to the end of the step.
+        """
+        if time >= self.double_support:
+            return 0.0
+        return self._antiderivative(self.double_support) - self._antiderivative(time)
+
+    def end(self, point: complex, time: float, old: complex, new: complex) -> complex:
+        """Return where a capture point that is at `point` at a time will be at the step's end."""
+        return new + self.growth(time) * (point - new) + self.pulled(time) * (new - old)
+
+    def start(self, end: complex, time: float, old: complex, new: complex) -> complex:
+        """Return where the capture point must be at a time to be at `end` at the step's end."""
+        return new + (end - new - self.pulled(time) * (new - old)) / self.growth(time)
+
+    def offset(self, width: float, stride: complex) -> complex:
+        """Return capture point less new foot at the beginning of each step of a periodic walk.
+
+        `stride` is the way of the body in a step, in the frame of its heading. `width` in m is the distance
+        of the old foot from the new one to the left: it is negative when the new one is the left one.
+        """
+        growth, pulled = self.growth(0.0), self.pulled(0.0)
+        return stride * (1.0 - pulled) / (growth - 1.0) + 1j * width * (1.0 + pulled) / (1.0 + growth)
+
+    def _antiderivative(self, time: float) -> float:
+        share = time / self.double_support
+        return self.growth(time) * (share - 1.0 + 1.0 / (self.frequency * self.double_support))
+
 
 _LOST_FORWARD: Final = 0.85
 """Part of half a sole's length beyond which a standing robot makes a step."""
@@ -234,9 +286,9 @@ class Steps:
         """Return the velocity of the next step, a bit nearer to the wanted one."""
         most, wanted = self._footsteps.changes, self._footsteps.possible(wanted)
         self._velocity = WalkVelocity(
-            _nearer(self._velocity.forward, wanted.forward, most.forward),
-            _nearer(self._velocity.left, wanted.left, most.left),
-            _nearer(self._velocity.turn, wanted.turn, most.turn),
+            nearer(self._velocity.forward, wanted.forward, most.forward, _SLOWING),
+            nearer(self._velocity.left, wanted.left, most.left, _SLOWING),
+            nearer(self._velocity.turn, wanted.turn, most.turn, _SLOWING),
         )
         return self._velocity
 
@@ -358,12 +410,3 @@ def _along(way: complex, distance: complex) -> float:
 
 def _limited(value: float, most: float) -> float:
     return max(-most, min(most, value))
-
-
-def _nearer(value: float, wanted: float, most: float) -> float:
-    """Return a value nearer to the wanted one by at most `most`, or by more if that leads towards 0."""
-    if value * wanted < 0.0:
-        wanted = 0.0  # standing still precedes the way back
-    if abs(wanted) < abs(value):
-        most *= _SLOWING
-    return value + _limited(wanted - value, most)

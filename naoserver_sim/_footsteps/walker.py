@@ -2,36 +2,36 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from enum import Enum, auto
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from naoserver.capabilities import STILL, Odometry
 from naoserver.footsteps import Footsteps
-from naoserver_sim._commands import STUCK, CommandedWay
-from naoserver_sim._footsteps.arms import ArmSwing
-from naoserver_sim._footsteps.estimator import Estimator
-from naoserver_sim._footsteps.forces import SupportTorques
-from naoserver_sim._footsteps.held import HeldPosture
+from naoserver_sim._footsteps.estimator import BodySensors, Estimator, Loads
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
-from naoserver_sim._footsteps.loads import Loads
-from naoserver_sim._footsteps.motion import PlannedMotion
-from naoserver_sim._footsteps.sensors import BodySensors
+from naoserver_sim._footsteps.motion import PlannedMotion, SupportTorques
+from naoserver_sim._footsteps.posture import HeldPosture
 from naoserver_sim._footsteps.steps import Phase, Steps
 from naoserver_sim._simulator import Simulator
+from naoserver_sim._way import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Way, limp
+
+_HANGING: Final = math.radians(45)
+"""Angle to the vertical below which an arm hangs."""
+_FASTEST_SWING: Final = 3.0
+"""Highest speed of a shoulder in rad/s."""
+
 
 _STEPS_LATE: Final = 2.0
 """Steps until it walks at a commanded velocity."""
-_TILT: Final = math.radians(50)
-"""Tilt of the trunk beyond which it is falling, and stops balancing."""
 _LEANING: Final = math.radians(20)
 """Tilt of the trunk beyond which stiff legs would not help a limp robot: it falls."""
 _BORNE: Final = 0.3
 """Least part of its weight that the feet of a standing robot bear."""
-_FIRM: Final = 0.5
-"""Least stiffness of the legs with which it balances."""
 _CARRIES: Final = 0.1
 """Least share of the load with which a foot carries a robot whose legs are held."""
 _CALM: Final = 0.01
@@ -51,11 +51,10 @@ class _Stage(Enum):
     """The legs are moved here, to stand or to walk."""
 
 
-class FootstepWalker(CommandedWay):
+class FootstepWalker(Way):
     """Move the setpoints of the legs, and of arms that hang, at each control tick.
 
-    Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
-    `abandon` are for the thread of the physics only. It balances from the start, whenever it is on its feet
+    It balances from the start, whenever it is on its feet
     and its legs are stiff, and steps when only a step can catch it. Legs that somebody else commands hold
     their angles, until they rest near the stance or the robot is to walk. To the motors it adds the torques
     that this needs, as offsets of their angles beside the setpoints.
@@ -74,11 +73,8 @@ class FootstepWalker(CommandedWay):
         joints: tuple[str, ...] = (),
         latency: float = 0.0,
     ) -> None:
-        super().__init__(simulator)
+        super().__init__(simulator, joints, footsteps.limits)
         mj = simulator.mj
-        self.joints: Final = joints
-        """Those of the legs."""
-        self.limits: Final = footsteps.limits
         self.lag = _STEPS_LATE * footsteps.step_time
         self._footsteps = footsteps
         self._limbs = limbs
@@ -91,7 +87,7 @@ class FootstepWalker(CommandedWay):
         self._motion = PlannedMotion(mj, limbs, footsteps, self._estimator)
         self._torques = SupportTorques(mj, limbs, footsteps, self._estimator)
         self._held = HeldPosture(mj, limbs, footsteps)
-        self._arms = ArmSwing(limbs, self._setpoints, footsteps.arm_swing)
+        self._arms = ArmSwing(self._setpoints, [limbs.motors[list(arm.joints)] for arm in limbs.arms])
         self._damping = mj.dof_damping[limbs.leg_dofs]
         self._gains, self._biases = mj.actuator_gainprm[:, 0], mj.actuator_biasprm[:, 2]  # with the stiffness
         self._legs = self._setpoints.setpoints[limbs.leg_motors]  # setpoints of the last tick
@@ -189,14 +185,14 @@ class FootstepWalker(CommandedWay):
     def _hindrance(self, stiffnesses: Array) -> str:
         """Return why it can neither walk nor balance; empty when it can."""
         inertial = self._sensors.inertial()
-        limp = min(stiffnesses[self._limbs.leg_motors].tolist()) < _FIRM
-        if max(abs(inertial.roll), abs(inertial.pitch)) > (_LEANING if limp else _TILT):
-            return "it lies, or it falls; make it stand up first"
-        if limp:
-            return f"its legs are limp; make them stiff, {_FIRM:g} at least"
+        weak = limp(stiffnesses[self._limbs.leg_motors], "legs")
+        if max(abs(inertial.roll), abs(inertial.pitch)) > (_LEANING if weak else TILT):
+            return LYING
+        if weak:
+            return weak
         standing = self._steps.phase is Phase.STANDING
         if standing and float(self._loads.feet.sum()) < _BORNE * self._loads.weight:
-            return "it does not stand on its feet"
+            return OFF_ITS_FEET
         return ""
 
     def _lose(self, why: str) -> None:
@@ -223,7 +219,7 @@ class FootstepWalker(CommandedWay):
             for foot in (LEFT, RIGHT):
                 estimator.plant(foot, self._steps.feet[foot].place)
             self._motion.begin(angles)
-            self._arms.begin(estimator)
+            self._arms.begin(self._hanging())
             self._stage = _Stage.BALANCED
             return
         left, right = self._loads.shares
@@ -252,10 +248,13 @@ class FootstepWalker(CommandedWay):
             if self._velocity != STILL and steps.held_back:
                 self._end(STUCK)
         if resting and steps.phase is not Phase.STANDING:
-            self._arms.begin(self._estimator)
+            self._arms.begin(self._hanging())
         commands = self._simulator.commands
         if steps.phase is not Phase.STANDING:
-            self._arms.tick(seconds, steps, commands)
+            left, right = steps.feet
+            ahead = ((left.place - right.place) * cmath.rect(1.0, -steps.heading)).real
+            swing = 0.5 * self._footsteps.arm_swing * np.array([ahead, -ahead])
+            self._arms.tick(swing, commands, _FASTEST_SWING * seconds)
         motion.tick(seconds, steps, limbs.commanded(self._setpoints.setpoints), landed=landed)
         heading = steps.feet[steps.support].heading
         bearing = steps.support if steps.on_one_foot else None
@@ -265,6 +264,12 @@ class FootstepWalker(CommandedWay):
         if steps.phase is Phase.STANDING and not motion.returning:
             self._calm = abs(point - steps.middle) < _CALM
             self._given = commands[limbs.leg_motors]
+
+    def _hanging(self) -> NDArray[np.bool_]:
+        """Return which arms hang."""
+        data, arms = self._estimator.data, self._limbs.arms
+        upwards = [data.subtree_com[arm.shoulder] - data.xpos[arm.shoulder] for arm in arms]
+        return np.array([arm[2] < -math.cos(_HANGING) * np.linalg.norm(arm) for arm in upwards], dtype=bool)
 
     def _offsets(self, torques: Array, speeds: Array) -> Array:
         """Return by how much motors of the legs are to be ahead to give torques in N m at speeds in rad/s."""

@@ -16,7 +16,7 @@ from naoserver.looks import Looks, Material, Mesh, SeenShape, Shapes, Skin
 from naoserver.looks.description import GREY, plain_looks, seen
 from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Shape
 from naoserver_sim._body import KINDS
-from naoserver_sim._geometry import NO_COLOR, color_of
+from naoserver_sim.appearance import NO_COLOR, color_of
 
 MOST_TRIANGLES: Final = 40_000
 """Most triangles of a robot's meshes: without a GPU, they determine how long a picture takes."""

@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Coupling, Gear
 from naoserver_sim._body import KINDS
-from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loops_of
+from naoserver_sim._own.couplings import Pull, couplings_of, gear_of, keep_in_range, loops_of
 from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
-from naoserver_sim._own.servos import gear_of
 from naoserver_sim._own.urdf import MOUNT
 
 Array = NDArray[np.float64]

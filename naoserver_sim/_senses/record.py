@@ -227,6 +227,10 @@ class SensorRecord:
         """Return the forces in N on the touch sensors that feel contacts."""
         return {name: sample.values[at] for name, at in self._felt.items()}
 
+    def encoded(self, angles: Array) -> Array:
+        """Return angles of joints in rad as they are measured: with noise, at the resolution of encoders."""
+        return angles if self._noise is None else encoded(angles)
+
     def feet(self, sample: Sample | None = None) -> tuple[FootReading, FootReading]:
         """Return the readings of the sensors of the left and of the right sole; all 0 without sensors."""
         if not self._soles:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from naoserver.capabilities import WalkVelocity
+from naoserver_sim._way import nearer
 
 LEFT: Final = 0
 RIGHT: Final = 1
@@ -132,9 +133,9 @@ class Gait:
         self.phase = 0.0
         self._from = list(self.feet)
         self._step = FootOffset(
-            _nearer(self._step.x, wanted.x, FORWARD_CHANGE),
-            _nearer(self._step.y, wanted.y, _LEFT_CHANGE),
-            _nearer(self._step.yaw, wanted.yaw, _TURN_CHANGE),
+            nearer(self._step.x, wanted.x, FORWARD_CHANGE, _SLOWING),
+            nearer(self._step.y, wanted.y, _LEFT_CHANGE, _SLOWING),
+            nearer(self._step.yaw, wanted.yaw, _TURN_CHANGE, _SLOWING),
         )
 
     def _move(self) -> None:
@@ -169,12 +170,3 @@ class Gait:
         self.feet = [
             replace(foot, lift=max(foot.lift - lowered, 0.0)) if foot.lift else foot for foot in self.feet
         ]
-
-
-def _nearer(value: float, wanted: float, most: float) -> float:
-    """Return a value nearer to the wanted one by at most `most`, or by more if that leads towards 0."""
-    if value * wanted < 0.0:
-        wanted = 0.0  # standing still precedes the way back
-    if abs(wanted) < abs(value):
-        most *= _SLOWING
-    return value + max(-most, min(most, wanted - value))

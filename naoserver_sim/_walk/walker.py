@@ -2,24 +2,75 @@
 
 from __future__ import annotations
 
-import math
 from enum import Enum, auto
+from functools import cached_property
 from typing import Final
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import Body
 from naoserver.capabilities import STILL, Odometry, WalkVelocity
-from naoserver_sim._commands import STUCK, CommandedWay
-from naoserver_sim._headway import Headway
-from naoserver_sim._senses.record import SensorRecord, encoded
+from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
-from naoserver_sim._walk.kinematics import FootPose, Legs, leg_motors
-from naoserver_sim._walk.odometry import Odometer
-from naoserver_sim._walk.upper_body import ArmSwing, Trim
+from naoserver_sim._walk.legs import FootPose, Legs, Odometer, leg_motors
+from naoserver_sim._way import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Headway, Way, limp
 from naoserver_sim.model import Model
+
+_TRIM_TIME: Final = 0.3
+"""Time constant in s with which the feet follow."""
+
+
+class Trim:
+    """Report the shift of the center of mass by arms and head, in the torso's frame."""
+
+    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, body: Body) -> None:
+        self._data = data
+        self._torso = mj.body(body.root.name).id
+        upper = [
+            link.name
+            for link in body.links
+            if link is not body.root and body.moved_by[link.name].name not in body.groups.legs
+        ]
+        self._bodies = np.array([mj.body(name).id for name in upper], dtype=np.intp)
+        weights = mj.body_mass[self._bodies]
+        self._shares = weights / float(mj.body_subtreemass[self._torso])
+        self._share = float(self._shares.sum())
+        self._mj, self._posture = mj, body.resting_angles
+        self._x, self._y = 0.0, 0.0
+
+    @property
+    def shift(self) -> tuple[float, float]:
+        """Displacement forwards and to the left of its usual place in m, smoothed."""
+        return self._x, self._y
+
+    def begin(self) -> None:
+        """Begin with the present positions of arms and head."""
+        self.tick(_TRIM_TIME)
+
+    def tick(self, seconds: float) -> None:
+        """Advance by some seconds to the present positions of arms and head."""
+        x, y = self._measure(self._data)
+        part = min(seconds / _TRIM_TIME, 1.0)
+        self._x += (x - self._usual[0] - self._x) * part
+        self._y += (y - self._usual[1] - self._y) * part
+
+    def _measure(self, data: mujoco.MjData) -> tuple[float, float]:
+        """Return the contribution of arms and head to the center of mass along the torso's x and y axes."""
+        center = self._shares @ data.xipos[self._bodies] - self._share * data.xpos[self._torso]
+        axes = data.xmat[self._torso]
+        return float(center @ axes[0::3]), float(center @ axes[1::3])
+
+    @cached_property
+    def _usual(self) -> tuple[float, float]:
+        data = mujoco.MjData(self._mj)
+        for name, angle in self._posture.items():
+            data.joint(name).qpos[0] = angle
+        mujoco.mj_kinematics(self._mj, data)
+        return self._measure(data)
+
 
 # The stance of the body in the walk, and the feedback that keeps it upright.
 _HIP_HEIGHT: Final = 0.230
@@ -99,6 +150,15 @@ class WalkController:
         return FootPose(x - _LEAN * z, y, z + _LEAN * x, offset.yaw, pitch=-_LEAN)
 
 
+_HANGING: Final = 1.4
+"""Tilt in rad of the shoulder of an arm that hangs down."""
+_ABOUT: Final = 0.5
+"""Distance in rad from it up to which an arm counts as hanging."""
+_ARM_SWING: Final = 3.0
+"""Radians of a shoulder per metre of the foot on the same side."""
+_PARTS: Final = ("Shoulder", "Elbow", "Wrist")
+"""The hinges of an arm that hangs, without its hand."""
+
 LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind."""
 
@@ -116,12 +176,8 @@ _STANCE_TOLERANCE: Final = 0.01
 """Distance in rad from the stance within which the legs need not move there first."""
 _SETTLING_TIME: Final = 0.3
 """Seconds for which it stands before the walk counts as ended."""
-_TILT: Final = math.radians(50)
-"""Tilt of the torso beyond which it is falling, and stops walking."""
-_WEIGHT: Final = 25.0
+WEIGHT: Final = 25.0
 """Least load on the soles in N with which it stands on its feet: half its weight."""
-_FIRM: Final = 0.5
-"""Least stiffness of the legs with which it walks."""
 _BRIEF: Final = 0.2
 """Time constant in s of the way that it has just made."""
 _LEANT: Final = 0.05
@@ -139,30 +195,29 @@ class _Stage(Enum):
     SETTLING = auto()
 
 
-class SimulatedWalker(CommandedWay):
+class SimulatedWalker(Way):
     """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
 
-    Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
-    `abandon` are for the thread of the physics only. With `noise`, the odometry uses the angles of the legs
-    as reported by their encoders, and the steps make up for the backlash of the gears.
+    With `noise`, the steps make up for the backlash of the gears.
     """
 
-    limits = LIMITS
-
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> None:
-        super().__init__(simulator)
+        super().__init__(simulator, model.body.groups.legs, LIMITS)
         self._data = simulator.data
         self._setpoints = simulator.setpoints
         self._sensors = sensors
         self._noise = noise
         body = model.body
-        self.joints: Final = body.groups.legs
         joints = [body.joint_names.index(name) for name in self.joints]
         motors = [body.joint_names.index(name) for name in leg_motors(body)]
         self._places = model.robot.qpos[joints]
         self._motors: NDArray[np.intp] = model.robot.motors[motors]
         self._trim = Trim(model.mj, self._data, body)
-        self._arms = ArmSwing(body, model.robot, self._setpoints)
+        of, robot = body.joint_names.index, model.robot
+        hinges = ([body.hinge(f"{side}{part}") for part in _PARTS] for side in ("Left", "Right"))
+        # The shoulder's tilt comes first.
+        arms = [[of(joint) for hinge in arm if hinge for joint in hinge.joints] for arm in hinges]
+        self._arms = ArmSwing(self._setpoints, [robot.motors[arm] for arm in arms])
         self._controller = WalkController(body)
         self._odometer = Odometer(Legs(body))
         self._stage = _Stage.RESTING
@@ -186,9 +241,7 @@ class SimulatedWalker(CommandedWay):
         self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
-        joints = self._data.qpos[self._places]
-        if self._noise:
-            joints = encoded(joints)
+        joints = sensors.encoded(self._data.qpos[self._places])
         self._odometer.tick(seconds, joints.tolist(), self._inertial, self._loads, resting=resting)
         if resting and self._velocity == STILL:
             return
@@ -223,13 +276,11 @@ class SimulatedWalker(CommandedWay):
 
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
         """Return why it cannot walk; empty when it can."""
-        if max(abs(self._inertial.roll), abs(self._inertial.pitch)) > _TILT:
-            return "it lies, or it falls; make it stand up first"
-        if self._stage is _Stage.RESTING and sum(self._loads) < _WEIGHT:
-            return "it does not stand on its feet"
-        if min(stiffnesses[self._motors].tolist()) < _FIRM:
-            return f"its legs are limp; make them stiff, {_FIRM:g} at least"
-        return ""
+        if max(abs(self._inertial.roll), abs(self._inertial.pitch)) > TILT:
+            return LYING
+        if self._stage is _Stage.RESTING and sum(self._loads) < WEIGHT:
+            return OFF_ITS_FEET
+        return limp(stiffnesses[self._motors], "legs")
 
     def _is_turned_back(self, seconds: float) -> bool:
         """Return whether something before it is about to make it fall on its back."""
@@ -251,7 +302,7 @@ class SimulatedWalker(CommandedWay):
         distance = float(np.abs(self._stance() - self._start).max())
         self._rising = distance / _PACE if distance > _STANCE_TOLERANCE else 0.0
         self._controller.reset()
-        self._arms.begin()
+        self._arms.begin(np.abs(self._arms.shoulders() - _HANGING) <= _ABOUT)
         self._enter(_Stage.RISING)
 
     def _come_into_stance(self) -> None:
@@ -269,7 +320,9 @@ class SimulatedWalker(CommandedWay):
         turning, shift = self._inertial.angular_velocity, self._trim.shift
         angles = controller.tick(seconds, self._velocity, turning, self._loads, shift)
         self._place(np.array(angles))
-        self._arms.tick(controller.gait.feet, self._simulator.commands)
+        # An arm that swings forwards pitches up, which is negative: back when its foot is ahead.
+        swings = np.array([_ARM_SWING * foot.x for foot in controller.gait.feet])
+        self._arms.tick(swings, self._simulator.commands)
         if controller.gait.walking:
             self._stage = _Stage.STEPPING
         elif self._stage is _Stage.STEPPING:

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading, WalkVelocity
 from naoserver.footsteps import Footsteps
-from naoserver.parts import Axis
+from naoserver.parts import Axis, Play
+from naoserver_sim._footsteps.estimator import BodySensors
 from naoserver_sim._footsteps.limbs import Limbs, limbs_of
 from naoserver_sim._footsteps.posture import walking_stance
-from naoserver_sim._footsteps.sensors import BodySensors
 from naoserver_sim._footsteps.walker import FootstepWalker
-from naoserver_sim._gears import GearNoise, Gears
-from naoserver_sim._motors import SetpointController
-from naoserver_sim._simulator import Simulator, VirtualSimulator
+from naoserver_sim._motors import Gears, SetpointController
+from naoserver_sim._simulator import Simulator
 from naoserver_sim.model import build_model
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock
@@ -59,9 +58,7 @@ class Noise:
     """Of the speeds of the joints in rad/s."""
     delay: int = 1
     """Ticks by which the inertial unit is late."""
-    gears: GearNoise = field(
-        default_factory=lambda: GearNoise(delay=1, least_backlash=0.0017, most_backlash=0.005)
-    )
+    gears: Play = field(default_factory=lambda: Play(delay=1, least_backlash=0.0017, most_backlash=0.005))
 
 
 class _NoisySensors(BodySensors):
@@ -121,7 +118,8 @@ class Humanoid:
         if noise is not None:
             gears = Gears(noise.gears, self.data.ctrl, self.mj.nu, self._random.spawn(1)[0])
             self._offsets = self._random.normal(0.0, [noise.turning_offset] * 3 + [noise.tilt_offset] * 2)
-        self.simulator = VirtualSimulator(self.mj, self.data, self.setpoints, self.clock, gears)
+        self.simulator = Simulator(self.mj, self.data, self.setpoints, gears)
+        self.clock.call_every(self.simulator.tick_period, lambda: self.simulator.advance(1))
         self._attitude = self.data.qpos[3:7].copy()
         self._readings: deque[InertialReading] = deque(maxlen=1 + (noise.delay if noise else 0))
         self._look(0.0)

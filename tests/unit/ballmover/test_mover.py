@@ -10,9 +10,11 @@ from typing import Self
 
 import pytest
 
+from ballmover import _mover
 from ballmover._axes import AxisLimits, AxisPosition, Point
 from ballmover._exceptions import NotArrivedException
 from ballmover._mover import PERIOD, Mover
+from ballmover._progress import Progress
 from ballmover._route import Route, Stop
 from ballmover._waypoints import Waypoint
 from tests.support.limits import EVENT_LIMIT
@@ -23,7 +25,7 @@ LIMITS = AxisLimits(-math.pi, math.pi, 0.3, 2.0, 0.05, 1.2, 2.0, 1.0)
 HOME = AxisPosition(0.0, 1.0, 0.5)
 
 
-class Ball:
+class Ball(_mover.Ball):
     """Axes that run to their setpoints at a limited speed."""
 
     limits = LIMITS
@@ -59,7 +61,7 @@ class Ball:
         return self.here
 
 
-class Log:
+class Log(Progress):
     """What the mover reported, with times."""
 
     def __init__(self, clock: SteppedClock) -> None:

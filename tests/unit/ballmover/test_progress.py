@@ -10,10 +10,9 @@ import pytest
 from rich.console import Console
 
 from ballmover._axes import AxisLimits, Point
-from ballmover._color import Color
 from ballmover._progress import Progress
 from ballmover._route import Route
-from ballmover._waypoints import Waypoint
+from ballmover._waypoints import Color, Waypoint
 
 LIMITS = AxisLimits(-3.1, 3.1, 0.3, 2.0, 0.05, 1.2, 2.0, 1.0)
 

@@ -9,10 +9,9 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from ballmover._axes import AxisLimits, AxisPosition, Point
-from ballmover._color import Color
 from ballmover._exceptions import UnreachableException
 from ballmover._route import Approach, Line, Route
-from ballmover._waypoints import Waypoint, built_in_waypoints
+from ballmover._waypoints import Color, Waypoint, built_in_waypoints
 
 LIMITS = AxisLimits(
     min_pan=-math.pi,

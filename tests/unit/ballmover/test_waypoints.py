@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ballmover._axes import Point
-from ballmover._color import Color
 from ballmover._exceptions import WaypointException
-from ballmover._waypoints import Waypoint, built_in_waypoints, parse_csv, parse_toml, read_waypoints
+from ballmover._waypoints import Color, Waypoint, built_in_waypoints, parse_csv, parse_toml, read_waypoints
 from tests.support.examples import examples
 
 coordinates = st.floats(-100, 100)

@@ -6,7 +6,7 @@ import threading
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._team import run_team, team_commands
+from naoserver_sim._command import run_team, team_commands
 from tests.support.limits import FOREVER
 from zenoh_ice.settings import Settings
 

@@ -6,7 +6,7 @@ import pytest
 
 from naoserver.errors import RobotError
 from naoserver_sim._motors import SetpointController
-from naoserver_sim._simulator import STEPS_PER_TICK, PacedSimulator, Pacer, Simulator
+from naoserver_sim._simulator import STEPS_PER_TICK, Pacer, SimulationClock, Simulator
 from tests.support.limits import EVENT_LIMIT
 
 pytestmark = pytest.mark.sim
@@ -77,13 +77,13 @@ def test_numbers_that_explode_are_an_error(mj, data, tmp_path, monkeypatch):
 
 
 def test_a_physics_thread_that_fails_says_why_and_stands_still(mj, data):
-    simulator = PacedSimulator(mj, data, controller(), Pacer(1.0))
+    paced = SimulationClock(Simulator(mj, data, controller()), Pacer(1.0))
     data.qvel[:] = 1e12
-    simulator.start()
+    paced.start()
     deadline = time.monotonic() + EVENT_LIMIT
-    while simulator.failure is None:
+    while paced.failure is None:
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    simulator.close()
-    assert isinstance(simulator.failure, RobotError)
-    assert simulator.real_time_factor == 0.0
+    paced.close()
+    assert isinstance(paced.failure, RobotError)
+    assert paced.rate == 0.0

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from naoserver_sim._footsteps.limbs import quaternion
 from naoserver_sim._footsteps.posture import Posture, Target, walking_stance
-from naoserver_sim._footsteps.vectors import quaternion
 from tests.support.humanoids import BODIES, Humanoid
 
 pytestmark = pytest.mark.sim

@@ -2,7 +2,7 @@ import mujoco
 import pytest
 
 from naoserver.bodies.nao import H25
-from naoserver_sim._walk.upper_body import Trim
+from naoserver_sim._walk.walker import Trim
 from naoserver_sim.model import build_model
 
 pytestmark = pytest.mark.sim

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.bodies.nao import H25
-from naoserver_sim._walk.kinematics import FootPose, Legs, leg_motors
+from naoserver_sim._walk.legs import FootPose, Legs, leg_motors
 from naoserver_sim.model import build_model
 from tests.support.examples import examples
 

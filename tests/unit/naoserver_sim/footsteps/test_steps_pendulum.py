@@ -2,7 +2,7 @@
 
 import pytest
 
-from naoserver_sim._footsteps.pendulum import Pendulum
+from naoserver_sim._footsteps.steps import Pendulum
 
 PENDULUM = Pendulum(frequency=4.0, double_support=0.06, step_time=0.45)
 OLD, NEW = 0.1 - 0.2j, 0.2 + 0.1j

@@ -2,8 +2,7 @@
 
 import pytest
 
-from naoserver_sim._footsteps.estimator import Estimator
-from naoserver_sim._footsteps.loads import Loads
+from naoserver_sim._footsteps.estimator import Estimator, Loads
 from tests.support.humanoids import BODIES, Humanoid
 
 pytestmark = pytest.mark.sim

@@ -6,7 +6,8 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from naoserver_sim._gears import GearNoise, Gears
+from naoserver.parts import Play
+from naoserver_sim._motors import PLAY, Gears
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock
@@ -19,7 +20,7 @@ DEGREE = math.radians(1.0)
 
 def gears(backlash=DEGREE, delay=2, joints=2):
     """Return gears of two joints, and of a ball's motor behind them, all commanded to 0."""
-    noise = GearNoise(delay, backlash, backlash)
+    noise = Play(delay=delay, least_backlash=backlash, most_backlash=backlash)
     return Gears(noise, np.zeros(3), joints, np.random.default_rng(1))
 
 
@@ -52,7 +53,7 @@ def test_who_is_put_somewhere_was_commanded_to_be_there():
 
 
 def backlash(seed):
-    return Gears(GearNoise(), np.zeros(40), 25, np.random.default_rng(seed)).backlash
+    return Gears(PLAY, np.zeros(40), 25, np.random.default_rng(seed)).backlash
 
 
 def test_each_joint_of_each_robot_has_its_own_backlash():

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from naoserver.bodies.nao import H25
 from naoserver.capabilities import InertialReading
-from naoserver_sim._walk.kinematics import FootPose, Legs
-from naoserver_sim._walk.odometry import Odometer
+from naoserver_sim._walk.legs import FootPose, Legs, Odometer
 from tests.support.examples import examples
 
 TICK = 0.01

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from naoserver.body import Body
-from naoserver.capabilities import Vector
+from naoserver.capabilities import InertialReading, Vector
+from naoserver_sim._way import STANDING_TICKS, STILL_RATE, yaw_rate
 
 _DIAGONAL: Final = math.sqrt(0.5)  # the axis of the first joint lies at 45 degrees
 _CLOSE_ENOUGH: Final = 1e-7
@@ -164,3 +165,72 @@ def _turned_back(rotation: _Rotation, vector: Vector) -> Vector:
         rotation[1] * x + rotation[4] * y + rotation[7] * z,
         rotation[2] * x + rotation[5] * y + rotation[8] * z,
     )
+
+
+_LEFT: Final = 1.0
+_RIGHT: Final = -1.0
+_LARGEST_DELAY: Final = 5
+"""Largest delay of the sensors in ticks."""
+
+
+class Odometer:
+    """Integrate the place of the torso on the floor, in the frame of its start."""
+
+    def __init__(self, legs: Legs) -> None:
+        self._legs = legs
+        self._soles: tuple[Vector, Vector] | None = None
+        self._unsure = 0  # ticks for which the soles do not count
+        self._offset = 0.0  # of the yaw rate
+        self._still = 0  # ticks over which that is the mean
+        self.pose = (0.0, 0.0, 0.0)
+        """x and y in m, and the heading in rad within (-pi, pi]."""
+
+    def lose_footing(self) -> None:
+        """Ignore movements of the soles until the sensors show their new places."""
+        self._unsure = _LARGEST_DELAY
+
+    def tick(
+        self,
+        seconds: float,
+        joints: Sequence[float],
+        inertial: InertialReading,
+        loads: tuple[float, float],
+        *,
+        resting: bool = False,
+    ) -> None:
+        """Advance by some seconds, at the end of which the sensors have these readings.
+
+        `joints` are the angles of the legs' joints in rad, left and right, `loads` those of the soles in N,
+        left and right. `resting` means that the legs are not walking.
+        """
+        x, y, heading = self.pose
+        rate = yaw_rate(inertial)
+        if resting and max(map(abs, inertial.angular_velocity)) < STILL_RATE:
+            self._still = min(self._still + 1, STANDING_TICKS)
+            self._offset += (rate - self._offset) / self._still
+        heading += (rate - self._offset) * seconds
+        heading = math.pi - (math.pi - heading) % math.tau
+        soles = (
+            _in_world(self._legs.sole(_LEFT, joints[:6]), inertial, heading),
+            _in_world(self._legs.sole(_RIGHT, joints[6:]), inertial, heading),
+        )
+        total = loads[0] + loads[1]
+        if self._unsure:
+            self._unsure -= 1
+        elif self._soles is not None and total > 0.0:
+            for now, last, load in zip(soles, self._soles, loads, strict=True):
+                x -= (now[0] - last[0]) * load / total
+                y -= (now[1] - last[1]) * load / total
+        self._soles = soles
+        self.pose = (x, y, heading)
+
+
+def _in_world(point: Vector, inertial: InertialReading, heading: float) -> Vector:
+    """Turn a vector of the torso's frame about x by roll, about y by pitch and about z by heading."""
+    x, y, z = point
+    cosine, sine = math.cos(inertial.roll), math.sin(inertial.roll)
+    y, z = y * cosine - z * sine, y * sine + z * cosine
+    cosine, sine = math.cos(inertial.pitch), math.sin(inertial.pitch)
+    x, z = x * cosine + z * sine, z * cosine - x * sine
+    cosine, sine = math.cos(heading), math.sin(heading)
+    return x * cosine - y * sine, x * sine + y * cosine, z

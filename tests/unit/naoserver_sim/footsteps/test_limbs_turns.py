@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver_sim._footsteps.vectors import inclination, quaternion
+from naoserver_sim._footsteps.limbs import inclination, quaternion
 
 
 def test_a_quaternion_turns_about_x_then_y_then_z():

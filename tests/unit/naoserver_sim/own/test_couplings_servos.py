@@ -5,9 +5,8 @@ import math
 import mujoco
 import pytest
 
-from naoserver_sim._own.couplings import Pull
+from naoserver_sim._own.couplings import Pull, gear_of
 from naoserver_sim._own.figure import Figure
-from naoserver_sim._own.servos import gear_of
 
 pytestmark = pytest.mark.sim
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._own.inertias import LEAST_MASS, balance_inertias
+from naoserver_sim._own.model_file import LEAST_MASS, balance_inertias
 
 
 def arm(inertia="1 1 1", mass="1", more="<joint/>", geom=""):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from naoserver.soccer_field.model import Field
-from naoserver_sim._geometry import describe_world
+from naoserver_sim._stage import describe_world
 from naoserver_sim._surroundings import draw_field
 from naoserver_sim.model import build_model
 from naoserver_sim.world import load_world, parse_world
