@@ -11,19 +11,17 @@ from codegen.diagnostics import Diagnostics
 from codegen.options import DOCUMENTS, ErrorFormat, report, require_directories, require_extensions
 from codegen.reasons import reason
 from visualhfsm._base.errors import MissingError, VisualHfsmError
+from visualhfsm._base.options import Include, examples
 
 if TYPE_CHECKING:
     from codegen.hfsm.document import Automaton, Document
 
-EPILOG: Final = """Examples:
-
-visualhfsm draw follow_ball.xml
-
-visualhfsm draw dance_and_follow.xml docs/dance.svg --automaton dance
-
-visualhfsm draw dance_and_follow.xml drawing.html
-
-visualhfsm draw follow_ball.xml - > picture.svg"""
+EPILOG: Final = examples(
+    "draw follow_ball.xml",
+    "draw dance_and_follow.xml docs/dance.svg --automaton dance",
+    "draw dance_and_follow.xml drawing.html",
+    "draw follow_ball.xml - > picture.svg",
+)
 
 _PAGES: Final = frozenset((".html", ".htm"))
 _STANDARD_OUTPUT: Final = Path("-")
@@ -48,10 +46,7 @@ def draw(
             show_default="the root",
         ),
     ] = "",
-    include: Annotated[
-        list[Path] | None,
-        typer.Option("-I", "--include", metavar="DIR", help="Also search DIR for imported documents."),
-    ] = None,
+    include: Include = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
 ) -> None:
     """Draw one automaton of a document as an SVG picture, or all of them as a page of HTML.

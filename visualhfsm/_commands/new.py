@@ -11,14 +11,9 @@ import typer
 
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.options import examples
 
-EPILOG: Final = """Examples:
-
-visualhfsm new my-robot
-
-visualhfsm new my-bust --hardware
-
-visualhfsm new ana --exercise look --language es"""
+EPILOG: Final = examples("new my-robot", "new my-bust --hardware", "new ana --exercise look --language es")
 
 _TEMPLATE: Final = Path(__file__).with_name("template")
 _HARDWARE: Final = Path(__file__).with_name("template_hardware")

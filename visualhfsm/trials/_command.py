@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
+from visualhfsm._base.options import examples
 from zenoh_ice.application.cli import finite
 
 if TYPE_CHECKING:
@@ -17,21 +18,15 @@ if TYPE_CHECKING:
     from ._progress import Place
     from ._summary import Summary
 
-EPILOG: Final = """Examples:
-
-visualhfsm trials behaviors/follow_ball.xml
-
-visualhfsm trials behaviors/score.trials.toml --runs 1000
-
-visualhfsm trials behaviors/score.trials.toml --only 417 --record run417.mcap
-
-visualhfsm trials mine.xml theirs.xml --runs 300
-
-visualhfsm trials follow_ball.xml --tune --minimize "aim mean" --runs 40
-
-visualhfsm trials score.trials.toml --cluster tcp://192.168.0.4:8786
-
-Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C."""
+EPILOG: Final = examples(
+    "trials behaviors/follow_ball.xml",
+    "trials behaviors/score.trials.toml --runs 1000",
+    "trials behaviors/score.trials.toml --only 417 --record run417.mcap",
+    "trials mine.xml theirs.xml --runs 300",
+    'trials follow_ball.xml --tune --minimize "aim mean" --runs 40',
+    "trials score.trials.toml --cluster tcp://192.168.0.4:8786",
+    notes="Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C.",
+)
 
 
 def trials(
