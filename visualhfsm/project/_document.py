@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import msgspec
 
@@ -20,52 +20,23 @@ from visualhfsm._base.languages import ENGLISH
 from visualhfsm._document.commands import Command, decode_command
 from visualhfsm._document.commands.paste import AddReadyState
 from visualhfsm._document.commands.transitions import TransitionType
-from visualhfsm._document.imported_places import ImportedPlaces
-from visualhfsm._document.places import Place
-from visualhfsm._document.problems import Findings, Problem, Proof
+from visualhfsm._document.problems import Findings
 from visualhfsm._document.serialization import copy_states, written
-from visualhfsm.project._code_help.answers import Completions, Explanation, Signature
 from visualhfsm.project._session import imports
 from visualhfsm.project._session.files import write_file
 from visualhfsm.project._session.session import Change, Choice, DocumentSession, Resolution
 from visualhfsm.project._session.shelf import FOLDER as SHELF
 from visualhfsm.project._session.shelving import shelf_document, shelf_file
-from zenoh_ice import typed
 
-from ._analyses import Analyses, Tools
+from ._analyses import Analyses
 from ._events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
 from ._version import FileState, Version
 
 if TYPE_CHECKING:
-    from visualhfsm.simulation import RobotKind
-    from visualhfsm.simulation._behavior import Behavior
+    from ._project import Project
 
 
-class Owner(Tools, Protocol):
-    """What an open document needs of its project."""
-
-    def notify(self, event: Event) -> None:
-        """Notify the listeners of the project of an event."""
-
-    def saving(
-        self, document: OpenDocument, path: str | Path, *, overwrite: bool
-    ) -> AbstractContextManager[Path]:
-        """Return the file below the root to which a document is saved; nobody opens it meanwhile.
-
-        Raises VisualHfsmError when it may not be saved there.
-        """
-
-    def file(self, path: str | Path) -> Path:
-        """Return the path of a document below the root. Raises ForbiddenPathError."""
-
-    def ready_state(self, id: str) -> tuple[str, str]:
-        """Return the title and the text of the document of a ready state."""
-
-    def forget(self, document: OpenDocument) -> None:
-        """Forget a document that is closed."""
-
-
-class OpenDocument:
+class OpenDocument(Analyses):
     """An open document of a project, which opens and makes them. Errors are VisualHfsmError.
 
     Any thread may call any method: changes happen one after the other, and `version` is the state between
@@ -74,12 +45,12 @@ class OpenDocument:
     """
 
     def __init__(
-        self, session: DocumentSession, owner: Owner, remarks: Sequence[Message] | None = None
+        self, session: DocumentSession, project: Project, remarks: Sequence[Message] | None = None
     ) -> None:
+        super().__init__(project)
         self.remarks: Final = remarks
         """What of a foreign file has no equivalent here; None for a file of ours."""
         self._session = session
-        self._owner = owner
         self._listeners = Listeners()
         self._lock = threading.RLock()
         self._depth = 0
@@ -87,7 +58,6 @@ class OpenDocument:
         self._file: FileState = "same"
         self._closed = False
         self._version = Version.of(session, self._file)
-        self._analyses = Analyses(owner, self._checked)
 
     # -- state ---------------------------------------------------------------------------------------------
 
@@ -203,7 +173,7 @@ class OpenDocument:
 
     def extract(self, automaton: int, path: str | Path) -> Change:
         """Move an automaton with all below it to a new file beside this one, and import it from there."""
-        file = self._owner.file(path)
+        file = self._project.file(path)
         with self.together():
             session = self._session
             return session.do(imports.extract(session.document, automaton, session.path, file))
@@ -231,7 +201,7 @@ class OpenDocument:
         It is called `name`, by default as it is on the shelf. With `origin`, a transition of the type
         `trigger` leads to it from there, with a name in a language such as `es`.
         """
-        title, content = self._owner.ready_state(id)
+        title, content = self._project.ready_state(id)
         wanted = name or title
         command = AddReadyState(
             automaton=automaton,
@@ -268,7 +238,7 @@ class OpenDocument:
         made = shelf_document(
             self._version.document, self.path, automaton, states, entry=entry, description=description
         )
-        with self._owner.saving(self, f"{SHELF}/{name}", overwrite=False) as target:
+        with self._project.saving(self, f"{SHELF}/{name}", overwrite=False) as target:
             write_file(target, written(made).encode())
             return target
 
@@ -283,17 +253,17 @@ class OpenDocument:
         with self.together():
             if path is None:
                 if self._session.path is not None:
-                    self._owner.file(self._session.path)  # by now it may be a link that leads out
+                    self._project.file(self._session.path)  # by now it may be a link that leads out
                 saved = self._session.save(overwrite=overwrite)
             else:
-                with self._owner.saving(self, path, overwrite=overwrite) as target:
+                with self._project.saving(self, path, overwrite=overwrite) as target:
                     saved = self._session.save(target, overwrite=overwrite)
             self._file = "same"
             return saved
 
     def save_copy(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the document to another file, which does not become its own; return its path."""
-        with self._owner.saving(self, path, overwrite=overwrite) as target:
+        with self._project.saving(self, path, overwrite=overwrite) as target:
             write_file(target, self.text().encode())
             return target
 
@@ -342,82 +312,6 @@ class OpenDocument:
                 self._session.abandon()
                 self._end()
 
-    # -- checks --------------------------------------------------------------------------------------------
-
-    def check(self, *, again: bool = False) -> Findings:
-        """Return all that checks and the model checker find in the document, in another process.
-
-        It is computed once for each version: `again` is for other files that have changed, such as imported
-        ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
-        """
-        return self._analyses.check(self._version, again=again)
-
-    def imports(self) -> ImportedPlaces:
-        """Return the places of the files that the document imports, read now."""
-        return self._analyses.imports(self._version)
-
-    def problems(self) -> list[Problem]:
-        """Return what is wrong, doubtful or worth knowing, errors first; see `check`."""
-        return [*self.check().problems]
-
-    def prove(self) -> list[Proof]:
-        """Return the verdict on each property of the document, in their order; see `check`.
-
-        Raises EditError when the document has errors, or the model checker takes too long.
-        """
-        return self._analyses.prove(self._version)
-
-    # -- code ----------------------------------------------------------------------------------------------
-
-    def complete(
-        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
-    ) -> Completions:
-        """Return completions of the code at a place, best first; `line` counts from 1, `column` from 0.
-
-        `code` is the code as it is being typed, by default that of the document. It is read in another
-        process, and never run.
-        """
-        found = self._analyses.help_with_code("complete", self._version, place, code, (line, column))
-        return Completions(0, []) if found is None else typed.convert(found, Completions)
-
-    def explain(
-        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
-    ) -> Explanation | None:
-        """Return what the name at a position of the code stands for; see `complete`."""
-        found = self._analyses.help_with_code("explain", self._version, place, code, (line, column))
-        return typed.convert(found, Explanation | None)
-
-    def signature(
-        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
-    ) -> Signature | None:
-        """Return the parameters of the call around a position of the code; see `complete`."""
-        found = self._analyses.help_with_code("signature", self._version, place, code, (line, column))
-        return typed.convert(found, Signature | None)
-
-    def generate(self, directory: str | Path | None = None) -> Path:
-        """Write the component of the document as it is now, with unsaved changes, and return its file.
-
-        It is written beside the document, or into a directory. Raises VisualHfsmError, which names the first
-        error and counts the others.
-        """
-        return self._analyses.generate(self._version, None if directory is None else Path(directory))
-
-    def simulate(self, robot: RobotKind | None = None, **options: Any) -> Behavior:  # noqa: ANN401 - of Behavior
-        """Return a run of the component in virtual time, in this process, with a robot or without one.
-
-        `robot` is `fake` or `sim`; the options are those of `visualhfsm.simulation.simulate`. Close it at the
-        end, or use a `with` block. This runs the code of the document.
-        """
-        return self._analyses.simulate(self._version, robot=robot, **options)
-
-    def svg(self, automaton: int | None = None) -> str:
-        """Return a picture of an automaton, by default of the root, as SVG; imported ones are drawn, too."""
-        return self._analyses.svg(self._version, automaton)
-
-    def _repr_svg_(self) -> str:
-        """Show the root in a notebook."""
-        return self.svg()
-
     # -- parts ---------------------------------------------------------------------------------------------
 
     def _compare_with_file(self) -> FileChanged:
@@ -453,12 +347,12 @@ class OpenDocument:
     def _end(self) -> None:
         self._settle()
         self._closed = True
-        self._owner.forget(self)
+        self._project.forget(self)
         self._notify(Closed(self))
 
     def _notify(self, event: Event) -> None:
         self._listeners.notify(event)
-        self._owner.notify(event)
+        self._project.notify(event)
 
 
 def _validated(command: Command) -> Command:
