@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from ._document.commands.automata import AddRoot as AddRoot
     from ._document.commands.automata import ExtractAutomaton as ExtractAutomaton
     from ._document.commands.automata import RepairNumbers as RepairNumbers
-    from ._document.commands.automata import SetAutomatonCode as SetAutomatonCode
     from ._document.commands.automata import SetImport as SetImport
     from ._document.commands.automata import SetPeriod as SetPeriod
     from ._document.commands.base import Command as Command
@@ -58,17 +57,14 @@ if TYPE_CHECKING:
     from ._document.commands.states import RemoveArgument as RemoveArgument
     from ._document.commands.states import RemoveResult as RemoveResult
     from ._document.commands.states import RenameState as RenameState
-    from ._document.commands.states import SetArgument as SetArgument
     from ._document.commands.states import SetHistory as SetHistory
-    from ._document.commands.states import SetResult as SetResult
-    from ._document.commands.states import SetStateCode as SetStateCode
     from ._document.commands.text import ReplaceText as ReplaceText
+    from ._document.commands.text import SetText as SetText
     from ._document.commands.transitions import AddTransition as AddTransition
     from ._document.commands.transitions import RenameTransition as RenameTransition
     from ._document.commands.transitions import ReorderTransition as ReorderTransition
     from ._document.commands.transitions import RetargetTransition as RetargetTransition
     from ._document.commands.transitions import SetPriority as SetPriority
-    from ._document.commands.transitions import SetTransitionCode as SetTransitionCode
     from ._document.commands.transitions import SetTransitionType as SetTransitionType
     from ._document.commands.variables import HandUpVariable as HandUpVariable
     from ._document.commands.variables import PassVariable as PassVariable
@@ -108,9 +104,7 @@ _NAMES: Final = {
         "UnsavedError VisualHfsmError WouldOverwriteError"
     ),
     "._document.commands": "AnyCommand decode_command",
-    "._document.commands.automata": (
-        "AddAutomaton AddRoot ExtractAutomaton RepairNumbers SetAutomatonCode SetImport SetPeriod"
-    ),
+    "._document.commands.automata": "AddAutomaton AddRoot ExtractAutomaton RepairNumbers SetImport SetPeriod",
     "._document.commands.base": "Command",
     "._document.commands.component": "AddEntry ChangeEntry RemoveEntry ReorderEntry SetComponentText",
     "._document.commands.corrections": "CorrectName Correction",
@@ -119,13 +113,11 @@ _NAMES: Final = {
     "._document.commands.notes": "AddAnnotation ResizeAnnotation SetAnnotationColor SetAnnotationText",
     "._document.commands.paste": "AddReadyState FillAutomaton PasteStates ReplaceDocument",
     "._document.commands.states": (
-        "AddState MarkFinal MarkInitial RemoveArgument RemoveResult RenameState SetArgument "
-        "SetHistory SetResult SetStateCode"
+        "AddState MarkFinal MarkInitial RemoveArgument RemoveResult RenameState SetHistory"
     ),
-    "._document.commands.text": "ReplaceText",
+    "._document.commands.text": "ReplaceText SetText",
     "._document.commands.transitions": (
-        "AddTransition RenameTransition ReorderTransition RetargetTransition SetPriority "
-        "SetTransitionCode SetTransitionType"
+        "AddTransition RenameTransition ReorderTransition RetargetTransition SetPriority SetTransitionType"
     ),
     "._document.commands.variables": "HandUpVariable PassVariable ShareVariable TakeOutput",
     "._document.places": "Place",

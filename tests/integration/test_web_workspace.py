@@ -100,7 +100,11 @@ def test_like_changes_are_one_step_as_long_as_the_limits_say(root: Path, within:
     with editor(root, merge_within=within) as running, running.window() as window:
         window.ask("open", path="robot.xml")
         for code in ("a", "ab", "abc"):
-            command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": code}
+            command = {
+                "command": "setText",
+                "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"},
+                "text": code,
+            }
             window.ask("do", tab=1, command=command)
         for _ in range(steps):
             window.ask("undo", tab=1)
@@ -123,7 +127,11 @@ def test_what_one_window_types_is_no_step_of_another(root: Path) -> None:
     with editor(root, merge_within=FOREVER) as running, running.window() as window, running.window() as other:
         window.ask("open", path="robot.xml")
         for who, text in ((window, "a"), (window, "ab"), (other, "abc"), (other, "abcd"), (window, "abcde")):
-            command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": text}
+            command = {
+                "command": "setText",
+                "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"},
+                "text": text,
+            }
             who.ask("do", tab=1, command=command)
         for left in ("abcd", "ab"):
             window.ask("undo", tab=1)
@@ -330,7 +338,11 @@ def test_the_folder_of_a_new_file_is_made(root: Path, window: Window) -> None:
 def test_a_comparison_has_the_lines_that_differ(window: Window) -> None:
     text = "a\nb\nc\nd\ne"
     for code in (text, text.replace("d", "D")):
-        command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": code}
+        command = {
+            "command": "setText",
+            "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"},
+            "text": code,
+        }
         window.ask("do", tab=1, command=command)
         if code is text:
             window.ask("save", tab=1)
@@ -457,7 +469,11 @@ def test_a_window_that_reads_nothing_holds_up_nobody(running: Editor, window: Wi
             window.ask(
                 "do",
                 tab=1,
-                command={"command": "setAutomatonCode", "automaton": 1, "part": "functions", "text": code},
+                command={
+                    "command": "setText",
+                    "place": {"kind": "automaton", "automaton": 1, "part": "functions"},
+                    "text": code,
+                },
             )
         assert window.documents[1]["automata"][0]["functions"].endswith("39")
 
@@ -471,7 +487,11 @@ def test_a_window_that_closes_while_the_editor_ends_does_not_disturb_it(root: Pa
         send = open_longer.enter_context(running.deaf_window())
         for index in range(40):  # what it does not read keeps its connection from closing
             code = f"{index}" * 100_000
-            command = {"command": "setAutomatonCode", "automaton": 1, "part": "functions", "text": code}
+            command = {
+                "command": "setText",
+                "place": {"kind": "automaton", "automaton": 1, "part": "functions"},
+                "text": code,
+            }
             window.ask("do", tab=1, command=command)
         send(b"\x88\x80" + bytes(4))  # close
         window.ask("hello")

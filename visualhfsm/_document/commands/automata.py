@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, Import, State, Text
 from codegen.messages import Message
@@ -84,22 +83,6 @@ class SetPeriod(AutomatonCommand, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> Message:
         return Message("Set the period to {period} ms", period=self.period.strip()[:20])
-
-
-class SetAutomatonCode(AutomatonCommand, frozen=True, kw_only=True):
-    """Set the variables or the functions of an automaton."""
-
-    typed = ("text",)
-    part: Literal["variables", "functions"]
-    text: str
-
-    def change(self, automaton: Automaton) -> Automaton:
-        return changed(automaton, **{self.part: self.text})
-
-    def title(self, document: Document) -> Message:
-        if self.part == "variables":
-            return Message("Edit the variables")
-        return Message("Edit the functions")
 
 
 class SetImport(AutomatonCommand, frozen=True, kw_only=True):

@@ -16,7 +16,7 @@ from ..nodes import changed, checked, find_automaton, find_state, swapped, with_
 from ..places import CODE, Place, pattern_for, spots
 from .base import Command, Index
 from .component import ChangeEntry, ListName
-from .text import with_code
+from .text import SetText
 
 _Short = Annotated[str, msgspec.Meta(max_length=1000)]
 _MOST_PLACES: Final = 1000
@@ -74,7 +74,7 @@ class CorrectName(Command, frozen=True, kw_only=True):
                 raise self._changed()
             lines[each.line - 1] = line[: match.start()] + self.meant + line[match.end() :]
         if place.part in CODE:
-            return with_code(document, place, "\n".join(lines))
+            return SetText(place=place, text="\n".join(lines)).apply(document)
         return self._in_entry(document, place, {place.name: "\n".join(lines)})
 
     def _in_field(self, document: Document, place: Place, field: str) -> Document:

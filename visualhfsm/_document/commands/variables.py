@@ -18,8 +18,7 @@ from visualhfsm._base.errors import EditError
 from ..nodes import changed, find_automaton, find_state, free_name, with_automaton
 from ..places import CODE, Place, spots
 from .base import Command, Id
-from .states import SetResult
-from .text import with_code
+from .text import SetText
 
 _Name = Annotated[str, msgspec.Meta(max_length=1000)]
 _TYPES: Final = {int: "int", float: "float", bool: "bool", str: "str"}
@@ -125,10 +124,10 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
             what = Message("Cannot hand “{name}” up", name=self.name)
             raise EditError(what, Message("no state owns the automaton"))
         child = automaton.id if len(state.children) > 1 else NO_CHILD
-        command = SetResult(
-            automaton=automaton.father, state=state.id, name=self.name, variable=self.name, child=child
+        place = Place(
+            kind="state", automaton=automaton.father, id=state.id, part="result", name=self.name, child=child
         )
-        return command.apply(document)
+        return SetText(place=place, text=self.name).apply(document)
 
 
 class TakeOutput(Command, frozen=True, kw_only=True):
@@ -150,10 +149,10 @@ class TakeOutput(Command, frozen=True, kw_only=True):
         lines = above.variables.text.rstrip()
         written = f"{lines}\n{variable} = {default}" if lines else f"{variable} = {default}"
         document = with_automaton(document, above.id, lambda each: changed(each, variables=written))
-        command = SetResult(
-            automaton=above.id, state=state.id, name=self.name, variable=variable, child=self.child
+        place = Place(
+            kind="state", automaton=above.id, id=state.id, part="result", name=self.name, child=self.child
         )
-        return command.apply(document)
+        return SetText(place=place, text=variable).apply(document)
 
     def title(self, document: Document) -> Message:  # noqa: ARG002
         return Message("Take the output {name} into a new variable", name=self.name[:30])
@@ -225,7 +224,7 @@ class ShareVariable(Command, frozen=True, kw_only=True):
                 first = piece.place(node).line - text.line
                 for line in range(first, first + (node.end_lineno or node.lineno) - node.lineno + 1):
                     lines[line] = self._in_braces(lines[line])
-        return with_code(document, place, "\n".join(lines))
+        return SetText(place=place, text="\n".join(lines)).apply(document)
 
     def _in_braces(self, line: str) -> str:
         """Change the expressions in a line of an f-string; before Python 3.12 their places are wrong."""

@@ -29,7 +29,7 @@ from zenoh_ice.application.directories import state_directory
 
 _logger = logging.getLogger(__name__)
 
-_VERSION: Final = 1
+_VERSION: Final = 2
 _SUFFIX: Final = ".journal"
 _UNREADABLE: Final = ".unreadable"
 LARGEST_JOURNAL: Final = 64 << 20
@@ -134,7 +134,7 @@ class Journal:
                 raise EditError(
                     what,
                     Message("it is of version {version}", version=header.version),
-                    Message("open it with a newer release"),
+                    Message("open it with the release that wrote it"),
                 )
             # A line that was cut off by the crash is removed, so that the next one does not continue it.
             os.ftruncate(descriptor, _end_of_lines(descriptor))

@@ -90,8 +90,6 @@ export interface Commands {
   addRoot: {};
   /** Set the period of an automaton in milliseconds, as it was typed. */
   setPeriod: {automaton: number; period: string};
-  /** Set the variables or the functions of an automaton. */
-  setAutomatonCode: {automaton: number; part: "functions" | "variables"; text: string};
   /** Import the content of an empty automaton from another file, or remove the import when `file` is blank. */
   setImport: {automaton: number; file: string; source?: number};
   /** Import an automaton from a file to which its content was moved; all automata below it are removed. */
@@ -200,22 +198,18 @@ export interface Commands {
   };
   /** Rename a state. */
   renameState: {automaton: number; state: number; name: string};
-  /** Set the code that runs at the entry, in every cycle or at the exit of a state. */
-  setStateCode: {automaton: number; state: number; part: "code" | "entry" | "exit"; text: string};
   /** Make a state the only initial state of its automaton. */
   markInitial: {automaton: number; state: number};
   /** Set whether a state is final. */
   markFinal: {automaton: number; state: number; final: boolean};
   /** Set whether the automata of a state resume or restart when it is entered again. */
   setHistory: {automaton: number; state: number; history: "" | "restart" | "resume"};
-  /** Set the argument of a state for an input of its automata; `child` 0 is the one with the input. */
-  setArgument: {automaton: number; state: number; name: string; value: string; child?: number};
   /** Remove the argument for an input. */
   removeArgument: {automaton: number; state: number; name: string; child?: number};
-  /** Set the variable that takes an output of a state's automata; `child` 0 is the one with the output. */
-  setResult: {automaton: number; state: number; name: string; variable: string; child?: number};
   /** Take an output no longer. */
   removeResult: {automaton: number; state: number; name: string; child?: number};
+  /** Set the text at a place with code: of an automaton, a state or a transition. */
+  setText: {place: Place; text: string};
   /** Replace a text in all code of the document, or in a `line` of it, from 1, at a `place`. */
   replaceText: {text: string; by: string; whole?: boolean; place?: Place | null; line?: number};
   /** Add a transition between two states, or from one to itself; its handle gets a default place. */
@@ -240,8 +234,6 @@ export interface Commands {
     type: "condition" | "event" | "finished" | "time";
     trigger?: string | null;
   };
-  /** Set the trigger of a transition, its guard, or the code that runs when it fires. */
-  setTransitionCode: {automaton: number; transition: number; part: "fired" | "guard" | "trigger"; text: string};
   /** Set the priority of a transition as it was typed: a number from 1, or nothing. */
   setPriority: {automaton: number; transition: number; priority: string};
   /** Evaluate a transition at position `index`, from 0, among those out of its state. */

@@ -16,10 +16,10 @@ from tests.support.editing import tree
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm._document.commands import Command
-from visualhfsm._document.commands.automata import SetAutomatonCode
 from visualhfsm._document.commands.component import AddEntry, ChangeEntry
 from visualhfsm._document.commands.items import MoveItems
-from visualhfsm._document.commands.states import AddState, RenameState, SetStateCode
+from visualhfsm._document.commands.states import AddState, RenameState
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import MAX_SIZE, parse_file, written
 from visualhfsm.project._session.files import read_file
@@ -61,8 +61,8 @@ def rename(name: str, state: int = 1) -> RenameState:
     return RenameState(automaton=1, state=state, name=name)
 
 
-def code(text: str, state: int = 1) -> SetStateCode:
-    return SetStateCode(automaton=1, state=state, part="code", text=text)
+def code(text: str, state: int = 1) -> SetText:
+    return SetText(place=Place(kind="state", automaton=1, id=state, part="code"), text=text)
 
 
 def step_names(steps: list[Step]) -> list[str]:
@@ -565,7 +565,9 @@ def test_a_journal_that_has_grown_large_begins_anew_and_loses_nothing(
     )
     largest = 0
     for number in range(200):
-        session.do(SetAutomatonCode(automaton=1, part="functions", text=f"n = {number}\n" * 40))
+        session.do(
+            SetText(place=Place(kind="automaton", automaton=1, part="functions"), text=f"n = {number}\n" * 40)
+        )
         session.do(rename(f"s{number}"))
         if (saves == "at the beginning" and number == 0) or (saves == "between" and number % 7 == 3):
             session.save()
