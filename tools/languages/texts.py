@@ -59,7 +59,13 @@ _OF_COMMANDS: Final = (
     *("visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_tuning.py"),
 )
 """What speaks to terminals alone, in English."""
-_KEYWORDS: Final = {"Message": (1,), "counted": (1, 2), "template": (1,), "because": (1,)}
+_KEYWORDS: Final = {
+    "Message": (1,),
+    "counted": (1, 2),
+    "template": (1,),
+    "because": (1,),
+    "in_place_of_os_errors": (1,),
+}
 """The arguments of `codegen.messages`, and of errors, that are texts."""
 
 

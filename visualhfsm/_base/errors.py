@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import ClassVar, Literal, Self
 
 from codegen.messages import NO_MESSAGE, Message, Value
+from codegen.reasons import reason
 
 ErrorKind = Literal[
     "malformed",  # no request of this protocol
@@ -35,6 +38,15 @@ class VisualHfsmError(Exception):
     def because(cls, template: str, /, **values: Value) -> Self:
         """Return an error with a `Message` of a template, which is a literal, and its values."""
         return cls(Message(template, **values))
+
+    @classmethod
+    @contextmanager
+    def in_place_of_os_errors(cls, template: str, /, **values: Value) -> Iterator[None]:
+        """Raise such an error when the system refuses something in a `with` block; `{reason}` says why."""
+        try:
+            yield
+        except OSError as error:
+            raise cls.because(template, reason=reason(error), **values) from error
 
 
 class MissingPackageError(VisualHfsmError):

@@ -64,14 +64,11 @@ def convert(
         typer.echo(text, nl=False)
         return
     try:
-        changes = compare_with_disk([GeneratedFile(path, text)])
-        apply(changes)
+        with VisualHfsmError.in_place_of_os_errors("{path}: cannot be written: {reason}", path=str(path)):
+            changes = compare_with_disk([GeneratedFile(path, text)])
+            apply(changes)
     except FilesNotWrittenError as error:
         raise VisualHfsmError(reason(error)) from error
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{path}: cannot be written: {reason}", path=str(path), reason=reason(error)
-        ) from error
     if error_format is ErrorFormat.TEXT:  # programs read the rest of stderr
         typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)
 

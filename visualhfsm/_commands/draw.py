@@ -9,7 +9,6 @@ import typer
 
 from codegen.diagnostics import Diagnostics
 from codegen.options import DOCUMENTS, ErrorFormat, report, require_directories, require_extensions
-from codegen.reasons import reason
 from visualhfsm._base.errors import MissingError, VisualHfsmError
 from visualhfsm._base.options import Include, examples
 
@@ -78,10 +77,12 @@ def draw(
         drawn = drawing_page(source.stem, document)
     else:
         drawn = svg(document, _find(document, automaton).id, component=source.stem)
-    if to_file:
-        _write(target, drawn)
-    else:
+    if not to_file:
         typer.echo(drawn, nl=False)
+        return
+    with VisualHfsmError.in_place_of_os_errors("{path}: cannot be written: {reason}", path=str(target)):
+        target.write_text(drawn, encoding="utf-8")
+    typer.echo(f"wrote {target}", err=True)
 
 
 def _find(document: Document, name: str) -> Automaton:
@@ -110,13 +111,3 @@ def _find(document: Document, name: str) -> Automaton:
     raise MissingError.because(
         "no state named {name} has an automaton; those that have one: {known}", name=name, known=known
     )
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{path}: cannot be written: {reason}", path=str(path), reason=reason(error)
-        ) from error
-    typer.echo(f"wrote {path}", err=True)

@@ -158,9 +158,5 @@ def _graders(
 def _make(folder: Path) -> None:
     from ._errors import GradingError
 
-    try:
+    with GradingError.in_place_of_os_errors("{folder} cannot be made: {reason}", folder=str(folder)):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise GradingError.because(
-            "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
-        ) from error

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from codegen.reasons import reason
 from zenoh_ice.text import encodable, printable
 
 from ._errors import GradingError
@@ -45,14 +44,9 @@ class Submission:
 
 def find_submissions(folder: Path) -> list[Submission]:
     """Return what was handed in, sorted by name. Raises GradingError when there is nothing."""
-    try:
-        found = [
-            each for each in folder.iterdir() if not each.name.startswith(".") and each.name not in _LEFT_OUT
-        ]
-    except OSError as error:
-        raise GradingError.because(
-            "{folder}: cannot be read: {reason}", folder=str(folder), reason=reason(error)
-        ) from error
+    with GradingError.in_place_of_os_errors("{folder}: cannot be read: {reason}", folder=str(folder)):
+        inside = [*folder.iterdir()]
+    found = [each for each in inside if not each.name.startswith(".") and each.name not in _LEFT_OUT]
     if not found:
         raise GradingError.because(
             "{folder}: there are no submissions: a document, or a folder, for each pupil", folder=str(folder)

@@ -8,12 +8,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Literal, Self
+from typing import Final, Literal, Self
 
 from codegen.hfsm.scxml import is_scxml
 from codegen.messages import Message
-from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, MissingError, TooManyError, WouldOverwriteError
 from visualhfsm._base.languages import ENGLISH, known_language
 from visualhfsm._document.serialization import import_scxml, parse
@@ -38,9 +36,6 @@ from ._root import (
     looks_like_model,
 )
 from ._titles import free_title, stem
-
-if TYPE_CHECKING:
-    from visualhfsm.trials import Summary
 
 _MOST_ENTRIES: Final = 2000  # of a directory
 _MOST_REMARKS: Final = 100  # about one document
@@ -103,9 +98,7 @@ class Project:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -226,12 +219,8 @@ class Project:
     def entries(self, directory: str | Path = "") -> list[Entry]:
         """Return the directories, documents, recordings and models in a directory, without hidden ones."""
         place = self.root.directory_of(str(directory))
-        try:
+        with MissingError.in_place_of_os_errors("{place} cannot be listed: {reason}", place=place.name):
             found = [*place.iterdir()]
-        except OSError as error:
-            raise MissingError.because(
-                "{place} cannot be listed: {reason}", place=place.name, reason=reason(error)
-            ) from error
         shown = [each for path in found if (each := self._entry(path)) is not None]
         shown.sort(key=lambda each: (each.kind != "directory", each.path.name))
         return shown[:_MOST_ENTRIES]
@@ -262,29 +251,6 @@ class Project:
     def ready_state(self, id: str) -> tuple[str, str]:
         """Return the title and the text of the document of a ready state."""
         return self._shelves.content(id)
-
-    # -- trials --------------------------------------------------------------------------------------------
-
-    def trials(
-        self,
-        path: str | Path,
-        *,
-        success: str | None = None,
-        out: str | Path | None = None,
-        workers: int | None = None,
-        cluster: str | None = None,
-        **changes: Any,  # noqa: ANN401 - keys of a plan
-    ) -> Summary:
-        """Run a saved document many times in virtual time, and return how often it succeeds, and why not.
-
-        `path` is that of a plan, or of a document, perhaps with a plan beside it; `success` is the state that
-        a trial must reach, and `changes` are other keys of the plan, such as `runs`. See `run_trials` for the
-        rest. This runs the code of the document. Raises VisualHfsmError.
-        """
-        from visualhfsm.trials import plan_of, run_trials
-
-        plan = plan_of(self.root.source(str(path)), success, **changes)
-        return run_trials(plan, out=None if out is None else Path(out), workers=workers, cluster=cluster)
 
     # -- for open documents --------------------------------------------------------------------------------
 

@@ -11,7 +11,6 @@ import fcntl
 import platform
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import BinaryIO, Final, Self, TypeVar
 
 import msgspec
@@ -98,13 +97,11 @@ class Record:
         self.path: Final = path
         self.done: Final[set[int]] = set()
         """The numbers of the trials whose outcomes are there."""
-        try:
+        with TrialsError.in_place_of_os_errors(
+            "{path}: outcomes cannot be kept there: {reason}", path=str(path)
+        ):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("a+b", buffering=0)
-        except OSError as error:
-            raise TrialsError.because(
-                "{path}: outcomes cannot be kept there: {reason}", path=str(path), reason=reason(error)
-            ) from error
         try:
             self._begin(header, again=again)
         except BaseException:
@@ -112,12 +109,10 @@ class Record:
             raise
 
     def _begin(self, header: Header, *, again: bool) -> None:
-        try:
+        with TrialsError.in_place_of_os_errors(
+            "{path}: another process writes outcomes to it now", path=str(self.path)
+        ):
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise TrialsError.because(
-                "{path}: another process writes outcomes to it now", path=str(self.path)
-            ) from error
         found = None if again else read_header(self.path)
         if found is not None and found != header:
             if next(read_outcomes(self.path), None) is not None:
@@ -137,9 +132,7 @@ class Record:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def look(self, runs: int) -> None:
@@ -236,9 +229,5 @@ def _decoded(line: bytes, kind: type[_Line], path: Path, number: int) -> _Line:
 
 
 def _reading(path: Path) -> BinaryIO:
-    try:
+    with TrialsError.in_place_of_os_errors("{path}: cannot be read: {reason}", path=str(path)):
         return path.open("rb")
-    except OSError as error:
-        raise TrialsError.because(
-            "{path}: cannot be read: {reason}", path=str(path), reason=reason(error)
-        ) from error

@@ -21,7 +21,6 @@ from typing import Final
 
 import msgspec
 
-from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.line_process import answer_lines
@@ -146,12 +145,10 @@ class _Worker:
 
 
 def _keep(part: Path, recording: Path) -> None:
-    try:
+    with TrialsError.in_place_of_os_errors(
+        "{target}: the recording cannot be kept: {reason}", target=str(recording)
+    ):
         part.replace(recording)
-    except OSError as error:
-        raise TrialsError.because(
-            "{target}: the recording cannot be kept: {reason}", target=str(recording), reason=reason(error)
-        ) from error
 
 
 if __name__ == "__main__":
