@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from ._document.commands.component import RemoveEntry as RemoveEntry
     from ._document.commands.component import ReorderEntry as ReorderEntry
     from ._document.commands.component import SetComponentText as SetComponentText
-    from ._document.commands.corrections import Correction as Correction
-    from ._document.commands.corrections import CorrectName as CorrectName
     from ._document.commands.group import GroupStates as GroupStates
     from ._document.commands.items import AlignStates as AlignStates
     from ._document.commands.items import DeleteItems as DeleteItems
@@ -58,6 +56,8 @@ if TYPE_CHECKING:
     from ._document.commands.states import RemoveResult as RemoveResult
     from ._document.commands.states import RenameState as RenameState
     from ._document.commands.states import SetHistory as SetHistory
+    from ._document.commands.text import Correction as Correction
+    from ._document.commands.text import CorrectName as CorrectName
     from ._document.commands.text import ReplaceText as ReplaceText
     from ._document.commands.text import SetText as SetText
     from ._document.commands.transitions import AddTransition as AddTransition
@@ -76,10 +76,10 @@ if TYPE_CHECKING:
     from ._document.problems import Problem as Problem
     from ._document.problems import Proof as Proof
     from ._document.problems import StepView as StepView
-    from .project._code_help.answers import Completion as Completion
-    from .project._code_help.answers import Completions as Completions
-    from .project._code_help.answers import Explanation as Explanation
-    from .project._code_help.answers import Signature as Signature
+    from .project._code_help.protocol import Completion as Completion
+    from .project._code_help.protocol import Completions as Completions
+    from .project._code_help.protocol import Explanation as Explanation
+    from .project._code_help.protocol import Signature as Signature
     from .project._document import OpenDocument as OpenDocument
     from .project._events import Changed as Changed
     from .project._events import Checked as Checked
@@ -107,7 +107,6 @@ _NAMES: Final = {
     "._document.commands.automata": "AddAutomaton AddRoot ExtractAutomaton RepairNumbers SetImport SetPeriod",
     "._document.commands.base": "Command",
     "._document.commands.component": "AddEntry ChangeEntry RemoveEntry ReorderEntry SetComponentText",
-    "._document.commands.corrections": "CorrectName Correction",
     "._document.commands.group": "GroupStates",
     "._document.commands.items": "AlignStates DeleteItems DistributeStates MoveItems PlaceItems ResetHandles",
     "._document.commands.notes": "AddAnnotation ResizeAnnotation SetAnnotationColor SetAnnotationText",
@@ -115,14 +114,14 @@ _NAMES: Final = {
     "._document.commands.states": (
         "AddState MarkFinal MarkInitial RemoveArgument RemoveResult RenameState SetHistory"
     ),
-    "._document.commands.text": "ReplaceText SetText",
+    "._document.commands.text": "CorrectName Correction ReplaceText SetText",
     "._document.commands.transitions": (
         "AddTransition RenameTransition ReorderTransition RetargetTransition SetPriority SetTransitionType"
     ),
     "._document.commands.variables": "HandUpVariable PassVariable ShareVariable TakeOutput",
     "._document.places": "Place",
     "._document.problems": "CounterexampleView Findings Problem Proof StepView",
-    ".project._code_help.answers": "Completion Completions Explanation Signature",
+    ".project._code_help.protocol": "Completion Completions Explanation Signature",
     ".project._document": "OpenDocument",
     ".project._events": "Changed Checked Closed Event FileChanged Opened",
     ".project._project": "Entry Project",

@@ -17,8 +17,7 @@ from visualhfsm._document.imported_places import ImportedPlaces
 from visualhfsm._document.places import Place, spots
 from visualhfsm._document.problems import UNTITLED, Findings, Problem, Proof
 from visualhfsm._document.serialization import parse_file, written
-from visualhfsm.project._code_help.answers import Completions, Explanation, Signature
-from visualhfsm.project._code_help.question import Wanted
+from visualhfsm.project._code_help.protocol import Completions, Explanation, Signature, Wanted
 from visualhfsm.project._session.files import read_file
 from zenoh_ice import typed
 

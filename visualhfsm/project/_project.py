@@ -35,7 +35,7 @@ from ._root import (
     Root,
     looks_like_model,
 )
-from ._titles import free_title, stem
+from ._version import free_title, stem
 
 _MOST_ENTRIES: Final = 2000  # of a directory
 _MOST_REMARKS: Final = 100  # about one document

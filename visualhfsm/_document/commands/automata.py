@@ -11,13 +11,13 @@ from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
 from ..nodes import (
-    MAX_AUTOMATA,
     automaton_ids,
     changed,
     checked,
     find_automaton,
     find_state,
     label,
+    require_room,
     state_ids,
     swapped,
     transition_ids,
@@ -36,13 +36,7 @@ class AddAutomaton(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         father = find_automaton(document, self.automaton)
         state = find_state(father, self.state)
-        if len(document.automata) >= MAX_AUTOMATA:
-            why = Message("the document has {count}", count=len(document.automata))
-            raise EditError(
-                Message("Cannot add an automaton"),
-                why,
-                Message("move some to separate documents and import them"),
-            )
+        require_room(document, 1, Message("Cannot add an automaton"))
         number = next(automaton_ids(document))
         new = replace(
             father, states=swapped(father.states, state, replace(state, children=(*state.children, number)))

@@ -9,7 +9,6 @@ from typing import ClassVar, Literal
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, State
 from codegen.messages import NO_MESSAGE, Message
-from visualhfsm._base.errors import EditError
 
 from ..nodes import (
     changed,
@@ -19,6 +18,7 @@ from ..nodes import (
     find_state,
     free_name,
     label,
+    require_own_content,
     state_ids,
     swapped,
     with_automaton,
@@ -45,13 +45,7 @@ class AddState(Command, frozen=True, kw_only=True):
         number = next(state_ids(find_automaton(document, self.automaton)))
 
         def add(automaton: Automaton) -> Automaton:
-            if automaton.imported is not None:
-                why = Message("its content comes from another file")
-                raise EditError(
-                    Message("Cannot draw in this automaton"),
-                    why,
-                    Message("change that file, or inline it first"),
-                )
+            require_own_content(automaton, Message("Cannot draw in this automaton"))
             taken = {state.name for state in automaton.states}
             state = State(
                 id=number,

@@ -20,7 +20,7 @@ from visualhfsm._document.problems import UNTITLED, Problem
 from visualhfsm._document.serialization import written
 from zenoh_ice import typed
 
-from .question import Question, Wanted
+from .protocol import Question, Wanted
 
 _ANSWER_LIMIT: Final = 4.0
 """Limit of the time of an answer, in seconds."""

@@ -125,8 +125,6 @@ export interface Commands {
     index: number;
     to: number;
   };
-  /** Replace a name by the one that is meant, once at each of some places. */
-  correctName: {name: string; meant: string; at: Correction[]};
   /** Move states into a new automaton below a new state that takes their place. */
   groupStates: {automaton: number; states: number[]; name?: string; language?: string};
   /** Delete states, transitions and annotations. */
@@ -212,6 +210,8 @@ export interface Commands {
   setText: {place: Place; text: string};
   /** Replace a text in all code of the document, or in a `line` of it, from 1, at a `place`. */
   replaceText: {text: string; by: string; whole?: boolean; place?: Place | null; line?: number};
+  /** Replace a name by the one that is meant, once at each of some places. */
+  correctName: {name: string; meant: string; at: Correction[]};
   /** Add a transition between two states, or from one to itself; its handle gets a default place. */
   addTransition: {
     automaton: number;
