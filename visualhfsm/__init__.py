@@ -81,6 +81,13 @@ if TYPE_CHECKING:
     from .project._code_help.protocol import Explanation as Explanation
     from .project._code_help.protocol import Signature as Signature
     from .project._document import OpenDocument as OpenDocument
+    from .project._editing.edited_document import Added as Added
+    from .project._editing.edited_document import Change as Change
+    from .project._editing.edited_document import Choice as Choice
+    from .project._editing.edited_document import Resolution as Resolution
+    from .project._editing.edited_document import Step as Step
+    from .project._editing.journal import Abandoned as Abandoned
+    from .project._editing.shelf import ReadyState as ReadyState
     from .project._events import Changed as Changed
     from .project._events import Checked as Checked
     from .project._events import Closed as Closed
@@ -89,13 +96,6 @@ if TYPE_CHECKING:
     from .project._events import Opened as Opened
     from .project._project import Entry as Entry
     from .project._project import Project as Project
-    from .project._session.journal import Abandoned as Abandoned
-    from .project._session.session import Added as Added
-    from .project._session.session import Change as Change
-    from .project._session.session import Choice as Choice
-    from .project._session.session import Resolution as Resolution
-    from .project._session.session import Step as Step
-    from .project._session.shelf import ReadyState as ReadyState
     from .project._version import Version as Version
 
 _NAMES: Final = {
@@ -125,9 +125,9 @@ _NAMES: Final = {
     ".project._document": "OpenDocument",
     ".project._events": "Changed Checked Closed Event FileChanged Opened",
     ".project._project": "Entry Project",
-    ".project._session.journal": "Abandoned",
-    ".project._session.session": "Added Change Choice Resolution Step",
-    ".project._session.shelf": "ReadyState",
+    ".project._editing.journal": "Abandoned",
+    ".project._editing.edited_document": "Added Change Choice Resolution Step",
+    ".project._editing.shelf": "ReadyState",
     ".project._version": "Version",
 }
 

@@ -42,7 +42,7 @@ from visualhfsm._editor.limits import Limits
 from visualhfsm._editor.services import Services
 from visualhfsm._monitor.messages import Components, Output, OutputLine, Publish, RunPush, Snapshot, Source
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
-from visualhfsm.project._session.session import Change, DocumentSession
+from visualhfsm.project._editing.edited_document import Change, EditedDocument
 
 HEAD = (
     "<config><iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
@@ -548,9 +548,9 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
 
 def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     gate = threading.Event()
-    undo = DocumentSession.undo
+    undo = EditedDocument.undo
 
-    def slow(session: DocumentSession) -> Change:
+    def slow(session: EditedDocument) -> Change:
         gate.wait(FOREVER)
         return undo(session)
 
@@ -558,7 +558,7 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
             return action
 
-    monkeypatch.setattr(DocumentSession, "undo", slow)
+    monkeypatch.setattr(EditedDocument, "undo", slow)
     found = make_services(live=Steered())
     with editor(root, make_services=lambda _: found) as running, running.window() as window:
         window.ask("open", path="robot.xml")
@@ -576,14 +576,14 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
 
 def test_requests_that_wait_do_not_fill_the_memory(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     began, gate = threading.Event(), threading.Event()
-    undo = DocumentSession.undo
+    undo = EditedDocument.undo
 
-    def slow(session: DocumentSession) -> Change:
+    def slow(session: EditedDocument) -> Change:
         began.set()
         gate.wait(FOREVER)
         return undo(session)
 
-    monkeypatch.setattr(DocumentSession, "undo", slow)
+    monkeypatch.setattr(EditedDocument, "undo", slow)
     with editor(root, limits=Limits(waiting_bytes=5000)) as running, running.window() as window:
         window.ask("open", path="robot.xml")
         window.ask("do", tab=1, command=ADD_STATE)

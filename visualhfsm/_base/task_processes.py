@@ -20,21 +20,21 @@ _ENVIRONMENT: Final[Mapping[str, str]] = {
     "OMP_NUM_THREADS": "1",
 }
 
-Answer = TypeVar("Answer", bound=msgspec.Struct)
+Result = TypeVar("Result", bound=msgspec.Struct)
 
 
 class EndedError(Exception):
     """The processes have been ended."""
 
 
-class TaskProcesses(Generic[Answer]):
+class TaskProcesses(Generic[Result]):
     """The processes of some threads: one each, which runs a `module` and lasts from task to task.
 
     Tasks go there pickled, and answers come back as JSON. The folder of their temporary files begins with
     `prefix`.
     """
 
-    def __init__(self, module: str, answer: type[Answer], prefix: str) -> None:
+    def __init__(self, module: str, answer: type[Result], prefix: str) -> None:
         self._module: Final = module
         self._answer: Final = answer
         self._prefix: Final = prefix
@@ -45,7 +45,7 @@ class TaskProcesses(Generic[Answer]):
         """What they unpack and write: one that is killed removes nothing."""
         self.closed = False
 
-    def ask(self, task: object, patience: float) -> Answer:
+    def ask(self, task: object, patience: float) -> Result:
         """Return the answer of this thread's process to a task, within `patience` s of being ready.
 
         Raises NoAnswerError, EndedError, and OSError if there is no folder for temporary files.

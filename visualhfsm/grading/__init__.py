@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from ._exercise import Exercise as Exercise
     from ._exercise import read_exercise as read_exercise
     from ._grade import Grader as Grader
+    from ._judged_run import JudgedRun as JudgedRun
     from ._marks import Marks as Marks
-    from ._run import Run as Run
-    from ._session import Allowance as Allowance
+    from ._sandbox import Allowance as Allowance
     from ._walls import check_walls as check_walls
 
 _NAMES: Final = {
@@ -28,8 +28,8 @@ _NAMES: Final = {
     "._exercise": "Exercise read_exercise",
     "._grade": "Grader",
     "._marks": "Marks",
-    "._run": "Run",
-    "._session": "Allowance",
+    "._judged_run": "JudgedRun",
+    "._sandbox": "Allowance",
     "._walls": "check_walls",
 }
 

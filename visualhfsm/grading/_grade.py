@@ -23,8 +23,8 @@ from ._containment import Containment
 from ._criteria import Verdict, did, judge
 from ._errors import ComputerFailed, ComputerTooBusy, GradingError
 from ._exercise import SOLUTION, Exercise
+from ._judged_run import JudgedRun
 from ._marks import Earned, Marks
-from ._run import Run
 from ._words import say
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class Grader:
         return "; ".join([*found, worst.did] if worst.did else found)
 
     def record(self, marks: Marks, recording: Path) -> None:
-        """Run the worst trial again, and record it in a file. Raises VisualHfsmError."""
+        """JudgedRun the worst trial again, and record it in a file. Raises VisualHfsmError."""
         plan = self._plan(marks.worst_plan)
         with self._containment(shows_variables=True) as containment, quiet():
             run_trial(plan, marks.worst_number, recording, simulate=containment.simulate)
@@ -181,7 +181,7 @@ class Grader:
         )
 
 
-class _Judge(Run):
+class _Judge(JudgedRun):
     """The run of a trial, which is judged at its end."""
 
     def __init__(self, exercise: Exercise, plan: str, language: str) -> None:

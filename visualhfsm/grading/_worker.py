@@ -25,7 +25,7 @@ from ._exercise import Exercise, read_exercise
 from ._grade import Grader
 from ._marks import Marks
 from ._page import write_page
-from ._submissions import SubmissionBroken, copy_submission
+from ._submissions import UnreadableSubmission, copy_submission
 
 _MOST_MEMORY: Final = 1 << 40
 """Limit of the address space in bytes, of which a simulation takes much and uses little."""
@@ -45,7 +45,7 @@ class Task:
     """Those of the page."""
 
 
-class Answer(msgspec.Struct, frozen=True):
+class GradingResult(msgspec.Struct, frozen=True):
     """The marks, or what is wrong with the exercise or this computer."""
 
     marks: Marks | None = None
@@ -67,31 +67,31 @@ class _Worker:
             with tempfile.TemporaryDirectory(prefix="visualhfsm-grade-") as folder:
                 answer = self._grade(task, Path(folder))
         except (GradingError, MissingPackageError, SandboxUnavailable, TrialsError) as error:
-            answer = Answer(refused=str(error))
+            answer = GradingResult(refused=str(error))
         except OSError as error:  # of its folders and processes: what is handed in is read with care
-            answer = Answer(refused=str(ComputerFailed(str(reason(error)))))
+            answer = GradingResult(refused=str(ComputerFailed(str(reason(error)))))
         except ImportError as error:  # the code of submissions is imported elsewhere
-            answer = Answer(
+            answer = GradingResult(
                 refused=f"{error}: install it with: pip install 'visualhfsm[sim,trials,vision,web]'"
             )
         return msgspec.json.encode(answer)
 
-    def _grade(self, task: Task, folder: Path) -> Answer:
+    def _grade(self, task: Task, folder: Path) -> GradingResult:
         exercise = self._exercise
         documents = folder / "submission"
         documents.mkdir()
         try:
             document = copy_submission(task.submission, documents, exercise.name)
-        except SubmissionBroken as error:
+        except UnreadableSubmission as error:
             language = exercise.language(task.language)
-            return Answer(Marks.broken(exercise, task.name, language, str(error)))
+            return GradingResult(Marks.broken(exercise, task.name, language, str(error)))
         grader = Grader(exercise, document, task.language, unsafe=task.unsafe)
         if task.page is None or task.marks is None:
             try:
-                return Answer(grader.grade(task.name))
+                return GradingResult(grader.grade(task.name))
             except ComputerTooBusy as error:
                 language = exercise.language(task.language)
-                return Answer(Marks.broken(exercise, task.name, language, f"grade it again: {error}"))
+                return GradingResult(Marks.broken(exercise, task.name, language, f"grade it again: {error}"))
         recording = folder / "worst.mcap"
         try:
             grader.record(task.marks, recording)
@@ -100,7 +100,7 @@ class _Worker:
             raise
         except VisualHfsmError:  # a run that is too long, or that has no state
             write_page(task.page, exercise, task.marks)
-        return Answer(task.marks)
+        return GradingResult(task.marks)
 
 
 if __name__ == "__main__":

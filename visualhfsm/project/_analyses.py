@@ -14,11 +14,11 @@ from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, MissingError, VisualHfsmError
 from visualhfsm._document.generate import generate_component, summary
 from visualhfsm._document.imported_places import ImportedPlaces
-from visualhfsm._document.places import Place, spots
+from visualhfsm._document.places import Place, texts_in
 from visualhfsm._document.problems import UNTITLED, Findings, Problem, Proof
 from visualhfsm._document.serialization import parse_file, written
 from visualhfsm.project._code_help.protocol import Completions, Explanation, Signature, Wanted
-from visualhfsm.project._session.files import read_file
+from visualhfsm.project._editing.files import read_file
 from zenoh_ice import typed
 
 from ._version import Version
@@ -127,7 +127,7 @@ class Analyses:
     def _help_with_code(self, wanted: Wanted, place: Place, code: str | None, line: int, column: int) -> Any:  # noqa: ANN401 - what `CodeHelp.ask` returns
         version = self.version
         if code is None:
-            code = next((spot.text for spot in spots(version.document) if spot.place == place), None)
+            code = next((placed.text for placed in texts_in(version.document) if placed.place == place), None)
         ask = self._project.code_help.ask
         return ask(wanted, version.document, version.path, place, code or "", line=line, column=column)
 

@@ -22,11 +22,11 @@ from visualhfsm._document.commands.paste import AddReadyState
 from visualhfsm._document.commands.transitions import TransitionType
 from visualhfsm._document.problems import Findings
 from visualhfsm._document.serialization import copy_states, written
-from visualhfsm.project._session import imports
-from visualhfsm.project._session.files import write_file
-from visualhfsm.project._session.session import Change, Choice, DocumentSession, Resolution
-from visualhfsm.project._session.shelf import FOLDER as SHELF
-from visualhfsm.project._session.shelving import shelf_document, shelf_file
+from visualhfsm.project._editing import imports
+from visualhfsm.project._editing.edited_document import Change, Choice, EditedDocument, Resolution
+from visualhfsm.project._editing.files import write_file
+from visualhfsm.project._editing.shelf import FOLDER as SHELF
+from visualhfsm.project._editing.shelving import shelf_document, shelf_file
 
 from ._analyses import Analyses
 from ._events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
@@ -45,19 +45,19 @@ class OpenDocument(Analyses):
     """
 
     def __init__(
-        self, session: DocumentSession, project: Project, remarks: Sequence[Message] | None = None
+        self, edited: EditedDocument, project: Project, remarks: Sequence[Message] | None = None
     ) -> None:
         super().__init__(project)
         self.remarks: Final = remarks
         """What of a foreign file has no equivalent here; None for a file of ours."""
-        self._session = session
+        self._edited = edited
         self._listeners = Listeners()
         self._lock = threading.RLock()
         self._depth = 0
         self._notifying = False
         self._file: FileState = "same"
         self._closed = False
-        self._version = Version.of(session, self._file)
+        self._version = Version.of(edited, self._file)
 
     # -- state ---------------------------------------------------------------------------------------------
 
@@ -78,18 +78,18 @@ class OpenDocument(Analyses):
 
     def has(self, file: Path) -> bool:
         """Return whether this is the document of a file, also one to which it is just being saved."""
-        return self._session.path == file
+        return self._edited.path == file
 
     @property
     def saved(self) -> Document | None:
         """The document as it was read or saved last, None if it never was."""
         with self._lock:
-            return self._session.saved_document
+            return self._edited.saved_document
 
     def text(self) -> str:
         """Return the document as its file would hold it."""
         with self._lock:
-            return self._session.text()
+            return self._edited.text()
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Notify a listener of what happens to this document; return the function that ends this."""
@@ -130,7 +130,7 @@ class OpenDocument(Analyses):
         if isinstance(commands, Command):
             command = _validated(commands)
             with self.together():
-                return self._session.do(command, base, by)
+                return self._edited.do(command, base, by)
         several = [_validated(each) for each in commands]
         if not several or base is not None:
             why = (
@@ -140,25 +140,25 @@ class OpenDocument(Analyses):
             )
             raise EditError(Message("Cannot change the document"), why, Message("pass one command"))
         with self.together():
-            before = self._session.document
-            self._session.require_all(several)
-            changes = [self._session.do(command, by=by) for command in several]
+            before = self._edited.document
+            self._edited.require_all(several)
+            changes = [self._edited.do(command, by=by) for command in several]
             return replace(changes[-1], before=before)
 
     def undo(self) -> Change:
         """Undo the last step."""
         with self.together():
-            return self._session.undo()
+            return self._edited.undo()
 
     def redo(self) -> Change:
         """Do the step again that was undone last."""
         with self.together():
-            return self._session.redo()
+            return self._edited.redo()
 
     def go_to(self, revision: int) -> Change:
         """Undo or redo until the document is the one that was made at a revision."""
         with self.together():
-            return self._session.go_to(revision)
+            return self._edited.go_to(revision)
 
     def copy(self, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()) -> str:
         """Return states, with the transitions among them and all below, as text for `PasteStates`."""
@@ -169,20 +169,20 @@ class OpenDocument(Analyses):
     ) -> tuple[str, Change]:
         """Copy states and annotations, and delete them."""
         with self.together():
-            return self._session.cut(automaton, tuple(states), tuple(annotations))
+            return self._edited.cut(automaton, tuple(states), tuple(annotations))
 
     def extract(self, automaton: int, path: str | Path) -> Change:
         """Move an automaton with all below it to a new file beside this one, and import it from there."""
         file = self._project.file(path)
         with self.together():
-            session = self._session
-            return session.do(imports.extract(session.document, automaton, session.path, file))
+            edited = self._edited
+            return edited.do(imports.extract(edited.document, automaton, edited.path, file))
 
     def inline(self, automaton: int) -> Change:
         """Copy the content of an imported automaton into the document."""
         with self.together():
-            session = self._session
-            return session.do(imports.inline(session.document, automaton, session.path))
+            edited = self._edited
+            return edited.do(imports.inline(edited.document, automaton, edited.path))
 
     def add_ready_state(
         self,
@@ -252,12 +252,12 @@ class OpenDocument(Analyses):
         """
         with self.together():
             if path is None:
-                if self._session.path is not None:
-                    self._project.file(self._session.path)  # by now it may be a link that leads out
-                saved = self._session.save(overwrite=overwrite)
+                if self._edited.path is not None:
+                    self._project.file(self._edited.path)  # by now it may be a link that leads out
+                saved = self._edited.save(overwrite=overwrite)
             else:
                 with self._project.saving(self, path, overwrite=overwrite) as target:
-                    saved = self._session.save(target, overwrite=overwrite)
+                    saved = self._edited.save(target, overwrite=overwrite)
             self._file = "same"
             return saved
 
@@ -289,7 +289,7 @@ class OpenDocument(Analyses):
                 Message("{choice} is none of {choice2}", choice=choice, choice2=", ".join(Choice)),
             )
         with self.together():
-            resolution = self._session.resolve(Choice(choice))
+            resolution = self._edited.resolve(Choice(choice))
             self._file = "same"
             return resolution
 
@@ -298,39 +298,39 @@ class OpenDocument(Analyses):
         with self._lock:
             if self._closed:
                 return
-            if self._session.is_unsaved and not discard:
+            if self._edited.is_unsaved and not discard:
                 raise UnsavedError.because(
                     "{version} has changes that are not saved", version=self._version.title
                 )
-            self._session.close(discard=discard)
+            self._edited.close(discard=discard)
             self._end()
 
     def abandon(self) -> None:
         """Close the document, and keep its unsaved changes, so that they can be recovered."""
         with self._lock:
             if not self._closed:
-                self._session.abandon()
+                self._edited.abandon()
                 self._end()
 
     # -- parts ---------------------------------------------------------------------------------------------
 
     def _compare_with_file(self) -> FileChanged:
-        session = self._session
-        if session.path is None or not session.is_changed_outside():
+        edited = self._edited
+        if edited.path is None or not edited.is_changed_outside():
             return FileChanged(self, "same")
-        if not session.path.exists():
+        if not edited.path.exists():
             return FileChanged(self, "deleted")
-        if session.dirty:
+        if edited.dirty:
             return FileChanged(self, "changed")
         try:
-            session.resolve(Choice.THEIRS)
+            edited.resolve(Choice.THEIRS)
         except EditError as error:  # it is not a document, or incomplete: try again
             return FileChanged(self, "changed", error.message)
         return FileChanged(self, "reloaded")
 
     def _settle(self) -> None:
         """Make the new version, and notify the listeners of it."""
-        version = Version.of(self._session, self._file)
+        version = Version.of(self._edited, self._file)
         if version != self._version:
             self._version = version
             self._notifying = True  # otherwise a listener could change it, and others hear of that first

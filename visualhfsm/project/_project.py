@@ -18,11 +18,11 @@ from visualhfsm._document.serialization import import_scxml, parse
 from visualhfsm._processes.bodies import FOLDER
 from visualhfsm.project._check_process import CheckProcess
 from visualhfsm.project._code_help.service import CodeHelp
-from visualhfsm.project._session.files import make_folder, read_file
-from visualhfsm.project._session.journal import Abandoned, find_abandoned, journal_directory
-from visualhfsm.project._session.session import MERGE_WITHIN, DocumentSession
-from visualhfsm.project._session.shelf import ReadyState, Shelves
-from visualhfsm.project._session.templates import EMPTY, make_template
+from visualhfsm.project._editing.edited_document import MERGE_WITHIN, EditedDocument
+from visualhfsm.project._editing.files import make_folder, read_file
+from visualhfsm.project._editing.journal import Abandoned, find_abandoned, journal_directory
+from visualhfsm.project._editing.shelf import ReadyState, Shelves
+from visualhfsm.project._editing.templates import EMPTY, make_template
 
 from ._document import OpenDocument
 from ._events import Event, Listener, Listeners, Opened
@@ -150,7 +150,7 @@ class Project:
             content, _ = read_file(file)
             if is_scxml(file.name, content):
                 return self._import(file.name, content)
-            return self._add(lambda: DocumentSession.open(file, journals=self.journals))
+            return self._add(lambda: EditedDocument.open(file, journals=self.journals))
 
     def open_text(self, name: str, text: str, *, kept: bool = False) -> OpenDocument:
         """Open a text in any format as a document that has no file yet, `name` is that of the text.
@@ -158,10 +158,10 @@ class Project:
         `kept` says that it is kept elsewhere as it is, so that closing it loses nothing.
         """
 
-        def make() -> DocumentSession:
+        def make() -> EditedDocument:
             document = parse(text, Message("Cannot open {name}", name=name))
             title = name if kept else self._free_title(stem(name))
-            return DocumentSession.new(document, title, journals=self.journals, kept=kept)
+            return EditedDocument.new(document, title, journals=self.journals, kept=kept)
 
         with self._opening:
             if is_scxml(name, content := text.encode()):
@@ -174,9 +174,9 @@ class Project:
         An empty one is called `untitled`, in a language such as `es`.
         """
 
-        def make() -> DocumentSession:
+        def make() -> EditedDocument:
             name, document = make_template(template, known_language(language))
-            return DocumentSession.new(document, self._free_title(name), journals=self.journals)
+            return EditedDocument.new(document, self._free_title(name), journals=self.journals)
 
         with self._opening:
             return self._add(make)
@@ -191,7 +191,7 @@ class Project:
     def recoverable(self) -> list[Abandoned]:
         """Return the documents that can be recovered: those below the root, and those without a file.
 
-        Their sessions ended without closing.
+        The process that had them open ended without closing them.
         """
         found = [
             each
@@ -205,13 +205,13 @@ class Project:
         """Open one of `recoverable` as it was, by the name of its journal."""
         file = self._journal(journal)
         with self._opening:
-            opened = self._add(lambda: DocumentSession.recover(file))
+            opened = self._add(lambda: EditedDocument.recover(file))
         self._abandoned.pop(journal, None)
         return opened
 
     def discard(self, journal: str) -> None:
         """Discard the changes of one of `recoverable`."""
-        DocumentSession.recover(self._journal(journal)).close(discard=True)
+        EditedDocument.recover(self._journal(journal)).close(discard=True)
         self._abandoned.pop(journal, None)
 
     # -- files ---------------------------------------------------------------------------------------------
@@ -283,7 +283,7 @@ class Project:
     # -- parts ---------------------------------------------------------------------------------------------
 
     def _add(
-        self, make: Callable[[], DocumentSession], remarks: Sequence[Message] | None = None
+        self, make: Callable[[], EditedDocument], remarks: Sequence[Message] | None = None
     ) -> OpenDocument:
         if self._closed:
             raise EditError(
@@ -292,9 +292,9 @@ class Project:
                 Message("make another Project"),
             )
         self.require_room()
-        session = make()
-        session.merge_within = self._merge_within
-        opened = OpenDocument(session, self, remarks)
+        edited = make()
+        edited.merge_within = self._merge_within
+        opened = OpenDocument(edited, self, remarks)
         self._documents.append(opened)
         self.notify(Opened(opened))
         return opened
@@ -304,7 +304,7 @@ class Project:
         document, remarks = import_scxml(content, name)
         title = self._free_title(stem(name))
         return self._add(
-            lambda: DocumentSession.new(document, title, journals=self.journals), remarks[:_MOST_REMARKS]
+            lambda: EditedDocument.new(document, title, journals=self.journals), remarks[:_MOST_REMARKS]
         )
 
     def _free_title(self, wanted: str) -> str:

@@ -10,7 +10,7 @@ from typing import Final, Literal
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
-from visualhfsm.project._session.session import DocumentSession, Step
+from visualhfsm.project._editing.edited_document import EditedDocument, Step
 
 FileState = Literal["same", "changed", "deleted"]
 """What another program did to the file of a document since that was read or saved."""
@@ -41,17 +41,17 @@ class Version:
     file: FileState = "same"
 
     @classmethod
-    def of(cls, session: DocumentSession, file: FileState) -> Version:
-        """Return the present version of a session."""
+    def of(cls, edited: EditedDocument, file: FileState) -> Version:
+        """Return the present version of a document."""
         return cls(
-            revision=session.revision,
-            document=session.document,
-            path=session.path,
-            title=session.name,
-            dirty=session.dirty,
-            is_unsaved=session.is_unsaved,
-            undo=tuple(islice(session.undo_steps, _STEPS)),
-            redo=tuple(islice(session.redo_steps, _STEPS)),
+            revision=edited.revision,
+            document=edited.document,
+            path=edited.path,
+            title=edited.name,
+            dirty=edited.dirty,
+            is_unsaved=edited.is_unsaved,
+            undo=tuple(islice(edited.undo_steps, _STEPS)),
+            redo=tuple(islice(edited.redo_steps, _STEPS)),
             file=file,
         )
 

@@ -13,7 +13,7 @@ from msgspec import UNSET, UnsetType
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._monitor.messages import Push
 
-from ._outcomes import Change
+from ._outcomes import StateChange
 
 
 class _View(msgspec.Struct, frozen=True, rename="camel"):
@@ -73,7 +73,7 @@ class TrialTimeline(_View, frozen=True):
 
     number: int
     end: float
-    changes: list[Change]
+    changes: list[StateChange]
 
 
 class Way(_View, frozen=True):

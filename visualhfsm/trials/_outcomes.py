@@ -32,7 +32,7 @@ _PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
 """What computes the outcome of a trial, besides Python."""
 
 
-class Change(msgspec.Struct, frozen=True, array_like=True):
+class StateChange(msgspec.Struct, frozen=True, array_like=True):
     """The states of a trial from a time on."""
 
     time: float
@@ -59,7 +59,7 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
     """What was noted, by name."""
     groups: Mapping[str, str] = {}
     """What trials are distinguished by, by name: the group that this one belongs to."""
-    changes: tuple[Change, ...] = ()
+    changes: tuple[StateChange, ...] = ()
     """How it came there: its changes of state."""
     left_out: int = 0
     """Changes that are left out before the newest ones."""

@@ -25,7 +25,7 @@ from visualhfsm.simulation._properties import stated_properties
 from ._disturbances import Disturbances
 from ._errors import TrialsError
 from ._functions import FunctionFailed, call_function, load_function
-from ._outcomes import Change, Outcome
+from ._outcomes import Outcome, StateChange
 from ._plan import SAMPLED, Plan
 from ._quantities import Value, Values
 from ._scene import Scene
@@ -271,7 +271,7 @@ class _Observed(Observer):
         self.broken = ""
         """The property that does not hold."""
         self.cycles = 0
-        self.changes: deque[Change] = deque(maxlen=_MOST_CHANGES)
+        self.changes: deque[StateChange] = deque(maxlen=_MOST_CHANGES)
         self.left_out = 0
         stated = stated_properties(behavior.document) if properties and behavior.document else []
         self._checks = [each.start(behavior) for each in stated]
@@ -296,10 +296,10 @@ class _Observed(Observer):
         if self.changes and self.changes[-1].states == states:
             return
         if self.changes and self.changes[-1].time == time:
-            self.changes[-1] = Change(time, states)
+            self.changes[-1] = StateChange(time, states)
             return
         self.left_out += len(self.changes) == _MOST_CHANGES
-        self.changes.append(Change(time, states))
+        self.changes.append(StateChange(time, states))
 
 
 class _Samples:

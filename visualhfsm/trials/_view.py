@@ -23,7 +23,7 @@ from ._messages import (
     TrialTimeline,
     Way,
 )
-from ._outcomes import Change, Outcome, read_outcomes
+from ._outcomes import Outcome, StateChange, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
 from ._statistics import Rate, figure
@@ -112,7 +112,7 @@ def _timelines(outcomes: Iterable[Outcome], wanted: set[int]) -> dict[int, Trial
         outcome.number: TrialTimeline(
             outcome.number,
             outcome.time,
-            [Change(each.time, _cut(each.states, _LONGEST_STATES)) for each in outcome.changes],
+            [StateChange(each.time, _cut(each.states, _LONGEST_STATES)) for each in outcome.changes],
         )
         for outcome in outcomes
         if outcome.number in wanted

@@ -22,7 +22,7 @@ from ..nodes import (
     swapped,
     with_automaton,
 )
-from ..places import CODE, Place, pattern_for, spots
+from ..places import CODE, Place, pattern_for, texts_in
 from ..serialization import MAX_SIZE
 from .base import Command, Index
 from .component import ChangeEntry, ListName
@@ -157,7 +157,7 @@ class ReplaceText(Command, frozen=True, kw_only=True):
         """Yield for each place with matches its lines, the slice to change, and the number of matches."""
         pattern = pattern_for(self.text, whole=self.whole)
         part = slice(self.line - 1, self.line) if self.line else slice(None)
-        for place, text, _, _ in spots(document):
+        for place, text, _, _ in texts_in(document):
             if text and place.part in CODE and self.place in (None, place):
                 lines = text.split("\n")
                 if count := len(pattern.findall("\n".join(lines[part]))):
@@ -258,7 +258,7 @@ class CorrectName(Command, frozen=True, kw_only=True):
 
 
 def _text_at(document: Document, place: Place) -> str:
-    return next((spot.text for spot in spots(document) if spot.place == place and spot.text), "")
+    return next((placed.text for placed in texts_in(document) if placed.place == place and placed.text), "")
 
 
 def _value(item: Argument | Result, field: str) -> str:

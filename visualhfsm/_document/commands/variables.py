@@ -16,7 +16,7 @@ from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
 from ..nodes import changed, find_automaton, find_state, free_name, with_automaton
-from ..places import CODE, Place, spots
+from ..places import CODE, Place, texts_in
 from .base import Command, Id
 from .text import SetText
 
@@ -293,7 +293,7 @@ def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
 def _code_texts(document: Document) -> Iterator[tuple[Place, Text]]:
     """Yield the places of a document with code, each with its text."""
     texts = {id(each.text): each for each in _all_texts(document)}
-    for place, text, *_ in spots(document):
+    for place, text, *_ in texts_in(document):
         if place.part in CODE and text and id(text) in texts:
             yield place, texts[id(text)]
 

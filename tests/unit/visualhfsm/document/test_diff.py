@@ -29,7 +29,7 @@ from visualhfsm._document.places import Place, search
 from visualhfsm._document.problems import find_problems
 from visualhfsm._document.serialization import parse
 from visualhfsm._document.subtrees import without_automata
-from visualhfsm.project._session.merge import Merged, Typed, merge_documents, merge_lines, merge_typing
+from visualhfsm.project._editing.merge import Merged, Typed, merge_documents, merge_lines, merge_typing
 
 
 def done(document: Document, *commands: Command) -> Document:

@@ -22,7 +22,7 @@ from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton
 from visualhfsm._document.commands.text import SetText
-from visualhfsm._document.places import Located, Locator, Place, spots, texts_at
+from visualhfsm._document.places import Located, Locator, Place, texts_at, texts_in
 from visualhfsm._document.problems import Problem, check, find_problems
 from visualhfsm._document.serialization import parse, written
 from visualhfsm.project._check_process import CheckProcess
@@ -126,16 +126,16 @@ def test_every_element_and_text_of_a_document_is_found_where_it_was_written() ->
     read = parse(written(document), Message("Cannot read"))
     locator = Locator(read)
     seen = 0
-    for spot in spots(read):
-        if not spot.line:
+    for placed in texts_in(read):
+        if not placed.line:
             continue
-        located = locator.find(spot.line, spot.column)
+        located = locator.find(placed.line, placed.column)
         assert located is not None
-        assert located.place == spot.place
+        assert located.place == placed.place
         seen += 1
-        for extra, text in enumerate((spot.text or "").split("\n")[1:], 1):
-            located = locator.find(spot.line + extra, len(text) + 1)
-            assert located == (spot.place, extra + 1, len(text) + 1)
+        for extra, text in enumerate((placed.text or "").split("\n")[1:], 1):
+            located = locator.find(placed.line + extra, len(text) + 1)
+            assert located == (placed.place, extra + 1, len(text) + 1)
             seen += 1
     assert seen > 40
     assert locator.find(1, 1) is None

@@ -18,7 +18,7 @@ from visualhfsm._document.commands.states import RenameState
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import copy_states, parse, written
-from visualhfsm.project._session.session import DocumentSession
+from visualhfsm.project._editing.edited_document import EditedDocument
 
 
 def automaton(document: Document, id: int) -> Automaton:
@@ -107,7 +107,7 @@ def test_a_state_is_pasted_into_its_own_sub_tree() -> None:
 
 
 def test_pasting_twice_what_was_cut_brings_it_back_twice(tmp_path: Path) -> None:
-    session = DocumentSession.new(tree(), "test", journals=tmp_path)
+    session = EditedDocument.new(tree(), "test", journals=tmp_path)
     text, change = session.cut(1, (2,))
     assert change.name == "Cut “work”"
     assert len(session.document.automata) == 1

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind
-from hfsm_runtime.tree import Run as AutomatonRun
+from hfsm_runtime.tree import ChangeKind, Run
 
 if TYPE_CHECKING:
     from hfsm_runtime.virtual import Call
@@ -36,7 +35,7 @@ class Moment:
     """Where balls and boxes of the simulated world are, x, y and z in m."""
 
 
-class Run:
+class JudgedRun:
     """A trial as judges see it, while it runs and afterwards. Implements `Witness`."""
 
     def __init__(self, plan: Plan) -> None:
@@ -136,7 +135,7 @@ class _Changes(Observer):
     def __init__(self, note: Callable[[float], None]) -> None:
         self._note = note
 
-    def changed(self, now: int, run: AutomatonRun, kind: ChangeKind) -> None:  # noqa: ARG002
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
         """Report it."""
         self._note(now / 1e9)
 

@@ -19,7 +19,7 @@ from visualhfsm._document.commands.automata import SetImport
 from visualhfsm._document.commands.component import AddEntry
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
-from visualhfsm.project._session.imports import extract, imported_content, imported_views, inline
+from visualhfsm.project._editing.imports import extract, imported_content, imported_views, inline
 
 STUB = '<SubAutomata id="2" idFather="1"><import automaton="{}">{}</import></SubAutomata>\n'
 
