@@ -6,7 +6,7 @@ command `visualhfsm` and the page of the editor stand in the rooms below.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from zenoh_ice.lazy import import_on_use
 
@@ -80,7 +80,13 @@ if TYPE_CHECKING:
     from .project._code_help.protocol import Completions as Completions
     from .project._code_help.protocol import Explanation as Explanation
     from .project._code_help.protocol import Signature as Signature
+    from .project._document import Changed as Changed
+    from .project._document import Checked as Checked
+    from .project._document import Closed as Closed
+    from .project._document import Event as Event
+    from .project._document import FileChanged as FileChanged
     from .project._document import OpenDocument as OpenDocument
+    from .project._document import Opened as Opened
     from .project._editing.edited_document import Added as Added
     from .project._editing.edited_document import Change as Change
     from .project._editing.edited_document import Choice as Choice
@@ -88,48 +94,9 @@ if TYPE_CHECKING:
     from .project._editing.edited_document import Step as Step
     from .project._editing.journal import Abandoned as Abandoned
     from .project._editing.shelf import ReadyState as ReadyState
-    from .project._events import Changed as Changed
-    from .project._events import Checked as Checked
-    from .project._events import Closed as Closed
-    from .project._events import Event as Event
-    from .project._events import FileChanged as FileChanged
-    from .project._events import Opened as Opened
     from .project._project import Entry as Entry
     from .project._project import Project as Project
     from .project._version import Version as Version
 
-_NAMES: Final = {
-    "._base.errors": (
-        "ChangedOutsideError EditError ForbiddenPathError MissingError OldFormatError TooManyError "
-        "UnsavedError VisualHfsmError WouldOverwriteError"
-    ),
-    "._document.commands": "AnyCommand decode_command",
-    "._document.commands.automata": "AddAutomaton AddRoot ExtractAutomaton RepairNumbers SetImport SetPeriod",
-    "._document.commands.base": "Command",
-    "._document.commands.component": "AddEntry ChangeEntry RemoveEntry ReorderEntry SetComponentText",
-    "._document.commands.group": "GroupStates",
-    "._document.commands.items": "AlignStates DeleteItems DistributeStates MoveItems PlaceItems ResetHandles",
-    "._document.commands.notes": "AddAnnotation ResizeAnnotation SetAnnotationColor SetAnnotationText",
-    "._document.commands.paste": "AddReadyState FillAutomaton PasteStates ReplaceDocument",
-    "._document.commands.states": (
-        "AddState MarkFinal MarkInitial RemoveArgument RemoveResult RenameState SetHistory"
-    ),
-    "._document.commands.text": "CorrectName Correction ReplaceText SetText",
-    "._document.commands.transitions": (
-        "AddTransition RenameTransition ReorderTransition RetargetTransition SetPriority SetTransitionType"
-    ),
-    "._document.commands.variables": "HandUpVariable PassVariable ShareVariable TakeOutput",
-    "._document.places": "Place",
-    "._document.problems": "CounterexampleView Findings Problem Proof StepView",
-    ".project._code_help.protocol": "Completion Completions Explanation Signature",
-    ".project._document": "OpenDocument",
-    ".project._events": "Changed Checked Closed Event FileChanged Opened",
-    ".project._project": "Entry Project",
-    ".project._editing.journal": "Abandoned",
-    ".project._editing.edited_document": "Added Change Choice Resolution Step",
-    ".project._editing.shelf": "ReadyState",
-    ".project._version": "Version",
-}
-
 # Every command begins with this package: it loads nothing that is not used.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__)

@@ -34,7 +34,7 @@ from ..errors import (
 from ..observer import Observer
 from ..tree import ChangeKind, Run, Tree
 from ..virtual._run import VirtualRun
-from .protocol import Answers
+from .answers import Answers
 from .comparison import Comparison
 from .script import Record, Recording, ReplayEndedError, ReplayError, Script, context_of
 from .transport import ReplayTransport, result_in

@@ -30,7 +30,7 @@ from .._recording.clocks import InterceptedClock
 from .._recording.results import put_bytes
 from .._recording.transport import ObservedTransport, encoded_sample, target_of
 from ..component import Component, proxies_of
-from .protocol import Answers
+from .answers import Answers
 from .script import NothingRecordedError, Record, Recording, ReplayError, Want
 
 _NOTHING: Final = b"\x80"

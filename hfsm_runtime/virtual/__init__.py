@@ -5,11 +5,12 @@ Tests, trials and replays stand on it; it knows neither pytest nor robots.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from zenoh_ice.lazy import import_on_use
 
-from ._run import Change, VirtualRun
+from ._run import Change as Change
+from ._run import VirtualRun as VirtualRun
 
 if TYPE_CHECKING:
     from ._journal import Call as Call
@@ -28,19 +29,5 @@ if TYPE_CHECKING:
     from .paced import PacedExecution as PacedExecution
     from .world import VirtualWorld as VirtualWorld
 
-_NAMES: Final = {
-    "._journal": "Call Fired Journal",
-    "._ros": "FakeRos",
-    "._stubs": "make_stub",
-    ".clock": "PacedClock TaskClock",
-    ".errors": "BehaviorFailed ExecutionError UnknownName",
-    ".execution": "Condition Execution",
-    ".network": "VirtualNetwork",
-    ".paced": "PacedExecution",
-    ".world": "VirtualWorld",
-}
-
-__all__ = ["Change", "VirtualRun", *" ".join(_NAMES.values()).split()]  # noqa: PLE0604
-
 # Every component imports this package, few need servants or ROS: these names are imported on first use.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__)

@@ -20,8 +20,7 @@ from visualhfsm._document.places import texts_at, texts_in
 from visualhfsm._document.problems import Problem
 from visualhfsm._monitor.messages import Failed, RecentLines, RunPush, Source
 from visualhfsm._processes.test_results import TestsPush, version_of
-from visualhfsm.project._document import OpenDocument
-from visualhfsm.project._events import Changed, Event
+from visualhfsm.project._document import Changed, Event, OpenDocument
 from visualhfsm.project._version import Version
 from visualhfsm.trials._messages import TrialsPush
 

@@ -1,19 +1,21 @@
-"""An open document: changed by commands, and checked, completed, generated, proved, simulated and drawn."""
+"""An open document, which commands change, and the events that notify others of it."""
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Text
 from codegen.hfsm.document import Shelf as ShelfEntry
-from codegen.messages import Message
+from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, UnsavedError
 from visualhfsm._base.languages import ENGLISH
@@ -29,11 +31,98 @@ from visualhfsm.project._editing.shelf import FOLDER as SHELF
 from visualhfsm.project._editing.shelving import shelf_document, shelf_file
 
 from ._analyses import Analyses
-from ._events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
 from ._version import FileState, Version
 
 if TYPE_CHECKING:
     from ._project import Project
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """A document was opened."""
+
+    document: OpenDocument
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """A document has another version: it was changed, saved, or its file was."""
+
+    document: OpenDocument
+    version: Version
+
+
+@dataclass(frozen=True, slots=True)
+class FileChanged:
+    """Another program has changed the file of a document.
+
+    `reloaded`: the document had no unsaved changes, and is now as the file, which can be undone. `changed`
+    and `deleted`: somebody has to choose how to `resolve` it; `message` says why the file cannot be read.
+    `same`: the file is again as it was.
+    """
+
+    document: OpenDocument
+    state: Literal["reloaded", "changed", "deleted", "same"]
+    message: Message = NO_MESSAGE
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """A version of a document was checked."""
+
+    document: OpenDocument
+    version: Version
+    findings: Findings
+
+
+@dataclass(frozen=True, slots=True)
+class Closed:
+    """A document was closed."""
+
+    document: OpenDocument
+
+
+Event = Opened | Changed | FileChanged | Checked | Closed
+
+Listener = Callable[[Event], None]
+"""Called in the thread that made the change, one event of a document at a time and in their order.
+
+The document is locked meanwhile: a listener returns soon, changes no document, and waits for no other thread
+that uses one. What it raises is logged.
+"""
+
+
+class Listeners:
+    """The listeners of a document or a project; thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._listeners: dict[int, Listener] = {}
+        self._numbers = count()
+
+    def subscribe(self, listener: Listener) -> Callable[[], None]:
+        """Notify a listener of every event from now on; return the function that ends this."""
+        with self._lock:
+            number = next(self._numbers)
+            self._listeners[number] = listener
+
+        def unsubscribe() -> None:
+            with self._lock:
+                self._listeners.pop(number, None)
+
+        return unsubscribe
+
+    def notify(self, event: Event) -> None:
+        """Notify all listeners of an event."""
+        with self._lock:
+            listeners = [*self._listeners.values()]
+        for listener in listeners:
+            try:
+                listener(event)
+            except Exception:  # what a listener does wrong must not undo the change
+                _logger.exception("a listener failed with the event %s", type(event).__name__)
 
 
 class OpenDocument(Analyses):

@@ -24,8 +24,7 @@ from visualhfsm.project._editing.journal import Abandoned, find_abandoned, journ
 from visualhfsm.project._editing.shelf import ReadyState, Shelves
 from visualhfsm.project._editing.templates import EMPTY, make_template
 
-from ._document import OpenDocument
-from ._events import Event, Listener, Listeners, Opened
+from ._document import Event, Listener, Listeners, OpenDocument, Opened
 from ._root import (
     BODY_SUFFIX,
     DOCUMENT_SUFFIX,
