@@ -12,6 +12,7 @@ from decimal import ROUND_HALF_UP, Context, Decimal
 from statistics import NormalDist
 from typing import Any, Final
 
+import msgspec
 import numpy as np
 
 from ._errors import TrialsError
@@ -29,8 +30,7 @@ _PLAIN: Final = (-6, 12)
 """Exponents from and to which a number is written without one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rate:
+class Rate(msgspec.Struct, frozen=True):
     """How many of some trials succeeded, with the interval of Wilson in which the true rate lies.
 
     Source: E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of

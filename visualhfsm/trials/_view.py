@@ -17,7 +17,6 @@ from ._messages import (
     Histogram,
     Part,
     PlaceMap,
-    Share,
     Trial,
     TrialsView,
     TrialTimeline,
@@ -26,7 +25,7 @@ from ._messages import (
 from ._outcomes import Outcome, StateChange, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
-from ._statistics import Rate, figure
+from ._statistics import figure
 from ._summary import Map, Row, Summary
 
 _REASONS: Final = (
@@ -66,7 +65,7 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
         name=Path(plan.document).stem,
         planned=plan.runs,
         looks=[*summary.looks[-_MOST_LOOKS:]],
-        share=_share(summary.rate),
+        share=summary.rate,
         histograms=_histograms(summary),
         dependences=[
             Dependence(
@@ -74,7 +73,7 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
                 [
                     Part(
                         _cut(part.label),
-                        _share(part.rate),
+                        part.rate,
                         _means(part.means, summary.own_numbers[:_MOST_MEANS]),
                     )
                     for part in parts[:_MOST_PARTS]
@@ -97,10 +96,6 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
             _trial(row, timelines[row.number], (pages or {}).get(row.number, "")) for row in summary.worst
         ],
     )
-
-
-def _share(rate: Rate) -> Share:
-    return Share(rate.successes, rate.trials, rate.lowest, rate.highest)
 
 
 def _means(means: Mapping[str, float], names: Iterable[str]) -> list[tuple[str, float]]:

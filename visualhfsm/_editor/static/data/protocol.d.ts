@@ -584,7 +584,7 @@ export interface ParameterStructure {
 /** The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers. */
 export interface Part {
   label: string;
-  share: Share;
+  share: Rate;
   means: [string, number][];
 }
 
@@ -703,6 +703,14 @@ export type Push =
   | TestsPush
   | TrialsPush
   | WorkspacePush;
+
+/** How many of some trials succeeded, with the interval of Wilson in which the true rate lies. */
+export interface Rate {
+  successes: number;
+  trials: number;
+  lowest: number;
+  highest: number;
+}
 
 /** A document of a shelf, as people see it there. */
 export interface ReadyState {
@@ -960,14 +968,6 @@ export interface RunPush {
   line: number;
 }
 
-/** How many of some trials succeed, with the interval of the true rate. */
-export interface Share {
-  successes: number;
-  trials: number;
-  lowest: number;
-  highest: number;
-}
-
 /** What can be drawn as ready states: ours, then those of the project. */
 export interface ShelfPush {
   push: "shelf";
@@ -1185,7 +1185,7 @@ export interface TrialsView {
   name: string;
   planned: number;
   looks: number[];
-  share: Share;
+  share: Rate;
   histograms: Histogram[];
   dependences: Dependence[];
   maps: PlaceMap[];
