@@ -64,7 +64,7 @@ _KEYWORDS: Final = {
     "counted": (1, 2),
     "template": (1,),
     "because": (1,),
-    "in_place_of_os_errors": (1,),
+    "in_place_of": (2,),
 }
 """The arguments of `codegen.messages`, and of errors, that are texts."""
 

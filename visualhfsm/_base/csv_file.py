@@ -20,9 +20,7 @@ def write_csv(path: Path, rows: Iterable[Sequence[str | float]]) -> None:
     Numbers are exact, and truth values are `true` and `false`. Raises VisualHfsmError.
     """
     with (
-        VisualHfsmError.in_place_of_os_errors(
-            "{path}: the table cannot be written: {reason}", path=str(path)
-        ),
+        VisualHfsmError.in_place_of(OSError, "{path}: the table cannot be written: {reason}", path=str(path)),
         path.open("w", encoding="utf-8-sig", newline="") as file,  # so that Excel reads it as UTF-8
     ):
         csv.writer(file, lineterminator="\n").writerows(map(_cell, row) for row in rows)

@@ -41,11 +41,13 @@ class VisualHfsmError(Exception):
 
     @classmethod
     @contextmanager
-    def in_place_of_os_errors(cls, template: str, /, **values: Value) -> Iterator[None]:
-        """Raise such an error when the system refuses something in a `with` block; `{reason}` says why."""
+    def in_place_of(
+        cls, caught: type[Exception] | tuple[type[Exception], ...], template: str, /, **values: Value
+    ) -> Iterator[None]:
+        """Raise such an error in place of another one in a `with` block; `{reason}` says what that was."""
         try:
             yield
-        except OSError as error:
+        except caught as error:
             raise cls.because(template, reason=reason(error), **values) from error
 
 

@@ -80,7 +80,7 @@ def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str
 def check_place(path: Path) -> None:
     """Raise VisualHfsmError when nothing can be written there, before the run begins."""
     directory = path.resolve().parent
-    with VisualHfsmError.in_place_of_os_errors(_UNWRITABLE, path=str(path)):
+    with VisualHfsmError.in_place_of(OSError, _UNWRITABLE, path=str(path)):
         directory.mkdir(parents=True, exist_ok=True)
     if not os.access(directory, os.W_OK):
         raise VisualHfsmError.because(
@@ -92,7 +92,7 @@ def check_place(path: Path) -> None:
 
 def write_html(path: Path, text: str) -> int:
     """Write a file, and return its size in bytes. Raises VisualHfsmError."""
-    with VisualHfsmError.in_place_of_os_errors(_UNWRITABLE, path=str(path)):
+    with VisualHfsmError.in_place_of(OSError, _UNWRITABLE, path=str(path)):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     return len(text.encode())

@@ -5,13 +5,13 @@ from __future__ import annotations
 import base64
 import pickle
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from tempfile import TemporaryDirectory
-from typing import Final, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 import msgspec
 
-from visualhfsm._base.line_process import LineProcess, NoAnswerError
+from visualhfsm._base.line_process import LineProcess, NoAnswerError, answer_lines
 from zenoh_ice import typed
 
 _ENVIRONMENT: Final[Mapping[str, str]] = {
@@ -19,6 +19,9 @@ _ENVIRONMENT: Final[Mapping[str, str]] = {
     "OPENBLAS_NUM_THREADS": "1",  # other tasks use the other processors
     "OMP_NUM_THREADS": "1",
 }
+
+_MOST_MEMORY: Final = 1 << 40
+"""Limit of the address space of a process in bytes: simulations take much of it and use little."""
 
 Result = TypeVar("Result", bound=msgspec.Struct)
 
@@ -79,3 +82,11 @@ class TaskProcesses(Generic[Result]):
                 self._all.append(process)
                 self._here.process = process
             return process
+
+
+def answer_tasks(answer: Callable[[Any], msgspec.Struct]) -> None:
+    """Answer the tasks of the `TaskProcesses` that started this process, until it ends."""
+    answer_lines(
+        lambda line: msgspec.json.encode(answer(pickle.loads(base64.b64decode(line)))),  # noqa: S301 - of ours
+        _MOST_MEMORY,
+    )

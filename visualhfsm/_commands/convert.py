@@ -64,7 +64,7 @@ def convert(
         typer.echo(text, nl=False)
         return
     try:
-        with VisualHfsmError.in_place_of_os_errors("{path}: cannot be written: {reason}", path=str(path)):
+        with VisualHfsmError.in_place_of(OSError, "{path}: cannot be written: {reason}", path=str(path)):
             changes = compare_with_disk([GeneratedFile(path, text)])
             apply(changes)
     except FilesNotWrittenError as error:

@@ -80,7 +80,7 @@ def draw(
     if not to_file:
         typer.echo(drawn, nl=False)
         return
-    with VisualHfsmError.in_place_of_os_errors("{path}: cannot be written: {reason}", path=str(target)):
+    with VisualHfsmError.in_place_of(OSError, "{path}: cannot be written: {reason}", path=str(target)):
         target.write_text(drawn, encoding="utf-8")
     typer.echo(f"wrote {target}", err=True)
 

@@ -89,7 +89,7 @@ def new(
         for path, name in sorted(files.items())
         if path.is_file() and "__pycache__" not in path.parts
     }
-    with VisualHfsmError.in_place_of_os_errors(_UNMADE, folder=str(folder)):
+    with VisualHfsmError.in_place_of(OSError, _UNMADE, folder=str(folder)):
         _require_empty(folder)
         for path, target in made.items():
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -108,7 +108,7 @@ def _make_exercise(folder: Path, name: str, language: str | None) -> None:
 
     exercise = read_exercise(find_exercise(name))
     files = handout(exercise, chosen_language(language))
-    with VisualHfsmError.in_place_of_os_errors(_UNMADE, folder=str(folder)):
+    with VisualHfsmError.in_place_of(OSError, _UNMADE, folder=str(folder)):
         _require_empty(folder)
         folder.mkdir(parents=True, exist_ok=True)
         for file, content in files.items():

@@ -158,5 +158,5 @@ def _graders(
 def _make(folder: Path) -> None:
     from ._errors import GradingError
 
-    with GradingError.in_place_of_os_errors("{folder} cannot be made: {reason}", folder=str(folder)):
+    with GradingError.in_place_of(OSError, "{folder} cannot be made: {reason}", folder=str(folder)):
         folder.mkdir(parents=True, exist_ok=True)

@@ -44,7 +44,7 @@ class Submission:
 
 def find_submissions(folder: Path) -> list[Submission]:
     """Return what was handed in, sorted by name. Raises GradingError when there is nothing."""
-    with GradingError.in_place_of_os_errors("{folder}: cannot be read: {reason}", folder=str(folder)):
+    with GradingError.in_place_of(OSError, "{folder}: cannot be read: {reason}", folder=str(folder)):
         inside = [*folder.iterdir()]
     found = [each for each in inside if not each.name.startswith(".") and each.name not in _LEFT_OUT]
     if not found:

@@ -6,18 +6,15 @@ so that a document that ends the reader costs its own marks and nothing else.
 
 from __future__ import annotations
 
-import base64
-import pickle
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 import msgspec
 
 from codegen.reasons import reason
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
-from visualhfsm._base.line_process import answer_lines
+from visualhfsm._base.task_processes import answer_tasks
 from visualhfsm.trials import TrialsError
 
 from ._errors import ComputerFailed, ComputerTooBusy, GradingError, SandboxUnavailable
@@ -26,9 +23,6 @@ from ._grade import Grader
 from ._marks import Marks
 from ._page import write_page
 from ._submissions import UnreadableSubmission, copy_submission
-
-_MOST_MEMORY: Final = 1 << 40
-"""Limit of the address space in bytes, of which a simulation takes much and uses little."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,24 +51,22 @@ class _Worker:
         self._path: Path | None = None
         self._exercise: Exercise
 
-    def answer(self, line: bytes) -> bytes:
+    def answer(self, task: Task) -> GradingResult:
         """Return the answer to a task."""
-        task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
         try:
             if task.exercise != self._path:
                 self._exercise = read_exercise(task.exercise)
                 self._path = task.exercise
             with tempfile.TemporaryDirectory(prefix="visualhfsm-grade-") as folder:
-                answer = self._grade(task, Path(folder))
+                return self._grade(task, Path(folder))
         except (GradingError, MissingPackageError, SandboxUnavailable, TrialsError) as error:
-            answer = GradingResult(refused=str(error))
+            return GradingResult(refused=str(error))
         except OSError as error:  # of its folders and processes: what is handed in is read with care
-            answer = GradingResult(refused=str(ComputerFailed(str(reason(error)))))
+            return GradingResult(refused=str(ComputerFailed(str(reason(error)))))
         except ImportError as error:  # the code of submissions is imported elsewhere
-            answer = GradingResult(
+            return GradingResult(
                 refused=f"{error}: install it with: pip install 'visualhfsm[sim,trials,vision,web]'"
             )
-        return msgspec.json.encode(answer)
 
     def _grade(self, task: Task, folder: Path) -> GradingResult:
         exercise = self._exercise
@@ -104,4 +96,4 @@ class _Worker:
 
 
 if __name__ == "__main__":
-    answer_lines(_Worker().answer, _MOST_MEMORY)
+    answer_tasks(_Worker().answer)

@@ -218,7 +218,7 @@ class Project:
     def entries(self, directory: str | Path = "") -> list[Entry]:
         """Return the directories, documents, recordings and models in a directory, without hidden ones."""
         place = self.root.directory_of(str(directory))
-        with MissingError.in_place_of_os_errors("{place} cannot be listed: {reason}", place=place.name):
+        with MissingError.in_place_of(OSError, "{place} cannot be listed: {reason}", place=place.name):
             found = [*place.iterdir()]
         shown = [each for path in found if (each := self._entry(path)) is not None]
         shown.sort(key=lambda each: (each.kind != "directory", each.path.name))

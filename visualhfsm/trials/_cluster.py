@@ -49,26 +49,20 @@ class Cluster:
     """
 
     def __init__(self, address: str, limits: ClusterLimits = ClusterLimits()) -> None:
-        try:
+        with TrialsError.in_place_of(
+            ModuleNotFoundError, "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
+        ):
             from distributed import Client, KilledWorker  # needs the package Dask
-        except ModuleNotFoundError as error:
-            raise TrialsError.because(
-                "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
-            ) from error
         self._address = address
         self._limits: Final = limits
         self.lost: Final[tuple[type[BaseException], ...]] = (KilledWorker,)
         with _without_warnings():
             found, self.workers = _look_at(address, limits)
             _compare_versions(address, found)
-            try:
+            with TrialsError.in_place_of(
+                (OSError, ValueError), "the cluster at {address} cannot be reached: {reason}", address=address
+            ):
                 self._client: Any = Client(address, timeout=limits.connect, set_as_default=False)
-            except (OSError, ValueError) as error:
-                raise TrialsError.because(
-                    "the cluster at {address} cannot be reached: {reason}",
-                    address=address,
-                    reason=reason(error),
-                ) from error
         self._levels = {log: log.level for log in _logs()}
         for log in self._levels:
             log.setLevel(logging.CRITICAL)  # each of its errors is raised here, too, and says it in a line

@@ -97,8 +97,8 @@ class Record:
         self.path: Final = path
         self.done: Final[set[int]] = set()
         """The numbers of the trials whose outcomes are there."""
-        with TrialsError.in_place_of_os_errors(
-            "{path}: outcomes cannot be kept there: {reason}", path=str(path)
+        with TrialsError.in_place_of(
+            OSError, "{path}: outcomes cannot be kept there: {reason}", path=str(path)
         ):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("a+b", buffering=0)
@@ -109,8 +109,8 @@ class Record:
             raise
 
     def _begin(self, header: Header, *, again: bool) -> None:
-        with TrialsError.in_place_of_os_errors(
-            "{path}: another process writes outcomes to it now", path=str(self.path)
+        with TrialsError.in_place_of(
+            OSError, "{path}: another process writes outcomes to it now", path=str(self.path)
         ):
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         found = None if again else read_header(self.path)
@@ -175,12 +175,10 @@ def read_header(path: Path) -> Header | None:
         line = file.readline(_LONGEST_HEADER)
     if not line.endswith(b"\n"):
         return None
-    try:
+    with TrialsError.in_place_of(
+        msgspec.MsgspecError, "{path} is no file of outcomes: {reason}", path=str(path)
+    ):
         return typed.from_json(line, Header)
-    except msgspec.MsgspecError as error:
-        raise TrialsError.because(
-            "{path} is no file of outcomes: {reason}", path=str(path), reason=reason(error)
-        ) from error
 
 
 def read_outcomes(path: Path) -> Iterator[Outcome]:
@@ -217,17 +215,15 @@ def read_looks(path: Path) -> tuple[int, ...]:
 
 def _decoded(line: bytes, kind: type[_Line], path: Path, number: int) -> _Line:
     """Return what a line of a file has. Raises TrialsError."""
-    try:
+    with TrialsError.in_place_of(
+        msgspec.MsgspecError,
+        "{path}:{number}: no outcome of a trial: {reason}",
+        path=str(path),
+        number=number,
+    ):
         return typed.from_json(line, kind)
-    except msgspec.MsgspecError as error:
-        raise TrialsError.because(
-            "{path}:{number}: no outcome of a trial: {reason}",
-            path=str(path),
-            number=number,
-            reason=reason(error),
-        ) from error
 
 
 def _reading(path: Path) -> BinaryIO:
-    with TrialsError.in_place_of_os_errors("{path}: cannot be read: {reason}", path=str(path)):
+    with TrialsError.in_place_of(OSError, "{path}: cannot be read: {reason}", path=str(path)):
         return path.open("rb")

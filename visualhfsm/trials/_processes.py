@@ -8,7 +8,6 @@ from typing import Final
 import msgspec
 
 from codegen.messages import Message
-from codegen.reasons import reason
 from visualhfsm._base.line_process import KilledError, NoAnswerError, TooSlowError
 from visualhfsm._base.task_processes import EndedError, TaskProcesses
 
@@ -38,12 +37,10 @@ class Processes(TaskProcesses[TaskResult]):
             ended = f"took more than {task.plan.patience:g} s"
         except NoAnswerError:
             ended = "ended its process"
-        try:
+        with TrialsError.in_place_of(
+            NoAnswerError, "trial {number} cannot be drawn: {reason}", number=task.number
+        ):
             return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=ended)
-        except NoAnswerError as error:
-            raise TrialsError.because(
-                "trial {number} cannot be drawn: {reason}", number=task.number, reason=reason(error)
-            ) from error
 
     def _ask(self, task: Task, patience: float) -> Outcome:
         """Return the outcome of a task, which is asked for again when its process is killed meanwhile."""

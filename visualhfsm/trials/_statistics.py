@@ -203,10 +203,8 @@ def _normal() -> float:
 
 def require_scipy() -> Any:  # noqa: ANN401 - the module
     """Return the statistics of SciPy. Raises TrialsError without that package."""
-    try:
+    with TrialsError.in_place_of(
+        ModuleNotFoundError, "trials need the package SciPy: pip install 'visualhfsm[trials]'"
+    ):
         from scipy import stats  # takes a second to load: only who compares series waits for it
-    except ModuleNotFoundError as error:
-        raise TrialsError.because(
-            "trials need the package SciPy: pip install 'visualhfsm[trials]'"
-        ) from error
     return stats

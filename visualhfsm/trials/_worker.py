@@ -6,10 +6,8 @@ costs itself. The random order of sets is fixed by the environment of the proces
 
 from __future__ import annotations
 
-import base64
 import gc
 import os
-import pickle
 import resource
 import shutil
 import sys
@@ -17,13 +15,12 @@ import tempfile
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 import msgspec
 
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.line_process import answer_lines
+from visualhfsm._base.task_processes import answer_tasks
 from zenoh_ice.application.tether import die_with
 
 from ._archive import INTERFACES, Archive, unpack
@@ -32,9 +29,6 @@ from ._functions import forget_functions
 from ._outcomes import Outcome
 from ._plan import Plan
 from ._trial import draw_values, quiet, run_trial
-
-_MOST_MEMORY: Final = 1 << 40
-"""Limit of the address space in bytes: the plan limits the memory that is used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,10 +82,9 @@ class _Worker:
         self._here = Path()
         self._warm = False
 
-    def answer(self, line: bytes) -> bytes:
+    def answer(self, task: Task) -> TaskResult:
         """Return the answer to a task."""
-        task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
-        answer = msgspec.json.encode(self._run(task))
+        answer = self._run(task)
         self._forget_modules()
         gc.collect()  # a trial leaves cycles behind, and the next one is to have all memory
         if self._digest and not self._warm:
@@ -145,8 +138,8 @@ class _Worker:
 
 
 def _keep(part: Path, recording: Path) -> None:
-    with TrialsError.in_place_of_os_errors(
-        "{target}: the recording cannot be kept: {reason}", target=str(recording)
+    with TrialsError.in_place_of(
+        OSError, "{target}: the recording cannot be kept: {reason}", target=str(recording)
     ):
         part.replace(recording)
 
@@ -154,4 +147,4 @@ def _keep(part: Path, recording: Path) -> None:
 if __name__ == "__main__":
     die_with(os.getppid())  # a trial that hangs would not notice that nobody waits for it
     with tempfile.TemporaryDirectory(prefix="visualhfsm-trials-") as folder:
-        answer_lines(_Worker(Path(folder).resolve()).answer, _MOST_MEMORY)
+        answer_tasks(_Worker(Path(folder).resolve()).answer)

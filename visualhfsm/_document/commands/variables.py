@@ -5,13 +5,14 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterable, Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Final
 
 import msgspec
 
 from codegen.hfsm.analysis import Analysis, AutomatonCode, Piece, analyze
-from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, Text
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, State, Text
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
@@ -42,9 +43,7 @@ class PassVariable(Command, frozen=True, kw_only=True):
                 Message("write self.{name} in both", name=self.name),
             )
         given = _type(owner, self.name)
-        for each in (target, *document.above(target)):
-            if each.id == owner.automaton.id:
-                break
+        for each in _below(document, owner, target):
             document = self._handed_over(document, each, given)
         return document
 
@@ -52,10 +51,7 @@ class PassVariable(Command, frozen=True, kw_only=True):
         return Message("Pass “{name}” as an input", name=self.name)
 
     def _handed_over(self, document: Document, automaton: Automaton, type: str) -> Document:
-        state = document.owner(automaton)
-        if state is None:
-            what = Message("Cannot pass “{name}”", name=self.name)
-            raise EditError(what, Message("no state owns the automaton"))
+        state = _state_of(document, automaton, Message("Cannot pass “{name}”", name=self.name))
         declared = Parameter(name=self.name, type=Text(type), default=Text(), description=Text())
         document = with_automaton(
             document, automaton.id, lambda each: changed(each, inputs=(*each.inputs, declared))
@@ -103,9 +99,7 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
             default=Text(_default(owner, self.name)),
             description=Text(),
         )
-        for each in (target, *document.above(target)):
-            if each.id == owner.automaton.id:
-                break
+        for each in _below(document, owner, target):
             if self.name not in each.declared:
                 document = with_automaton(
                     document,
@@ -119,10 +113,7 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
         return Message("Hand “{name}” up as an output", name=self.name)
 
     def _taken(self, document: Document, automaton: Automaton) -> Document:
-        state = document.owner(automaton)
-        if state is None:
-            what = Message("Cannot hand “{name}” up", name=self.name)
-            raise EditError(what, Message("no state owns the automaton"))
+        state = _state_of(document, automaton, Message("Cannot hand “{name}” up", name=self.name))
         child = automaton.id if len(state.children) > 1 else NO_CHILD
         place = Place(
             kind="state", automaton=automaton.father, id=state.id, part="result", name=self.name, child=child
@@ -288,6 +279,19 @@ def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
         Message("no automaton above has such a variable"),
         Message("declare it there first"),
     )
+
+
+def _below(document: Document, owner: AutomatonCode, target: Automaton) -> Iterator[Automaton]:
+    """Yield an automaton and those above it, up to below the one that has a variable."""
+    return takewhile(lambda each: each.id != owner.automaton.id, (target, *document.above(target)))
+
+
+def _state_of(document: Document, automaton: Automaton, what: Message) -> State:
+    """Return the state that owns an automaton. Raises EditError, which begins with `what`."""
+    state = document.owner(automaton)
+    if state is None:
+        raise EditError(what, Message("no state owns the automaton"))
+    return state
 
 
 def _code_texts(document: Document) -> Iterator[tuple[Place, Text]]:

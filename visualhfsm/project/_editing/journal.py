@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import fcntl
 import logging
+import mmap
 import os
 import secrets
 import shutil
@@ -34,7 +35,6 @@ _SUFFIX: Final = ".journal"
 _UNREADABLE: Final = ".unreadable"
 LARGEST_JOURNAL: Final = 64 << 20
 """Bytes beyond which a journal restarts."""
-_BLOCK: Final = 1 << 16  # bytes
 
 
 class Header(msgspec.Struct, frozen=True, tag="open", tag_field="entry"):
@@ -296,14 +296,8 @@ def _reader(descriptor: int) -> BinaryIO:
 
 def _end_of_lines(descriptor: int) -> int:
     """Return where the last whole line of a file ends; the size of one without any, which holds a header."""
-    size = end = os.fstat(descriptor).st_size
-    while end:
-        begin = max(0, end - _BLOCK)
-        place = os.pread(descriptor, end - begin, begin).rfind(b"\n")
-        if place >= 0:
-            return begin + place + 1
-        end = begin
-    return size
+    with mmap.mmap(descriptor, 0, access=mmap.ACCESS_READ) as content:
+        return content.rfind(b"\n") + 1 or len(content)
 
 
 def _write(descriptor: int, content: bytes) -> None:

@@ -203,7 +203,7 @@ def _document(folder: _Folder, path: Path) -> Document:
     """Return the document in a file, with all that it imports. Raises VisualHfsmError."""
     if not _is_inside(path, folder):
         raise VisualHfsmError(Message("it is a link that leads out of the project"))
-    with VisualHfsmError.in_place_of_os_errors("it cannot be read: {reason}"):
+    with VisualHfsmError.in_place_of(OSError, "it cannot be read: {reason}"):
         content = read_regular(path.resolve(), _LARGEST_FILE + 1)
     if len(content) > _LARGEST_FILE:
         raise VisualHfsmError(Message("it is larger than {limit} MiB", limit=_LARGEST_FILE >> 20))
