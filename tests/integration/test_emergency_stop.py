@@ -21,8 +21,8 @@ from codegen.messages import Message
 from interfaces.nao import SafetyPrx
 from nao_tools._stopping import StopLimits
 from naoserver.fake import FakeRobot
-from naoserver.robot import JointReading
 from tests.support.carriers import NETWORK
+from tests.support.coasting import Coasting
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.nao_command import Outcome, at, nao
 from tests.support.processes import free_endpoint
@@ -45,7 +45,7 @@ RELEASES = RECORDED["releases"]
 REASON = "a hand in the way"
 HASTY = StopLimits(state=0.3, standstill=0.2)
 """For robots that say nothing of their joints, or never come to rest: what others do ends before."""
-LOST = StopLimits(state=0.3, standstill=1.0)
+LOST = StopLimits(state=CALL_LIMIT, standstill=1.0)
 """For robots that are lost for good."""
 STOPPED = b"\x80"
 
@@ -472,20 +472,6 @@ class TestAllRobots:
         with listening(endpoint):
             outcome = nao("stop", "--all", "--connect", endpoint, limits=StopLimits(realms=0.05))
         assert (outcome.code, "no robot was found" in outcome.err) == (1, True)
-
-
-class Coasting(FakeRobot):
-    """A robot one of whose joints moves as long as a test says."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.coasts = True
-        self.reads = 0
-
-    def read(self) -> JointReading:
-        self.reads += 1
-        reading = super().read()
-        return replace(reading, velocities=(1.5, *reading.velocities[1:])) if self.coasts else reading
 
 
 class TestEditor:

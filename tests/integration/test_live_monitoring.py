@@ -27,7 +27,7 @@ from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
-from interfaces.nao import Description, PoseHeadPrx, SoundsPrx, SpeechPrx
+from interfaces.nao import Description, PoseHeadPrx, SafetyPrx, SoundsPrx, SpeechPrx
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
@@ -35,6 +35,7 @@ from naoserver.options import ServerOptions
 from naoserver.server import serve
 from tests.conftest import Pair
 from tests.support.calculator_servant import CalculatorI
+from tests.support.coasting import Coasting
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.interleaving import interleave
@@ -440,6 +441,26 @@ def test_a_stopped_robot_takes_no_command_until_it_is_reset_from_the_page(robot:
             head.setPose(0.5, 0.0, 0.5)
 
     on_page(robot, go)
+
+
+def test_a_reset_waits_for_a_stop_that_is_still_repeated() -> None:
+    robot = Coasting()
+
+    async def go(opened: Page) -> None:
+        stop = asyncio.create_task(opened.service.control("", "emergencyStop", {}))
+        await asyncio.to_thread(eventually, lambda: safety.getSafetyState().stopped)
+        reset = asyncio.create_task(opened.service.control("", "resetEmergencyStop", {}))
+        since = robot.reads
+        await asyncio.to_thread(eventually, lambda: robot.reads > since + 10)
+        assert not stop.done()
+        assert not reset.done()
+        robot.coasts = False
+        await asyncio.gather(stop, reset)
+        assert not safety.getSafetyState().stopped
+
+    with served(robot) as server, server.client() as client:
+        safety = client.proxy(SafetyPrx, "Safety")
+        on_page(server, go)
 
 
 def test_joints_of_another_interface_say_why_they_are_unknown(pair: Pair) -> None:

@@ -137,6 +137,7 @@ class Monitoring:
         self._followers: dict[str, Follower] = {}
         self._recordings: Final = OpenRecordings()
         self._recorders: dict[str, Recorder] = {}
+        self._stops: Final[set[asyncio.Task[object]]] = set()
         self._published: Components | None = None
         self._tasks = {
             asyncio.create_task(self._keep(), name="monitoring"),
@@ -184,8 +185,13 @@ class Monitoring:
         try:
             match action:
                 case "emergencyStop":
-                    return await self._emergency_stop()
+                    stop = asyncio.create_task(self._emergency_stop(), name="emergency stop")
+                    self._stops.add(stop)
+                    stop.add_done_callback(self._stops.discard)
+                    return await stop
                 case "resetEmergencyStop":
+                    if self._stops:  # STOP is repeated until the robot is still: it would undo the reset
+                        await asyncio.wait(self._stops)
                     return await reset_robot(self._communicator)
                 case "standRobot":
                     return await stand_robot(self._communicator)

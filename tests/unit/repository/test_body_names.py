@@ -13,17 +13,7 @@ import pytest
 from naoserver.bodies import BODY_NAMES, find_body
 from tests.support.places import ROOT
 
-PACKAGES: Final = (
-    "ballmover",
-    "codegen",
-    "hfsm_runtime",
-    "nao_tools",
-    "naoserver",
-    "naoserver_sim",
-    "visualhfsm",
-    "zenoh_ice",
-    "zenoh_ros2",
-)
+GENERATED: Final = {ROOT / "behaviors", ROOT / "interfaces", ROOT / "tests"}
 SUFFIXES: Final = frozenset({".html", ".js", ".json", ".py", ".toml", ".xml"})
 FREE: Final = (
     "naoserver/bodies",  # descriptions, motions and looks of each body
@@ -63,8 +53,8 @@ NAMED: Final = {
 
 
 def sources() -> Iterator[Path]:
-    for package in PACKAGES:
-        for path in (ROOT / package).rglob("*"):
+    for package in {path.parent for path in ROOT.glob("*/__init__.py")} - GENERATED:
+        for path in package.rglob("*"):
             if path.suffix in SUFFIXES and not path.relative_to(ROOT).as_posix().startswith(FREE):
                 yield path
 
