@@ -47,7 +47,7 @@ from visualhfsm.grading import read_exercise
 from visualhfsm.simulation import simulate
 from visualhfsm.trials import Outcome, Plan, Spread, Success
 from visualhfsm.trials._cluster import Cluster
-from visualhfsm.trials._outcomes import Change, Record
+from visualhfsm.trials._outcomes import Record, StateChange
 from visualhfsm.trials._page import trials_page, write_trials_page
 from visualhfsm.trials._plan import Disturbance
 from visualhfsm.trials._series import LocalPool, Pool, Series
@@ -262,7 +262,7 @@ def _write_imagined(path: Path, plan: Plan) -> int:
                     time=times[-1],
                     states=dice.choice(states),
                     numbers={f"number {index}": dice.gauss(5.0, 1.0) for index in range(12)},
-                    changes=tuple(Change(at, dice.choice(states)) for at in times),
+                    changes=tuple(StateChange(at, dice.choice(states)) for at in times),
                 )
             )
     view = view_of(plan, summarize(file, plan.varying, plan.runs), file)

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Any, NoReturn
 
-    from .virtual._run import VirtualRun, run
+    from .virtual._run import VirtualRun as VirtualRun
+    from .virtual._run import run as run
 
 __all__ = [
     "Automaton",
@@ -52,7 +53,7 @@ __all__ = [
 ]
 
 
-__getattr__, __dir__ = import_on_use(__name__, {".virtual._run": "VirtualRun run"})  # for tests
+__getattr__, __dir__ = import_on_use(__name__)  # for tests
 
 
 def main(component: type[Component]) -> NoReturn:

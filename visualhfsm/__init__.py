@@ -6,7 +6,7 @@ command `visualhfsm` and the page of the editor stand in the rooms below.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from zenoh_ice.lazy import import_on_use
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from ._document.commands.automata import AddRoot as AddRoot
     from ._document.commands.automata import ExtractAutomaton as ExtractAutomaton
     from ._document.commands.automata import RepairNumbers as RepairNumbers
-    from ._document.commands.automata import SetAutomatonCode as SetAutomatonCode
     from ._document.commands.automata import SetImport as SetImport
     from ._document.commands.automata import SetPeriod as SetPeriod
     from ._document.commands.base import Command as Command
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
     from ._document.commands.component import RemoveEntry as RemoveEntry
     from ._document.commands.component import ReorderEntry as ReorderEntry
     from ._document.commands.component import SetComponentText as SetComponentText
-    from ._document.commands.corrections import Correction as Correction
-    from ._document.commands.corrections import CorrectName as CorrectName
     from ._document.commands.group import GroupStates as GroupStates
     from ._document.commands.items import AlignStates as AlignStates
     from ._document.commands.items import DeleteItems as DeleteItems
@@ -58,17 +55,16 @@ if TYPE_CHECKING:
     from ._document.commands.states import RemoveArgument as RemoveArgument
     from ._document.commands.states import RemoveResult as RemoveResult
     from ._document.commands.states import RenameState as RenameState
-    from ._document.commands.states import SetArgument as SetArgument
     from ._document.commands.states import SetHistory as SetHistory
-    from ._document.commands.states import SetResult as SetResult
-    from ._document.commands.states import SetStateCode as SetStateCode
+    from ._document.commands.text import Correction as Correction
+    from ._document.commands.text import CorrectName as CorrectName
     from ._document.commands.text import ReplaceText as ReplaceText
+    from ._document.commands.text import SetText as SetText
     from ._document.commands.transitions import AddTransition as AddTransition
     from ._document.commands.transitions import RenameTransition as RenameTransition
     from ._document.commands.transitions import ReorderTransition as ReorderTransition
     from ._document.commands.transitions import RetargetTransition as RetargetTransition
     from ._document.commands.transitions import SetPriority as SetPriority
-    from ._document.commands.transitions import SetTransitionCode as SetTransitionCode
     from ._document.commands.transitions import SetTransitionType as SetTransitionType
     from ._document.commands.variables import HandUpVariable as HandUpVariable
     from ._document.commands.variables import PassVariable as PassVariable
@@ -80,65 +76,27 @@ if TYPE_CHECKING:
     from ._document.problems import Problem as Problem
     from ._document.problems import Proof as Proof
     from ._document.problems import StepView as StepView
-    from .project._code_help.answers import Completion as Completion
-    from .project._code_help.answers import Completions as Completions
-    from .project._code_help.answers import Explanation as Explanation
-    from .project._code_help.answers import Signature as Signature
+    from .project._code_help.protocol import Completion as Completion
+    from .project._code_help.protocol import Completions as Completions
+    from .project._code_help.protocol import Explanation as Explanation
+    from .project._code_help.protocol import Signature as Signature
+    from .project._document import Changed as Changed
+    from .project._document import Checked as Checked
+    from .project._document import Closed as Closed
+    from .project._document import Event as Event
+    from .project._document import FileChanged as FileChanged
     from .project._document import OpenDocument as OpenDocument
-    from .project._events import Changed as Changed
-    from .project._events import Checked as Checked
-    from .project._events import Closed as Closed
-    from .project._events import Event as Event
-    from .project._events import FileChanged as FileChanged
-    from .project._events import Opened as Opened
+    from .project._document import Opened as Opened
+    from .project._editing.edited_document import Added as Added
+    from .project._editing.edited_document import Change as Change
+    from .project._editing.edited_document import Choice as Choice
+    from .project._editing.edited_document import Resolution as Resolution
+    from .project._editing.edited_document import Step as Step
+    from .project._editing.journal import Abandoned as Abandoned
+    from .project._editing.shelf import ReadyState as ReadyState
     from .project._project import Entry as Entry
     from .project._project import Project as Project
-    from .project._session.journal import Abandoned as Abandoned
-    from .project._session.session import Added as Added
-    from .project._session.session import Change as Change
-    from .project._session.session import Choice as Choice
-    from .project._session.session import Resolution as Resolution
-    from .project._session.session import Step as Step
-    from .project._session.shelf import ReadyState as ReadyState
     from .project._version import Version as Version
 
-_NAMES: Final = {
-    "._base.errors": (
-        "ChangedOutsideError EditError ForbiddenPathError MissingError OldFormatError TooManyError "
-        "UnsavedError VisualHfsmError WouldOverwriteError"
-    ),
-    "._document.commands": "AnyCommand decode_command",
-    "._document.commands.automata": (
-        "AddAutomaton AddRoot ExtractAutomaton RepairNumbers SetAutomatonCode SetImport SetPeriod"
-    ),
-    "._document.commands.base": "Command",
-    "._document.commands.component": "AddEntry ChangeEntry RemoveEntry ReorderEntry SetComponentText",
-    "._document.commands.corrections": "CorrectName Correction",
-    "._document.commands.group": "GroupStates",
-    "._document.commands.items": "AlignStates DeleteItems DistributeStates MoveItems PlaceItems ResetHandles",
-    "._document.commands.notes": "AddAnnotation ResizeAnnotation SetAnnotationColor SetAnnotationText",
-    "._document.commands.paste": "AddReadyState FillAutomaton PasteStates ReplaceDocument",
-    "._document.commands.states": (
-        "AddState MarkFinal MarkInitial RemoveArgument RemoveResult RenameState SetArgument "
-        "SetHistory SetResult SetStateCode"
-    ),
-    "._document.commands.text": "ReplaceText",
-    "._document.commands.transitions": (
-        "AddTransition RenameTransition ReorderTransition RetargetTransition SetPriority "
-        "SetTransitionCode SetTransitionType"
-    ),
-    "._document.commands.variables": "HandUpVariable PassVariable ShareVariable TakeOutput",
-    "._document.places": "Place",
-    "._document.problems": "CounterexampleView Findings Problem Proof StepView",
-    ".project._code_help.answers": "Completion Completions Explanation Signature",
-    ".project._document": "OpenDocument",
-    ".project._events": "Changed Checked Closed Event FileChanged Opened",
-    ".project._project": "Entry Project",
-    ".project._session.journal": "Abandoned",
-    ".project._session.session": "Added Change Choice Resolution Step",
-    ".project._session.shelf": "ReadyState",
-    ".project._version": "Version",
-}
-
 # Every command begins with this package: it loads nothing that is not used.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__)

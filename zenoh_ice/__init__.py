@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from .lazy import import_on_use
 
@@ -45,23 +45,5 @@ if TYPE_CHECKING:
     from .streams import Samples as Samples
     from .streams import Subscription as Subscription
 
-_NAMES: Final = {
-    "._communicator": "Communicator initialize",
-    "._presence": "ClientWatch ServantInfo",
-    ".clock": "Clock RobotClock VirtualClock WallClock",
-    ".exceptions": (
-        "AccessDeniedException AlreadyRegisteredException BusyException "
-        "CommunicatorDestroyedException ConfigurationException ConnectFailedException "
-        "ConnectionLostException EndpointInUseException InterfaceMismatchException MarshalException "
-        "ObjectNotExistException OperationNotExistException SystemException TimeoutException "
-        "UnknownException UserException ZenohIceError"
-    ),
-    ".proxy": "ObjectPrx",
-    ".servant": "Current Object ObjectAdapter",
-    ".settings": "Settings load_settings",
-    ".status": "ProcessStatus ServantStatus",
-    ".streams": "Publisher Sample Samples Subscription",
-}
-
 # Each command begins with `zenoh_ice.application`, before anything that takes time to import.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__)

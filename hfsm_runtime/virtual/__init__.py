@@ -20,7 +20,7 @@ from .paced import PacedExecution
 from .world import VirtualWorld
 
 if TYPE_CHECKING:
-    from ._ros import FakeRos
+    from ._ros import FakeRos as FakeRos
 
 __all__ = [
     "BehaviorFailed", "Call", "Change", "Condition", "Execution", "ExecutionError", "FakeRos", "Fired",
@@ -28,4 +28,4 @@ __all__ = [
     "VirtualWorld", "make_stub",
 ]  # fmt: skip
 
-__getattr__, __dir__ = import_on_use(__name__, {"._ros": "FakeRos"})  # few need its libraries
+__getattr__, __dir__ = import_on_use(__name__)  # few need its libraries

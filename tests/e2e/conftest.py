@@ -13,7 +13,7 @@ from tests.support.browser import EditorPage, chromium_on_demand, editor_page
 from tests.support.editor import DOCUMENT, Editor, editor, shared_checks
 from tests.support.expecting import awaited_elements
 from tests.support.processes import REPOSITORY
-from visualhfsm.project._session.session import MERGE_WITHIN
+from visualhfsm.project._editing.edited_document import MERGE_WITHIN
 
 
 @pytest.fixture(scope="package", autouse=True)

@@ -414,7 +414,10 @@ def test_a_comparison_shows_lines_that_differ_marks_what_is_new_and_draws_what_i
         state = next(
             each for each in window.documents[number]["automata"][0]["states"] if each["name"] == "up"
         )
-        command = {"command": "setStateCode", "automaton": 1, "state": state["id"], "part": "code"}
+        command = {
+            "command": "setText",
+            "place": {"kind": "state", "automaton": 1, "id": state["id"], "part": "code"},
+        }
         window.ask("do", tab=number, command={**command, "text": f"{state['code']}\nlast = 1"})
     expect(shown.page.locator(".last-step")).to_have_text("Edit the code of “up”")
     shown.choose_in("File", "Compare")

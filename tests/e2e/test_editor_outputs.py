@@ -172,7 +172,7 @@ def test_a_variable_of_the_automaton_above_is_handed_up_by_a_click(shown: Editor
     # The bubble below a mouse that rests stays while another mark comes, and while the same marks are found again.
     open_now = hand_up.element_handle()
     with shown.editor.window() as other:
-        command = {"command": "setStateCode", "automaton": 2, "state": 1, "part": "code"}
+        command = {"command": "setText", "place": {"kind": "state", "automaton": 2, "id": 1, "part": "code"}}
         other.ask("do", tab=1, command={**command, "text": "turns = 1\nself.nothing()"})
         code.locator(".cm-lintRange", has_text="nothing").wait_for()
         assert open_now.is_visible()

@@ -138,7 +138,7 @@ def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
     edit(shown, "wait")
     shown.press("Home", "Control+ArrowRight")
     with running.window() as other:
-        command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code"}
+        command = {"command": "setText", "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"}}
         other.ask("do", tab=1, command={**command, "text": f"first = 1\n{text}"})
         expect(code).to_contain_text("first = 1")
     shown.type("s")

@@ -41,7 +41,11 @@ def test_problems_lead_to_their_lines(shown: EditorPage, running: Editor) -> Non
 
     code = "first = 1\nsecond = 2\nif count\nthird = 3"
     with running.window() as other:
-        command = {"command": "setStateCode", "automaton": 2, "state": 1, "part": "exit", "text": code}
+        command = {
+            "command": "setText",
+            "place": {"kind": "state", "automaton": 2, "id": 1, "part": "exit"},
+            "text": code,
+        }
         other.ask("do", tab=1, command=command)
     problem = shown.page.get_by_role("button", name=re.compile("not valid Python"))
     expect(problem).to_contain_text("wait › look › exit code › line 3")
@@ -69,9 +73,16 @@ def test_problems_are_counted_beyond_the_list_and_say_what_they_assume(
 ) -> None:
     nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(1010))
     with running.window() as other:
-        command = {"command": "setTransitionCode", "automaton": 1, "transition": 1, "part": "trigger"}
+        command = {
+            "command": "setText",
+            "place": {"kind": "transition", "automaton": 1, "id": 1, "part": "trigger"},
+        }
         other.ask("do", tab=1, command={**command, "text": "False"})
-        code = {"command": "setStateCode", "automaton": 2, "state": 1, "part": "code", "text": nobody}
+        code = {
+            "command": "setText",
+            "place": {"kind": "state", "automaton": 2, "id": 1, "part": "code"},
+            "text": nobody,
+        }
         other.ask("do", tab=1, command=code)
     shown.press("Control+m")
     expect(shown.page.get_by_role("button", name="1012 Warnings", exact=True)).to_be_visible()
@@ -232,7 +243,11 @@ def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_mean
 
     with running.window() as other:
         for command in (
-            {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": "if novelty"},
+            {
+                "command": "setText",
+                "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"},
+                "text": "if novelty",
+            },
             {"command": "setPeriod", "automaton": 1, "period": "50"},
         ):
             other.ask("do", tab=1, command=command)

@@ -27,7 +27,7 @@ from visualhfsm.grading._marks import Earned, Marks
 from visualhfsm.grading._page import write_index, write_page
 from visualhfsm.grading._submissions import Submission
 from visualhfsm.trials import Outcome, Plan, Spread
-from visualhfsm.trials._outcomes import Change, Header, Record
+from visualhfsm.trials._outcomes import Header, Record, StateChange
 from visualhfsm.trials._page import trials_page
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._view import view_of
@@ -99,7 +99,7 @@ def trials_in(folder: Path) -> Path:
                     time=3.0 + number % 7,
                     states="goal",
                     numbers={"distance to the ball at its end": number / 8},
-                    changes=(Change(0.0, "search"),),
+                    changes=(StateChange(0.0, "search"),),
                 )
             )
     plan = Plan(document="walk.xml", runs=40, scene={"robot.x": Spread(lowest=0, highest=1)})

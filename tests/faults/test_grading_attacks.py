@@ -669,7 +669,7 @@ import sys
 from visualhfsm.grading import Containment
 with Containment() as containment:
     behavior = containment.simulate(sys.argv[1])
-    print(behavior._code._session._process.pid, flush=True)
+    print(behavior._code._sandbox._process.pid, flush=True)
     behavior.advance(1.0)
 """
 

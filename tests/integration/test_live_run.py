@@ -15,7 +15,8 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
-from visualhfsm._document.commands.states import SetStateCode
+from visualhfsm._document.commands.text import SetText
+from visualhfsm._document.places import Place
 from visualhfsm._editor.services import Services, make_services
 from visualhfsm._monitor.messages import Components, RunPush, Snapshot, Source, Stale
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
@@ -80,7 +81,9 @@ def test_a_component_is_run_followed_and_reloaded_with_its_state(source: Source)
         await page.services.live.control("walker", "sendEvent", {"name": "go", "data": ""})
         before = await page.snapshot(lambda live: live.component.automata[0].state == 2)
 
-        edited = SetStateCode(automaton=1, state=2, part="code", text="beats -= 1").apply(source.document)
+        edited = SetText(place=Place(kind="state", automaton=1, id=2, part="code"), text="beats -= 1").apply(
+            source.document
+        )
         await page.services.running.generate(Source(1, 2, edited, source.path, True))
         report = await page.services.live.control("walker", "reload", {})
         assert getattr(report, "generation", None) == 1

@@ -23,7 +23,7 @@ from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.soak import repeated
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._document.commands.states import SetStateCode
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Output, OutputLine, RunPush, Source
 from visualhfsm._processes.components import RunningComponents
@@ -82,7 +82,9 @@ def source(path: Path, content: str, *, dirty: bool = False, saved: bool = True)
 
 
 def edited(before: Source, code: str) -> Source:
-    changed = SetStateCode(automaton=1, state=1, part="code", text=code).apply(before.document)
+    changed = SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text=code).apply(
+        before.document
+    )
     return Source(before.tab, before.revision + 1, changed, before.path, True)
 
 

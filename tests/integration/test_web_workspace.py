@@ -42,7 +42,7 @@ from visualhfsm._editor.limits import Limits
 from visualhfsm._editor.services import Services
 from visualhfsm._monitor.messages import Components, Output, OutputLine, Publish, RunPush, Snapshot, Source
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
-from visualhfsm.project._session.session import Change, DocumentSession
+from visualhfsm.project._editing.edited_document import Change, EditedDocument
 
 HEAD = (
     "<config><iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
@@ -100,7 +100,11 @@ def test_like_changes_are_one_step_as_long_as_the_limits_say(root: Path, within:
     with editor(root, merge_within=within) as running, running.window() as window:
         window.ask("open", path="robot.xml")
         for code in ("a", "ab", "abc"):
-            command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": code}
+            command = {
+                "command": "setText",
+                "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"},
+                "text": code,
+            }
             window.ask("do", tab=1, command=command)
         for _ in range(steps):
             window.ask("undo", tab=1)
@@ -123,7 +127,11 @@ def test_what_one_window_types_is_no_step_of_another(root: Path) -> None:
     with editor(root, merge_within=FOREVER) as running, running.window() as window, running.window() as other:
         window.ask("open", path="robot.xml")
         for who, text in ((window, "a"), (window, "ab"), (other, "abc"), (other, "abcd"), (window, "abcde")):
-            command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": text}
+            command = {
+                "command": "setText",
+                "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"},
+                "text": text,
+            }
             who.ask("do", tab=1, command=command)
         for left in ("abcd", "ab"):
             window.ask("undo", tab=1)
@@ -330,7 +338,11 @@ def test_the_folder_of_a_new_file_is_made(root: Path, window: Window) -> None:
 def test_a_comparison_has_the_lines_that_differ(window: Window) -> None:
     text = "a\nb\nc\nd\ne"
     for code in (text, text.replace("d", "D")):
-        command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": code}
+        command = {
+            "command": "setText",
+            "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"},
+            "text": code,
+        }
         window.ask("do", tab=1, command=command)
         if code is text:
             window.ask("save", tab=1)
@@ -457,7 +469,11 @@ def test_a_window_that_reads_nothing_holds_up_nobody(running: Editor, window: Wi
             window.ask(
                 "do",
                 tab=1,
-                command={"command": "setAutomatonCode", "automaton": 1, "part": "functions", "text": code},
+                command={
+                    "command": "setText",
+                    "place": {"kind": "automaton", "automaton": 1, "part": "functions"},
+                    "text": code,
+                },
             )
         assert window.documents[1]["automata"][0]["functions"].endswith("39")
 
@@ -471,7 +487,11 @@ def test_a_window_that_closes_while_the_editor_ends_does_not_disturb_it(root: Pa
         send = open_longer.enter_context(running.deaf_window())
         for index in range(40):  # what it does not read keeps its connection from closing
             code = f"{index}" * 100_000
-            command = {"command": "setAutomatonCode", "automaton": 1, "part": "functions", "text": code}
+            command = {
+                "command": "setText",
+                "place": {"kind": "automaton", "automaton": 1, "part": "functions"},
+                "text": code,
+            }
             window.ask("do", tab=1, command=command)
         send(b"\x88\x80" + bytes(4))  # close
         window.ask("hello")
@@ -528,9 +548,9 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
 
 def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     gate = threading.Event()
-    undo = DocumentSession.undo
+    undo = EditedDocument.undo
 
-    def slow(session: DocumentSession) -> Change:
+    def slow(session: EditedDocument) -> Change:
         gate.wait(FOREVER)
         return undo(session)
 
@@ -538,7 +558,7 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
             return action
 
-    monkeypatch.setattr(DocumentSession, "undo", slow)
+    monkeypatch.setattr(EditedDocument, "undo", slow)
     found = make_services(live=Steered())
     with editor(root, make_services=lambda _: found) as running, running.window() as window:
         window.ask("open", path="robot.xml")
@@ -556,14 +576,14 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
 
 def test_requests_that_wait_do_not_fill_the_memory(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     began, gate = threading.Event(), threading.Event()
-    undo = DocumentSession.undo
+    undo = EditedDocument.undo
 
-    def slow(session: DocumentSession) -> Change:
+    def slow(session: EditedDocument) -> Change:
         began.set()
         gate.wait(FOREVER)
         return undo(session)
 
-    monkeypatch.setattr(DocumentSession, "undo", slow)
+    monkeypatch.setattr(EditedDocument, "undo", slow)
     with editor(root, limits=Limits(waiting_bytes=5000)) as running, running.window() as window:
         window.ask("open", path="robot.xml")
         window.ask("do", tab=1, command=ADD_STATE)

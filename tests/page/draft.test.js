@@ -38,7 +38,7 @@ let key = 0;
 
 const unsent = () => [...store.unsaved.values()].filter(({typed}) => typed).map(({text}) => text);
 const settled = () => new Promise((resolve) => setImmediate(resolve));
-const send = (tab, text, base) => store.do(tab, {command: "setStateCode", text}, base);
+const send = (tab, text, base) => store.do(tab, {command: "setText", text}, base);
 /** The document has a text: what the server pushes. */
 const has = (text) => draft.take(1, `${key}`, text, send);
 const asked = () => socket.sent.filter(({op}) => op === "do").map(({base, command}) => [base, command.text]);

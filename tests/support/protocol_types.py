@@ -34,8 +34,8 @@ from visualhfsm._monitor.stopping import StopReport
 from visualhfsm._processes.bodies import KnownBody
 from visualhfsm._processes.robots import World
 from visualhfsm._processes.test_results import TestsPush
-from visualhfsm.project._code_help.answers import Completions, InterfaceDescription, Signature
-from visualhfsm.project._code_help.answers import Explanation as NameExplanation
+from visualhfsm.project._code_help.protocol import Completions, InterfaceDescription, Signature
+from visualhfsm.project._code_help.protocol import Explanation as NameExplanation
 
 __all__ = ["FILE", "protocol_types"]
 

@@ -8,7 +8,7 @@ from textwrap import fill
 from typing import Final
 
 from tests.support.pages import DOCS
-from visualhfsm.project._session.shelf import ReadyState, Shelves, our_shelf
+from visualhfsm.project._editing.shelf import ReadyState, Shelves, our_shelf
 
 __all__ = ["PAGE", "shelf_page"]
 

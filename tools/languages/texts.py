@@ -59,7 +59,15 @@ _OF_COMMANDS: Final = (
     *("visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_tuning.py"),
 )
 """What speaks to terminals alone, in English."""
-_KEYWORDS: Final = {"Message": (1,), "counted": (1, 2), "template": (1,), "because": (1,)}
+_FOR_PUPILS: Final = "visualhfsm/grading/_words.py"
+"""What commands say in all languages."""
+_KEYWORDS: Final = {
+    "Message": (1,),
+    "counted": (1, 2),
+    "template": (1,),
+    "because": (1,),
+    "in_place_of": (2,),
+}
 """The arguments of `codegen.messages`, and of errors, that are texts."""
 
 
@@ -69,7 +77,7 @@ def message_texts() -> Catalog:
     paths = sorted(path for folder in _CODE for path in (ROOT / folder).rglob("*.py"))
     for path in paths:
         name = path.relative_to(ROOT).as_posix()
-        if name.startswith(_OF_COMMANDS):
+        if name.startswith(_OF_COMMANDS) and name != _FOR_PUPILS:
             continue
         with path.open("rb") as code:
             for _, texts, comments, _ in extract("python", code, _KEYWORDS, ["Translators:"]):

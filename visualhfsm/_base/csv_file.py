@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
-from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from zenoh_ice.text import encodable, printable
 
@@ -20,13 +19,11 @@ def write_csv(path: Path, rows: Iterable[Sequence[str | float]]) -> None:
 
     Numbers are exact, and truth values are `true` and `false`. Raises VisualHfsmError.
     """
-    try:
-        with path.open("w", encoding="utf-8-sig", newline="") as file:  # so that Excel reads it as UTF-8
-            csv.writer(file, lineterminator="\n").writerows(map(_cell, row) for row in rows)
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{path}: the table cannot be written: {reason}", path=str(path), reason=reason(error)
-        ) from error
+    with (
+        VisualHfsmError.in_place_of(OSError, "{path}: the table cannot be written: {reason}", path=str(path)),
+        path.open("w", encoding="utf-8-sig", newline="") as file,  # so that Excel reads it as UTF-8
+    ):
+        csv.writer(file, lineterminator="\n").writerows(map(_cell, row) for row in rows)
 
 
 def _cell(value: str | float) -> str | float:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import ClassVar, Literal
 
-from codegen.messages import NO_MESSAGE, Message, MessageError
+from codegen.messages import NO_MESSAGE, Message, MessageError, Value
+from codegen.reasons import reason
 
 ErrorKind = Literal[
     "malformed",  # no request of this protocol
@@ -26,6 +29,17 @@ class VisualHfsmError(MessageError):
     """The base class of errors that the command reports in one line."""
 
     kind: ClassVar[ErrorKind] = "refused"
+
+    @classmethod
+    @contextmanager
+    def in_place_of(
+        cls, caught: type[Exception] | tuple[type[Exception], ...], template: str, /, **values: Value
+    ) -> Iterator[None]:
+        """Raise such an error in place of another one in a `with` block; `{reason}` says what that was."""
+        try:
+            yield
+        except caught as error:
+            raise cls.because(template, reason=reason(error), **values) from error
 
 
 class MissingPackageError(VisualHfsmError):

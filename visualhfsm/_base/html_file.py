@@ -20,13 +20,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 
 STATIC: Final = Path(__file__).parents[1] / "_editor" / "static"
 LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
 """Libraries that the page imports by name; each is a file in vendor/."""
 
+_UNWRITABLE: Final = "{path}: the page cannot be written: {reason}"
 _IMPORT: Final = re.compile(
     r"""^\s*(?:import|export)\s(?:[^"';]*?\sfrom\s)?\s*["'](?P<name>[^"']+)["']""", re.MULTILINE
 )
@@ -80,12 +80,8 @@ def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str
 def check_place(path: Path) -> None:
     """Raise VisualHfsmError when nothing can be written there, before the run begins."""
     directory = path.resolve().parent
-    try:
+    with VisualHfsmError.in_place_of(OSError, _UNWRITABLE, path=str(path)):
         directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error)
-        ) from error
     if not os.access(directory, os.W_OK):
         raise VisualHfsmError.because(
             "{path}: the page cannot be written: {directory} is not writable",
@@ -96,13 +92,9 @@ def check_place(path: Path) -> None:
 
 def write_html(path: Path, text: str) -> int:
     """Write a file, and return its size in bytes. Raises VisualHfsmError."""
-    try:
+    with VisualHfsmError.in_place_of(OSError, _UNWRITABLE, path=str(path)):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{path}: the page cannot be written: {reason}", path=str(path), reason=reason(error)
-        ) from error
     return len(text.encode())
 
 

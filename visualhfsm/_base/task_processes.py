@@ -5,13 +5,13 @@ from __future__ import annotations
 import base64
 import pickle
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from tempfile import TemporaryDirectory
-from typing import Final, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 import msgspec
 
-from visualhfsm._base.line_process import LineProcess, NoAnswerError
+from visualhfsm._base.line_process import LineProcess, NoAnswerError, answer_lines
 from zenoh_ice import typed
 
 _ENVIRONMENT: Final[Mapping[str, str]] = {
@@ -20,21 +20,24 @@ _ENVIRONMENT: Final[Mapping[str, str]] = {
     "OMP_NUM_THREADS": "1",
 }
 
-Answer = TypeVar("Answer", bound=msgspec.Struct)
+_MOST_MEMORY: Final = 1 << 40
+"""Limit of the address space of a process in bytes: simulations take much of it and use little."""
+
+Result = TypeVar("Result", bound=msgspec.Struct)
 
 
 class EndedError(Exception):
     """The processes have been ended."""
 
 
-class TaskProcesses(Generic[Answer]):
+class TaskProcesses(Generic[Result]):
     """The processes of some threads: one each, which runs a `module` and lasts from task to task.
 
     Tasks go there pickled, and answers come back as JSON. The folder of their temporary files begins with
     `prefix`.
     """
 
-    def __init__(self, module: str, answer: type[Answer], prefix: str) -> None:
+    def __init__(self, module: str, answer: type[Result], prefix: str) -> None:
         self._module: Final = module
         self._answer: Final = answer
         self._prefix: Final = prefix
@@ -45,7 +48,7 @@ class TaskProcesses(Generic[Answer]):
         """What they unpack and write: one that is killed removes nothing."""
         self.closed = False
 
-    def ask(self, task: object, patience: float) -> Answer:
+    def ask(self, task: object, patience: float) -> Result:
         """Return the answer of this thread's process to a task, within `patience` s of being ready.
 
         Raises NoAnswerError, EndedError, and OSError if there is no folder for temporary files.
@@ -79,3 +82,11 @@ class TaskProcesses(Generic[Answer]):
                 self._all.append(process)
                 self._here.process = process
             return process
+
+
+def answer_tasks(answer: Callable[[Any], msgspec.Struct]) -> None:
+    """Answer the tasks of the `TaskProcesses` that started this process, until it ends."""
+    answer_lines(
+        lambda line: msgspec.json.encode(answer(pickle.loads(base64.b64decode(line)))),  # noqa: S301 - of ours
+        _MOST_MEMORY,
+    )

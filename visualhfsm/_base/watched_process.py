@@ -179,18 +179,18 @@ def describe_exit(code: int, stopped: Message | None = None) -> Message:
     """Describe how a process ended; `stopped` describes an end that was requested, if one was."""
     if stopped is not None and code in (0, _INTERRUPTED, _TERMINATED, -signal.SIGINT):
         return stopped
-    if code == 0:
-        return Message("it has finished")
-    if code > 0:
-        match code:
-            case 1:
-                return Message("it ended with exit code 1 after an error")
-            case 2:
-                return Message("it ended with exit code 2: its command line is wrong")
-            case _ if code == _INTERRUPTED:
-                return Message("it ended with exit code {code} by Ctrl-C", code=code)
-        return Message("it ended with exit code {code}", code=code)
-    return Message("it was terminated by {signal}", signal=signal_name(-code))
+    if code < 0:
+        return Message("it was terminated by {signal}", signal=signal_name(-code))
+    match code:
+        case 0:
+            return Message("it has finished")
+        case 1:
+            return Message("it ended with exit code 1 after an error")
+        case 2:
+            return Message("it ended with exit code 2: its command line is wrong")
+        case _ if code == _INTERRUPTED:
+            return Message("it ended with exit code {code} by Ctrl-C", code=code)
+    return Message("it ended with exit code {code}", code=code)
 
 
 def _count(lines: bytes) -> int:

@@ -17,25 +17,11 @@ import typer
 
 from codegen.options import require_directories
 from visualhfsm._base.errors import MissingPackageError
-from visualhfsm._commands.check import EPILOG as CHECK_EPILOG
-from visualhfsm._commands.check import check
-from visualhfsm._commands.convert import EPILOG as CONVERT_EPILOG
-from visualhfsm._commands.convert import convert
-from visualhfsm._commands.diff import EPILOG as DIFF_EPILOG
-from visualhfsm._commands.diff import diff
-from visualhfsm._commands.draw import EPILOG as DRAW_EPILOG
-from visualhfsm._commands.draw import draw
-from visualhfsm._commands.new import EPILOG as NEW_EPILOG
-from visualhfsm._commands.new import new
-from visualhfsm._commands.replay import EPILOG as REPLAY_EPILOG
-from visualhfsm._commands.replay import replay
-from visualhfsm._commands.report import EPILOG as REPORT_EPILOG
-from visualhfsm._commands.report import report
+from visualhfsm._base.options import examples
+from visualhfsm._commands import check, convert, diff, draw, new, replay, report
 from visualhfsm._commands.steer import register as register_steering
-from visualhfsm.grading._command import EPILOG as GRADE_EPILOG
-from visualhfsm.grading._command import grade
-from visualhfsm.trials._command import EPILOG as TRIALS_EPILOG
-from visualhfsm.trials._command import trials
+from visualhfsm.grading import _command as grading
+from visualhfsm.trials import _command as trials
 from zenoh_ice.application.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import Settings
 
@@ -47,28 +33,18 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 _PACKAGES: Final = frozenset({"h11", "starlette", "uvicorn", "websockets"})
 """Packages of the extra `web` that the server needs from the start."""
 
-_EDIT_EPILOG: Final = """Examples:
-
-visualhfsm edit
-
-visualhfsm edit --demo
-
-visualhfsm edit behaviors/dance_and_follow.xml
-
-visualhfsm edit run.mcap
-
-visualhfsm edit --root ~/robots --port 8800 --no-browser
-
-visualhfsm edit -I ~/robots/shared
-
-visualhfsm edit --port 8800 --base-path /robots/ --allow-host robots.example"""
-_WATCH_EPILOG: Final = """Examples:
-
-visualhfsm watch
-
-visualhfsm watch dance_and_follow --seconds 60 --report report.html
-
-visualhfsm watch follow_ball > log.txt"""
+_EDIT_EPILOG: Final = examples(
+    "edit",
+    "edit --demo",
+    "edit behaviors/dance_and_follow.xml",
+    "edit run.mcap",
+    "edit --root ~/robots --port 8800 --no-browser",
+    "edit -I ~/robots/shared",
+    "edit --port 8800 --base-path /robots/ --allow-host robots.example",
+)
+_WATCH_EPILOG: Final = examples(
+    "watch", "watch dance_and_follow --seconds 60 --report report.html", "watch follow_ball > log.txt"
+)
 
 
 @app.callback(invoke_without_command=True)
@@ -288,12 +264,12 @@ def watch(
 
 
 register_steering(app)
-app.command(epilog=NEW_EPILOG)(new)
-app.command(epilog=CHECK_EPILOG)(check)
-app.command(epilog=CONVERT_EPILOG)(convert)
-app.command(epilog=DIFF_EPILOG)(diff)
-app.command(epilog=DRAW_EPILOG)(draw)
-app.command(epilog=GRADE_EPILOG)(grade)
-app.command(epilog=REPLAY_EPILOG)(replay)
-app.command(epilog=REPORT_EPILOG)(report)
-app.command(epilog=TRIALS_EPILOG)(trials)
+app.command(epilog=new.EPILOG)(new.new)
+app.command(epilog=check.EPILOG)(check.check)
+app.command(epilog=convert.EPILOG)(convert.convert)
+app.command(epilog=diff.EPILOG)(diff.diff)
+app.command(epilog=draw.EPILOG)(draw.draw)
+app.command(epilog=grading.EPILOG)(grading.grade)
+app.command(epilog=replay.EPILOG)(replay.replay)
+app.command(epilog=report.EPILOG)(report.report)
+app.command(epilog=trials.EPILOG)(trials.trials)

@@ -11,19 +11,17 @@ import typer
 
 from codegen.diagnostics import Diagnostics, Severity, shown_path
 from codegen.options import DOCUMENTS, ErrorFormat, require_directories, require_extensions, show
+from visualhfsm._base.options import ErrorsAs, Include, examples
 
 if TYPE_CHECKING:
     from codegen.hfsm.model_checker import ModelReport
 
-EPILOG: Final = """Examples:
-
-visualhfsm check behaviors
-
-visualhfsm check follow_ball.xml dance.xml --strict
-
-visualhfsm check --error-format github --no-model behaviors
-
-Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usage."""
+EPILOG: Final = examples(
+    "check behaviors",
+    "check follow_ball.xml dance.xml --strict",
+    "check --error-format github --no-model behaviors",
+    notes="Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usage.",
+)
 
 
 def check(
@@ -31,12 +29,7 @@ def check(
         list[Path],
         typer.Argument(metavar="FILES", help="Documents (.xml), or directories that contain some."),
     ],
-    include: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "-I", "--include", metavar="DIR", help="Also search DIR for proxies and imported files."
-        ),
-    ] = None,
+    include: Include = None,
     *,
     strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
     model: Annotated[
@@ -45,9 +38,7 @@ def check(
             "--model/--no-model", help="Run the model checker: what automata can do, and properties."
         ),
     ] = True,
-    error_format: Annotated[
-        ErrorFormat, typer.Option("--error-format", help="Format of the diagnostics on stderr.")
-    ] = ErrorFormat.TEXT,
+    error_format: ErrorsAs = ErrorFormat.TEXT,
 ) -> None:
     """Check documents before they run: structure, code, and what automata can do.
 

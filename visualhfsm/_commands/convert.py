@@ -12,16 +12,14 @@ from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_wi
 from codegen.options import ErrorFormat, report
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.options import ErrorsAs, examples
 
-EPILOG: Final = """Examples:
-
-visualhfsm convert old.xml new.xml
-
-visualhfsm convert --fix-python2 --force follow_ball.xml follow_ball.xml
-
-visualhfsm convert follow_ball.xml follow_ball.scxml
-
-visualhfsm convert --error-format json old.xml - > new.xml"""
+EPILOG: Final = examples(
+    "convert old.xml new.xml",
+    "convert --fix-python2 --force follow_ball.xml follow_ball.xml",
+    "convert follow_ball.xml follow_ball.scxml",
+    "convert --error-format json old.xml - > new.xml",
+)
 
 _STANDARD_OUTPUT: Final = "-"
 
@@ -36,9 +34,7 @@ def convert(
         bool, typer.Option("--fix-python2", help="Convert Python 2 to Python 3 where nothing else is wrong.")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT, which may be IN itself.")] = False,
-    error_format: Annotated[
-        ErrorFormat, typer.Option("--error-format", help="Format of the diagnostics on stderr.")
-    ] = ErrorFormat.TEXT,
+    error_format: ErrorsAs = ErrorFormat.TEXT,
 ) -> None:
     """Convert a document of any age to the current format, or to SCXML.
 
@@ -68,14 +64,11 @@ def convert(
         typer.echo(text, nl=False)
         return
     try:
-        changes = compare_with_disk([GeneratedFile(path, text)])
-        apply(changes)
+        with VisualHfsmError.in_place_of(OSError, "{path}: cannot be written: {reason}", path=str(path)):
+            changes = compare_with_disk([GeneratedFile(path, text)])
+            apply(changes)
     except FilesNotWrittenError as error:
         raise VisualHfsmError(reason(error)) from error
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{path}: cannot be written: {reason}", path=str(path), reason=reason(error)
-        ) from error
     if error_format is ErrorFormat.TEXT:  # programs read the rest of stderr
         typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)
 

@@ -9,21 +9,18 @@ import typer
 
 from codegen.diagnostics import Diagnostics
 from codegen.options import DOCUMENTS, ErrorFormat, report, require_directories, require_extensions
-from codegen.reasons import reason
 from visualhfsm._base.errors import MissingError, VisualHfsmError
+from visualhfsm._base.options import Include, examples
 
 if TYPE_CHECKING:
     from codegen.hfsm.document import Automaton, Document
 
-EPILOG: Final = """Examples:
-
-visualhfsm draw follow_ball.xml
-
-visualhfsm draw dance_and_follow.xml docs/dance.svg --automaton dance
-
-visualhfsm draw dance_and_follow.xml drawing.html
-
-visualhfsm draw follow_ball.xml - > picture.svg"""
+EPILOG: Final = examples(
+    "draw follow_ball.xml",
+    "draw dance_and_follow.xml docs/dance.svg --automaton dance",
+    "draw dance_and_follow.xml drawing.html",
+    "draw follow_ball.xml - > picture.svg",
+)
 
 _PAGES: Final = frozenset((".html", ".htm"))
 _STANDARD_OUTPUT: Final = Path("-")
@@ -48,10 +45,7 @@ def draw(
             show_default="the root",
         ),
     ] = "",
-    include: Annotated[
-        list[Path] | None,
-        typer.Option("-I", "--include", metavar="DIR", help="Also search DIR for imported documents."),
-    ] = None,
+    include: Include = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
 ) -> None:
     """Draw one automaton of a document as an SVG picture, or all of them as a page of HTML.
@@ -83,10 +77,12 @@ def draw(
         drawn = drawing_page(source.stem, document)
     else:
         drawn = svg(document, _find(document, automaton).id, component=source.stem)
-    if to_file:
-        _write(target, drawn)
-    else:
+    if not to_file:
         typer.echo(drawn, nl=False)
+        return
+    with VisualHfsmError.in_place_of(OSError, "{path}: cannot be written: {reason}", path=str(target)):
+        target.write_text(drawn, encoding="utf-8")
+    typer.echo(f"wrote {target}", err=True)
 
 
 def _find(document: Document, name: str) -> Automaton:
@@ -115,13 +111,3 @@ def _find(document: Document, name: str) -> Automaton:
     raise MissingError.because(
         "no state named {name} has an automaton; those that have one: {known}", name=name, known=known
     )
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{path}: cannot be written: {reason}", path=str(path), reason=reason(error)
-        ) from error
-    typer.echo(f"wrote {path}", err=True)

@@ -9,16 +9,10 @@ from typing import Annotated, Final
 
 import typer
 
-from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.options import examples
 
-EPILOG: Final = """Examples:
-
-visualhfsm new my-robot
-
-visualhfsm new my-bust --hardware
-
-visualhfsm new ana --exercise look --language es"""
+EPILOG: Final = examples("new my-robot", "new my-bust --hardware", "new ana --exercise look --language es")
 
 _TEMPLATE: Final = Path(__file__).with_name("template")
 _HARDWARE: Final = Path(__file__).with_name("template_hardware")
@@ -26,6 +20,7 @@ _HIDDEN: Final = ("_gitattributes", "_gitignore")
 """Files whose names begin with a dot in a project; here Git and packagers would obey them."""
 _KEPT: Final = frozenset({".git"})
 """What a folder may contain: one may make a repository first."""
+_UNMADE: Final = "{folder} cannot be made: {reason}"
 _NEXT: Final = """\
 Next:
   cd {folder}
@@ -94,15 +89,11 @@ def new(
         for path, name in sorted(files.items())
         if path.is_file() and "__pycache__" not in path.parts
     }
-    try:
+    with VisualHfsmError.in_place_of(OSError, _UNMADE, folder=str(folder)):
         _require_empty(folder)
         for path, target in made.items():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, target)
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
-        ) from error
     for target in sorted(made.values()):
         typer.echo(f"wrote {target}")
     if not hardware:
@@ -117,15 +108,11 @@ def _make_exercise(folder: Path, name: str, language: str | None) -> None:
 
     exercise = read_exercise(find_exercise(name))
     files = handout(exercise, chosen_language(language))
-    try:
+    with VisualHfsmError.in_place_of(OSError, _UNMADE, folder=str(folder)):
         _require_empty(folder)
         folder.mkdir(parents=True, exist_ok=True)
         for file, content in files.items():
             (folder / file).write_bytes(content)
-    except OSError as error:
-        raise VisualHfsmError.because(
-            "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
-        ) from error
     for file in files:
         typer.echo(f"wrote {folder / file}")
     typer.echo(_NEXT_EXERCISE.format(folder=shlex.quote(str(folder)), document=f"{exercise.name}.xml"))

@@ -8,17 +8,15 @@ from typing import Annotated, Final
 import typer
 
 from codegen.options import require_directories
+from visualhfsm._base.options import Include, examples
 from zenoh_ice.application.cli import finite
 
-EPILOG: Final = """Examples:
-
-visualhfsm replay run.mcap
-
-visualhfsm replay run.mcap behaviors/dance_and_follow.xml
-
-visualhfsm replay run.mcap edited.xml --from 12.5 --until 60 --json > replay.jsonl
-
-Exit codes: 0 the same states, 1 an error, 2 wrong usage, 3 it behaves otherwise."""
+EPILOG: Final = examples(
+    "replay run.mcap",
+    "replay run.mcap behaviors/dance_and_follow.xml",
+    "replay run.mcap edited.xml --from 12.5 --until 60 --json > replay.jsonl",
+    notes="Exit codes: 0 the same states, 1 an error, 2 wrong usage, 3 it behaves otherwise.",
+)
 
 _OTHERWISE: Final = 3
 
@@ -36,12 +34,7 @@ def replay(
             metavar="DOCUMENT", exists=True, dir_okay=False, help="The document to run; it may be edited."
         ),
     ] = None,
-    include: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "-I", "--include", metavar="DIR", help="Also search DIR for proxies and imported files."
-        ),
-    ] = None,
+    include: Include = None,
     *,
     since: Annotated[
         float | None,

@@ -8,12 +8,9 @@ from typing import Annotated, Final
 import typer
 
 from codegen.messages import Message
+from visualhfsm._base.options import examples
 
-EPILOG: Final = """Examples:
-
-visualhfsm report dance.mcap
-
-visualhfsm report recordings/dance.mcap hand-in/dance.html"""
+EPILOG: Final = examples("report dance.mcap", "report recordings/dance.mcap hand-in/dance.html")
 
 
 def report(

@@ -17,9 +17,11 @@ import msgspec
 import typer
 
 from codegen.diagnostics import Diagnostics
+from codegen.options import require_directories
 from codegen.reasons import reason
 from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStatus, Explanation, ReloadRefused
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.options import AsJson, Include, examples
 from visualhfsm._monitor.realm.automata import Automata
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, RELOAD_PATIENCE, did_you_mean
 from visualhfsm._monitor.target import Address, Target, steered
@@ -32,7 +34,6 @@ _Component = Annotated[str, typer.Argument(metavar="COMPONENT", help="Name of a 
 _Automaton = Annotated[
     str, typer.Argument(metavar="AUTOMATON", help="A path of states such as followBall/green, or an id.")
 ]
-_Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 _PANEL: Final = "Steer a running component"
 _PYTHON: Final = {"True": "true", "False": "false", "None": "null"}
@@ -42,12 +43,8 @@ _PLACES: Final = (Path(), Path("behaviors"))
 _shared = with_settings(defaults={"clock": "wall"})
 
 
-def _examples(*commands: str, notes: str = "") -> str:
-    return "\n\n".join(["Examples:", *(f"visualhfsm {each}" for each in commands), notes]).rstrip()
-
-
-_STEP: Final = _examples("step dance_and_follow", "step dance_and_follow followBall/green --count 10")
-_BREAK: Final = _examples(
+_STEP: Final = examples("step dance_and_follow", "step dance_and_follow followBall/green --count 10")
+_BREAK: Final = examples(
     "break dance_and_follow",
     "break dance_and_follow followBall/green",
     'break dance_and_follow followBall/green/search --if "corner > 2" --wait 30',
@@ -56,20 +53,20 @@ _BREAK: Final = _examples(
 of the component (self.NAME): comparisons, and, or, not, arithmetic, elements.
 It calls nothing.""",
 )
-_FORCE: Final = _examples(
+_FORCE: Final = examples(
     "force dance_and_follow enough",
     'force dance_and_follow "followBall/to green"',
     'force dance_and_follow "followBall -> dance"',
 )
-_SET: Final = _examples(
+_SET: Final = examples(
     "set follow_ball corner=3",
     "set dance_and_follow corner=0 --automaton followBall/green",
     "set follow_ball speed=0.4 'path=[[0, 0], [1, 0.5]]'",
     notes="""A value is JSON, or a plain text such as hello. Name the automaton only when
 several have the variable.""",
 )
-_WHY: Final = _examples("why follow_ball", "why dance_and_follow followBall/green --json")
-_RELOAD: Final = _examples(
+_WHY: Final = examples("why follow_ball", "why dance_and_follow followBall/green --json")
+_RELOAD: Final = examples(
     "reload dance_and_follow",
     "reload dance_and_follow behaviors/dance_and_follow.xml",
     notes="""The document is compiled first, and the component's file is written only when
@@ -98,7 +95,7 @@ def step(
     component: _Component,
     automaton: _Automaton = "",
     count: Annotated[int, typer.Option("--count", min=1, max=10_000, help="Cycles to run.")] = 1,
-    as_json: _Json = False,
+    as_json: AsJson = False,
 ) -> None:
     """Run one cycle of an automaton, or of all, in a paused component.
 
@@ -175,7 +172,7 @@ def break_(
             metavar="SECONDS", min=0.0, callback=finite, help="Wait this long for the component to pause."
         ),
     ] = None,
-    as_json: _Json = False,
+    as_json: AsJson = False,
 ) -> None:
     """Set, list and delete breakpoints, and wait until the component pauses at one.
 
@@ -338,7 +335,7 @@ def _json_of(value: str) -> str:
 
 
 def why(
-    *, settings: Settings, component: _Component, automaton: _Automaton = "", as_json: _Json = False
+    *, settings: Settings, component: _Component, automaton: _Automaton = "", as_json: AsJson = False
 ) -> None:
     """Explain why automata are in their states: what keeps each transition from firing.
 
@@ -395,11 +392,8 @@ def reload(
             help="Directory of the component's file, by default that of the document.",
         ),
     ] = None,
-    include: Annotated[
-        list[Path] | None,
-        typer.Option("--include", "-I", metavar="DIR", file_okay=False, help="Further interfaces."),
-    ] = None,
-    as_json: _Json = False,
+    include: Include = None,
+    as_json: AsJson = False,
 ) -> None:  # fmt: skip
     """Compile a document and continue in it, without a restart.
 
@@ -412,7 +406,7 @@ def reload(
         path = document or _find_document(target)
         file = component_path(path, output)
         former = file.read_bytes() if file.is_file() else None
-        written = _generate(path, output, include or [])
+        written = _generate(path, output, require_directories(include))
         try:
             report = target.monitor.ice_invocationTimeout(RELOAD_PATIENCE).reload()
         except ReloadRefused:

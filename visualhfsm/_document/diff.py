@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import fields
 from difflib import unified_diff
 from itertools import islice
+from operator import attrgetter
 from typing import Any, Final, Literal, TypeVar
 
 import msgspec
@@ -29,20 +30,11 @@ from .places import Place
 _NodeT = TypeVar("_NodeT", bound=Node)
 
 KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
-    "automata": lambda automaton: automaton.id,
-    "states": lambda state: state.id,
-    "transitions": lambda transition: transition.id,
-    "annotations": lambda annotation: annotation.id,
-    "parameters": lambda parameter: parameter.name,
-    "inputs": lambda parameter: parameter.name,
-    "outputs": lambda parameter: parameter.name,
-    "events": lambda event: event.name,
-    "properties": lambda item: item.name,
-    "libraries": lambda library: library.name.text,
-    "interfaces": lambda interface: interface.name,
-    "ros": lambda interface: interface.name,
-    "arguments": lambda argument: (argument.name, argument.child),
-    "results": lambda result: (result.name, result.child),
+    **dict.fromkeys(("automata", "states", "transitions", "annotations"), attrgetter("id")),
+    **dict.fromkeys(("parameters", "inputs", "outputs", "events", "properties"), attrgetter("name")),
+    **dict.fromkeys(("interfaces", "ros"), attrgetter("name")),
+    "libraries": attrgetter("name.text"),
+    **dict.fromkeys(("arguments", "results"), attrgetter("name", "child")),
 }
 """The key by which elements are matched, for each field that holds some."""
 

@@ -9,6 +9,7 @@ from itertools import chain, count, islice
 from typing import Final, TypeVar
 
 from codegen.hfsm.document import Annotation, Automaton, State, Transition
+from codegen.hfsm.positions import on_circle
 
 from .nodes import coordinate
 
@@ -57,6 +58,19 @@ def with_default_handles(automaton: Automaton, ids: frozenset[int]) -> Automaton
     if tuple(transitions) == automaton.transitions:
         return automaton
     return replace(automaton, transitions=tuple(transitions))
+
+
+def spread(automaton: Automaton) -> Automaton:
+    """Return an automaton whose states are apart: on a circle, if all of them have the same position."""
+    count = len(automaton.states)
+    if count < 2 or len({(state.x, state.y) for state in automaton.states}) > 1:
+        return automaton
+    states = []
+    for number, state in enumerate(automaton.states, start=1):
+        x, y = on_circle(number, count)
+        states.append(replace(state, x=x, y=y))
+    apart = replace(automaton, states=tuple(states))
+    return with_default_handles(apart, frozenset(each.id for each in apart.transitions))
 
 
 def moved(

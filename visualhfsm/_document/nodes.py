@@ -154,6 +154,20 @@ def _only(items: Iterable[_NumberedT], id: int, what: Message) -> _NumberedT:
     return found[0]
 
 
+def require_own_content(automaton: Automaton, what: Message) -> None:
+    """Raise EditError, which begins with `what`, for an automaton whose content is imported."""
+    if automaton.imported is not None:
+        why = Message("its content comes from another file")
+        raise EditError(what, why, Message("change that file, or inline it first"))
+
+
+def require_room(document: Document, more: int, what: Message) -> None:
+    """Raise EditError, which begins with `what`, when a document cannot hold so many more automata."""
+    if len(document.automata) + more > MAX_AUTOMATA:
+        why = Message("the document would have more than {limit} automata", limit=MAX_AUTOMATA)
+        raise EditError(what, why, Message("move some to separate documents and import them"))
+
+
 def with_automaton(document: Document, id: int, change: Callable[[Automaton], Automaton]) -> Document:
     """Return a document with one automaton changed, the same object when nothing changes."""
     former = find_automaton(document, id)

@@ -14,7 +14,7 @@ from codegen.hfsm.source_map import SourceMap
 from codegen.messages import NO_MESSAGE, Message
 from codegen.source_rows import SourceRow
 from visualhfsm._document.imported_places import ImportedPlaces
-from visualhfsm._document.places import Locator, Place, spots, texts_at
+from visualhfsm._document.places import Locator, Place, texts_at, texts_in
 
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
 _STATE: Final = frozenset({"entry", "code", "exit", "argument"})
@@ -154,13 +154,13 @@ class Origins:
             kind = "state"
         elif row.part in _TRANSITION:
             kind = "transition"
-        for spot in spots(self._whole):
-            place = spot.place
+        for placed in texts_in(self._whole):
+            place = placed.place
             if (place.kind, place.automaton, place.id, place.part) != (kind, *row[4:], row.part):
                 continue
-            if spot.text is not None and 0 <= line - spot.line <= spot.text.count("\n"):
-                column = spot.column if line == spot.line else 1
-                return self._origin(Origin(place, line - spot.line + 1), line, column)
+            if placed.text is not None and 0 <= line - placed.line <= placed.text.count("\n"):
+                column = placed.column if line == placed.line else 1
+                return self._origin(Origin(place, line - placed.line + 1), line, column)
         return None
 
     def _library(self, file: str, line: int) -> Origin | None:

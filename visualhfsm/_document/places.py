@@ -81,7 +81,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
     child: int = 0
 
 
-class Spot(NamedTuple):
+class PlacedText(NamedTuple):
     """A place with its text, None for an element; line and column are 0 if unknown."""
 
     place: Place
@@ -90,7 +90,7 @@ class Spot(NamedTuple):
     column: int
 
 
-def spots(document: Document) -> Iterator[Spot]:
+def texts_in(document: Document) -> Iterator[PlacedText]:
     """Yield all elements and texts of a document; an element comes before its texts."""
     yield from _text(Place(kind="document", part="description"), document.description)
     yield from _text(Place(kind="document", part="onError"), document.on_error)
@@ -109,68 +109,68 @@ def spots(document: Document) -> Iterator[Spot]:
     yield from _list(document_place, "ros", document.ros, ("name", "target", "type", "qos", "stop"))
 
 
-def _automaton(automaton: Automaton) -> Iterator[Spot]:
+def _automaton(automaton: Automaton) -> Iterator[PlacedText]:
     place = Place(kind="automaton", automaton=automaton.id)
-    yield Spot(place, None, automaton.line, automaton.column)
+    yield PlacedText(place, None, automaton.line, automaton.column)
     for state in automaton.states:
         yield from _state(automaton, state)
     for transition in automaton.transitions:
         yield from _transition(automaton, transition)
     for annotation in automaton.annotations:
         at = Place(kind="annotation", automaton=automaton.id, id=annotation.id)
-        yield Spot(at, None, annotation.line, annotation.column)
+        yield PlacedText(at, None, annotation.line, annotation.column)
         yield from _text(_part(at, "text"), annotation.text)
     fields = ("name", "type", "default", "description")
     yield from _list(place, "inputs", automaton.inputs, fields)
     yield from _list(place, "outputs", automaton.outputs, fields)
     if (imported := automaton.imported) is not None:
-        yield Spot(_part(place, "import"), None, imported.line, imported.column)
+        yield PlacedText(_part(place, "import"), None, imported.line, imported.column)
         yield from _text(_part(place, "import"), imported.file)
     yield from _text(_part(place, "period"), automaton.iteration_time)
     yield from _text(_part(place, "variables"), automaton.variables)
     yield from _text(_part(place, "functions"), automaton.functions)
 
 
-def _state(automaton: Automaton, state: State) -> Iterator[Spot]:
+def _state(automaton: Automaton, state: State) -> Iterator[PlacedText]:
     place = Place(kind="state", automaton=automaton.id, id=state.id)
-    yield Spot(place, None, state.line, state.column)
-    yield Spot(_part(place, "name"), state.name, 0, 0)
+    yield PlacedText(place, None, state.line, state.column)
+    yield PlacedText(_part(place, "name"), state.name, 0, 0)
     yield from _text(_part(place, "entry"), state.entry)
     yield from _text(_part(place, "code"), state.code)
     yield from _text(_part(place, "exit"), state.exit)
     for argument in state.arguments:
         at = msgspec.structs.replace(place, part="argument", name=argument.name, child=argument.child)
-        yield Spot(at, None, argument.line, argument.column)
+        yield PlacedText(at, None, argument.line, argument.column)
         yield from _text(at, argument.value)
     for result in state.results:
         at = msgspec.structs.replace(place, part="result", name=result.name, child=result.child)
-        yield Spot(at, None, result.line, result.column)
+        yield PlacedText(at, None, result.line, result.column)
         yield from _text(at, result.variable)
 
 
-def _transition(automaton: Automaton, transition: Transition) -> Iterator[Spot]:
+def _transition(automaton: Automaton, transition: Transition) -> Iterator[PlacedText]:
     place = Place(kind="transition", automaton=automaton.id, id=transition.id)
-    yield Spot(place, None, transition.line, transition.column)
-    yield Spot(_part(place, "name"), transition.name, 0, 0)
+    yield PlacedText(place, None, transition.line, transition.column)
+    yield PlacedText(_part(place, "name"), transition.name, 0, 0)
     yield from _text(_part(place, "fired"), transition.code)
     yield from _text(_part(place, "trigger"), transition.trigger)
     yield from _text(_part(place, "guard"), transition.guard)
     yield from _text(_part(place, "priority"), transition.priority)
 
 
-def _list(place: Place, part: str, entries: Sequence[Node], fields: Sequence[str]) -> Iterator[Spot]:
+def _list(place: Place, part: str, entries: Sequence[Node], fields: Sequence[str]) -> Iterator[PlacedText]:
     for index, entry in enumerate(entries):
         at = msgspec.structs.replace(place, part=part, index=index)
-        yield Spot(at, None, entry.line, entry.column)
+        yield PlacedText(at, None, entry.line, entry.column)
         for field in fields:
             yield from _text(msgspec.structs.replace(at, name=field), getattr(entry, field))
 
 
-def _text(place: Place, text: Text | str | None) -> Iterator[Spot]:
+def _text(place: Place, text: Text | str | None) -> Iterator[PlacedText]:
     if isinstance(text, Text):
-        yield Spot(place, text.text, text.line, text.column)
+        yield PlacedText(place, text.text, text.line, text.column)
     else:
-        yield Spot(place, text or "", 0, 0)
+        yield PlacedText(place, text or "", 0, 0)
 
 
 def _part(place: Place, part: str) -> Place:
@@ -181,13 +181,13 @@ def texts_at(document: Document, place: Place) -> tuple[str, ...]:
     """Return the text at a place, or all texts of an element but its name; nothing where neither exists."""
     owner = place.kind, place.automaton, place.id
     return tuple(
-        spot.text
-        for spot in spots(document)
-        if spot.text is not None
+        placed.text
+        for placed in texts_in(document)
+        if placed.text is not None
         and (
-            spot.place == place
+            placed.place == place
             if place.part
-            else _owner_of(spot.place) == owner and spot.place.part != "name"
+            else _owner_of(placed.place) == owner and placed.place.part != "name"
         )
     )
 
@@ -209,13 +209,13 @@ class Locator:
 
     def __init__(self, document: Document) -> None:
         self._document = document
-        self._spots: list[Spot] = []
+        self._texts: list[PlacedText] = []
         self._starts: list[tuple[int, int]] = []
         found = sorted(_owned(document), key=lambda item: (item[0].line, item[0].column))
         self._owners: list[Place] = []
-        for spot, owner in found:
-            self._spots.append(spot)
-            self._starts.append((spot.line, spot.column))
+        for placed, owner in found:
+            self._texts.append(placed)
+            self._starts.append((placed.line, placed.column))
             self._owners.append(owner)
 
     def find(self, line: int, column: int) -> Located | None:
@@ -223,14 +223,14 @@ class Locator:
         index = bisect_right(self._starts, (line, column)) - 1
         if index < 0:
             return None
-        spot = self._spots[index]
-        if spot.text is None:
-            return Located(spot.place, 0, 0)
-        inside = line - spot.line
-        if inside > spot.text.count("\n"):
+        placed = self._texts[index]
+        if placed.text is None:
+            return Located(placed.place, 0, 0)
+        inside = line - placed.line
+        if inside > placed.text.count("\n"):
             # The position is behind this text, in something that has no place in the document.
             return Located(self._owners[index], 0, 0)
-        return Located(spot.place, inside + 1, column - spot.column + 1 if inside == 0 else column)
+        return Located(placed.place, inside + 1, column - placed.column + 1 if inside == 0 else column)
 
     def find_code(self, line: int, *, automaton: int = 0, state: int = 0) -> Located | None:
         """Return the piece of code at a line of the file, or None when there is none.
@@ -238,15 +238,15 @@ class Locator:
         Several pieces may share a line. Then the piece of the `automaton` and its `state`, or of a transition
         at that state, is preferred as far as these are known; among equals the first wins.
         """
-        found = [spot for spot in self._spots if _has_code(spot, line)]
+        found = [placed for placed in self._texts if _has_code(placed, line)]
         if not found:
             return None
         near = self._near(automaton, state) if len(found) > 1 else frozenset()
 
-        def likeness(spot: Spot) -> tuple[bool, ...]:
-            assert spot.text is not None
-            place = spot.place
-            written = spot.text.split("\n")[line - spot.line].strip()
+        def likeness(placed: PlacedText) -> tuple[bool, ...]:
+            assert placed.text is not None
+            place = placed.place
+            written = placed.text.split("\n")[line - placed.line].strip()
             return place.automaton == automaton, (place.kind, place.id) in near, bool(written)
 
         best = max(found, key=likeness)  # the first of those that are alike
@@ -298,22 +298,23 @@ class Locator:
         return frozenset((("state", state), *ends))
 
 
-def _has_code(spot: Spot, line: int) -> bool:
-    if spot.text is None or spot.place.part not in CODE or not spot.text:
+def _has_code(placed: PlacedText, line: int) -> bool:
+    if placed.text is None or placed.place.part not in CODE or not placed.text:
         return False
-    return spot.line <= line <= spot.line + spot.text.count("\n")
+    return placed.line <= line <= placed.line + placed.text.count("\n")
 
 
-def _owned(document: Document) -> Iterator[tuple[Spot, Place]]:
-    """Yield the spots that have a place in the file, each with the element that it belongs to."""
+def _owned(document: Document) -> Iterator[tuple[PlacedText, Place]]:
+    """Yield the texts_in that have a place in the file, each with the element that it belongs to."""
     element = Place(kind="document")
-    for spot in spots(document):
-        if spot.text is None:
-            element = spot.place
-        is_about_automaton = spot.place.kind == "automaton" and spot.place.part not in ("inputs", "outputs")
-        owner = Place(kind="automaton", automaton=spot.place.automaton) if is_about_automaton else element
-        if spot.line:
-            yield spot, owner
+    for placed in texts_in(document):
+        if placed.text is None:
+            element = placed.place
+        at = placed.place
+        is_about_automaton = at.kind == "automaton" and at.part not in ("inputs", "outputs")
+        owner = Place(kind="automaton", automaton=at.automaton) if is_about_automaton else element
+        if placed.line:
+            yield placed, owner
 
 
 class Hit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -347,7 +348,7 @@ def pattern_for(text: str, *, whole: bool) -> re.Pattern[str]:
 
 
 def _hits(document: Document, pattern: re.Pattern[str]) -> Iterator[Hit]:
-    for place, text, _, _ in spots(document):
+    for place, text, _, _ in texts_in(document):
         for found in pattern.finditer(text or ""):
             assert text is not None
             start = text.rfind("\n", 0, found.start()) + 1

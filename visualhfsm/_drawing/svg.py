@@ -11,11 +11,11 @@ from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm._base.errors import MissingError
+from visualhfsm._document.geometry import spread
 from visualhfsm._drawing.annotations import box_of, draw_annotations, occupied
 from visualhfsm._drawing.arcs import RADIUS, Box, arc, handles, place
 from visualhfsm._drawing.elements import element, pixels, written
 from visualhfsm._drawing.labels import place_labels
-from visualhfsm._drawing.placement import spread
 from visualhfsm._drawing.states import draw_state
 from visualhfsm._drawing.symbols import PAPER
 from visualhfsm._drawing.text import FAMILY

@@ -9,7 +9,7 @@ from typing import Any
 
 from visualhfsm._base.work import retrieve
 from visualhfsm._document.places import Place
-from visualhfsm.project._code_help.question import Wanted
+from visualhfsm.project._code_help.protocol import Wanted
 from visualhfsm.project._code_help.service import CodeHelp
 from visualhfsm.project._version import Version
 

@@ -17,7 +17,7 @@ from visualhfsm._base.work import complete
 from visualhfsm._processes.bodies import find_bodies
 from visualhfsm._processes.robots import find_worlds
 from visualhfsm.project._document import OpenDocument
-from visualhfsm.project._session.templates import find_templates
+from visualhfsm.project._editing.templates import find_templates
 
 from . import protocol as p
 from .tab import Tab

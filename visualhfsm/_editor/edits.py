@@ -13,7 +13,7 @@ from visualhfsm._document.commands import in_language
 from visualhfsm._document.commands.base import DUPLICATED
 from visualhfsm._document.commands.paste import PasteStates
 from visualhfsm.project._document import OpenDocument
-from visualhfsm.project._session.session import Change
+from visualhfsm.project._editing.edited_document import Change
 
 from . import protocol as p
 from .window import Window

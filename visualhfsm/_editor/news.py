@@ -21,7 +21,7 @@ from visualhfsm._monitor.messages import (
     Structure,
 )
 from visualhfsm._processes.test_results import TestsPush
-from visualhfsm.project._events import Checked, Event, FileChanged
+from visualhfsm.project._document import Checked, Event, FileChanged
 from visualhfsm.trials._messages import TrialsPush
 
 from .protocol import Outside, Problems

@@ -26,8 +26,8 @@ from visualhfsm._base.errors import MissingPackageError, VisualHfsmError, WouldO
 from visualhfsm._base.watched_process import describe_exit
 from visualhfsm._monitor.realm.description import describe
 from visualhfsm._processes.bodies import FOLDER
+from visualhfsm.project._editing.files import make_folder, read_file, write_file
 from visualhfsm.project._root import BODY_SUFFIX, Root
-from visualhfsm.project._session.files import make_folder, read_file, write_file
 from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.text import printable

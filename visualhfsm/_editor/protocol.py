@@ -22,7 +22,7 @@ from visualhfsm._document.commands.transitions import TransitionType
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import Problem
 from visualhfsm._monitor.messages import Push, tag
-from visualhfsm.project._session.shelf import ReadyState
+from visualhfsm.project._editing.shelf import ReadyState
 from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
 from zenoh_ice import typed
 

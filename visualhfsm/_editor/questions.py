@@ -20,8 +20,8 @@ from visualhfsm._document.serialization import parse_file
 from visualhfsm._document.views import view
 from visualhfsm._drawing.page import drawing_page
 from visualhfsm.project._document import OpenDocument
-from visualhfsm.project._session.files import read_file
-from visualhfsm.project._session.imports import imported_views
+from visualhfsm.project._editing.files import read_file
+from visualhfsm.project._editing.imports import imported_views
 
 from . import protocol as p
 from .tab import Tab

@@ -32,9 +32,9 @@ from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.languages import known_language, said
+from visualhfsm.project._editing.journal import journal_directory
 from visualhfsm.project._project import Project
 from visualhfsm.project._root import RECORDING_SUFFIX
-from visualhfsm.project._session.journal import journal_directory
 from zenoh_ice.application.cli import stop_on_signals
 
 from .assets import page_assets

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from visualhfsm._monitor.messages import Components
+from visualhfsm.project._editing.journal import Abandoned
 from visualhfsm.project._root import Root
-from visualhfsm.project._session.journal import Abandoned
 
 from .protocol import Recoverable, TabState, Workspace
 from .tab import Tab

@@ -11,7 +11,7 @@ from typing import Any
 
 from visualhfsm._processes.bodies import find_bodies
 from visualhfsm._processes.test_from_run import run_as_test
-from visualhfsm.project._titles import stem
+from visualhfsm.project._version import stem
 from visualhfsm.trials._messages import Choices
 from zenoh_ice import typed
 

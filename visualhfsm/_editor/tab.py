@@ -16,12 +16,11 @@ from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
 from visualhfsm._base.work import retrieve
 from visualhfsm._document.diff import differ
-from visualhfsm._document.places import spots, texts_at
+from visualhfsm._document.places import texts_at, texts_in
 from visualhfsm._document.problems import Problem
 from visualhfsm._monitor.messages import Failed, RecentLines, RunPush, Source
 from visualhfsm._processes.test_results import TestsPush, version_of
-from visualhfsm.project._document import OpenDocument
-from visualhfsm.project._events import Changed, Event
+from visualhfsm.project._document import Changed, Event, OpenDocument
 from visualhfsm.project._version import Version
 from visualhfsm.trials._messages import TrialsPush
 
@@ -113,7 +112,9 @@ class DatedTests(Dated[TestsPush]):
         if not report.code:
             return report
         wanted = {each.place for each in report.code}
-        versions = {place: version_of(text or "") for place, text, _, _ in spots(document) if place in wanted}
+        versions = {
+            place: version_of(text or "") for place, text, _, _ in texts_in(document) if place in wanted
+        }
         code = (each for each in report.code if versions.get(each.place) == each.version)
         return replace(report, code=tuple(code))
 

@@ -34,7 +34,7 @@ from visualhfsm._monitor.messages import (
     Stopper,
     Structure,
 )
-from visualhfsm.project._session import session as sessions
+from visualhfsm.project._editing import edited_document
 
 from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, Step, encode
 from .tab import Tab
@@ -205,7 +205,7 @@ class Window:
         )
 
 
-def _steps(steps: Iterable[sessions.Step]) -> tuple[Step, ...]:
+def _steps(steps: Iterable[edited_document.Step]) -> tuple[Step, ...]:
     return tuple(Step(name=each.name, revision=each.revision) for each in steps)
 
 

@@ -13,8 +13,8 @@ from typing import Final, Self
 from visualhfsm._editor.own_robots import OwnRobots
 from visualhfsm._monitor.messages import Components, Output, Robot
 from visualhfsm.project._document import OpenDocument
+from visualhfsm.project._editing.journal import Abandoned
 from visualhfsm.project._project import Project
-from visualhfsm.project._session.journal import Abandoned
 
 from .check_scheduler import CheckScheduler
 from .code_questions import CodeQuestions

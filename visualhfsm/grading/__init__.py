@@ -6,7 +6,7 @@ An exercise has a task, trials and criteria (`_exercise.py`); a document earns p
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from zenoh_ice.lazy import import_on_use
 
@@ -17,21 +17,10 @@ if TYPE_CHECKING:
     from ._exercise import Exercise as Exercise
     from ._exercise import read_exercise as read_exercise
     from ._grade import Grader as Grader
+    from ._judged_run import JudgedRun as JudgedRun
     from ._marks import Marks as Marks
-    from ._run import Run as Run
-    from ._session import Allowance as Allowance
+    from ._sandbox import Allowance as Allowance
     from ._walls import check_walls as check_walls
 
-_NAMES: Final = {
-    "._containment": "Containment",
-    "._errors": "GradingError SandboxUnavailable",
-    "._exercise": "Exercise read_exercise",
-    "._grade": "Grader",
-    "._marks": "Marks",
-    "._run": "Run",
-    "._session": "Allowance",
-    "._walls": "check_walls",
-}
-
 # The command line is read before any of them is needed.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__)

@@ -22,7 +22,7 @@ from ._exercise import Exercise
 from ._marks import Marks
 from ._page import write_page
 from ._submissions import Submission
-from ._worker import Answer, Task
+from ._worker import GradingResult, Task
 
 if TYPE_CHECKING:
     from zenoh_ice.application.cli import Stop
@@ -125,11 +125,11 @@ class _ProgramEnded(Exception):
         """How the program ended."""
 
 
-class _Processes(TaskProcesses[Answer]):
+class _Processes(TaskProcesses[GradingResult]):
     """A process for each thread, which lasts from submission to submission."""
 
     def __init__(self) -> None:
-        super().__init__(f"{__package__}._worker", Answer, "visualhfsm-grade-")
+        super().__init__(f"{__package__}._worker", GradingResult, "visualhfsm-grade-")
 
     def grade(self, exercise: Exercise, task: Task) -> Marks:
         """Return the marks of a submission, whatever its document does.
@@ -198,7 +198,7 @@ class _Processes(TaskProcesses[Answer]):
                 return
         write_page(page, exercise, marks)
 
-    def _ask(self, task: Task, patience: float) -> Answer:
+    def _ask(self, task: Task, patience: float) -> GradingResult:
         try:
             return self.ask(task, patience)
         except EndedError as error:

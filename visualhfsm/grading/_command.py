@@ -12,6 +12,7 @@ import typer
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.options import examples
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,15 +20,12 @@ if TYPE_CHECKING:
     from ._class import Graders
     from ._exercise import Exercise
 
-EPILOG: Final = """Examples:
-
-visualhfsm grade look handed-in
-
-visualhfsm grade exercises/mine handed-in --out marks --language es
-
-visualhfsm grade exercises/mine --check
-
-Exit codes: 0 done, 1 an error, or --check found something, 2 wrong usage, 130 Ctrl-C."""
+EPILOG: Final = examples(
+    "grade look handed-in",
+    "grade exercises/mine handed-in --out marks --language es",
+    "grade exercises/mine --check",
+    notes="Exit codes: 0 done, 1 an error, or --check found something, 2 wrong usage, 130 Ctrl-C.",
+)
 
 
 def grade(
@@ -160,9 +158,5 @@ def _graders(
 def _make(folder: Path) -> None:
     from ._errors import GradingError
 
-    try:
+    with GradingError.in_place_of(OSError, "{folder} cannot be made: {reason}", folder=str(folder)):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise GradingError.because(
-            "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
-        ) from error

@@ -39,7 +39,7 @@ from ._compile import LARGEST_COMPONENT, LIMIT, READY
 from ._contained_component import LARGEST_DOCUMENT, Shown, make_component, read_submission
 from ._errors import ComputerFailed, ComputerTooBusy, GradingError
 from ._requests import Requests
-from ._session import Allowance, ContainedError, Session, ended_by, why_not_begun
+from ._sandbox import Allowance, ContainedError, Sandbox, ended_by, why_not_begun
 from ._walls import Walls
 
 _COMPILE_LIMIT: Final = 600.0
@@ -188,21 +188,21 @@ class _Code:
         self._allowance: Final = allowance
         self._file: Final = file
         self._text: Final = text
-        self._session: Session | None = None
+        self._sandbox: Sandbox | None = None
         self._requests: Requests | None = None
         self._sizes: Final[dict[tuple[int, str], int]] = {}
         """Bytes of each variable that is shown."""
         self._size = 0
         """Bytes of all of them."""
         self._broken = ""
-        """What the session said at its end."""
+        """What the sandbox said at its end."""
         self._too_busy = False
         self.behavior: Behavior | None = None
 
     @property
     def broken(self) -> str:
         """Why the process cannot go on, or could not; empty while it can."""
-        return self._broken if self._session is None else self._session.broken
+        return self._broken if self._sandbox is None else self._sandbox.broken
 
     def require_computer(self) -> None:
         """Raise ComputerTooBusy if the process cannot go on because the computer had no time for it.
@@ -214,50 +214,50 @@ class _Code:
             why = getattr(behavior.robot.device, "blind", "")  # which simulated robots alone have
             if why:
                 raise ComputerFailed(why)
-        if self._too_busy if self._session is None else self._session.too_busy:
+        if self._too_busy if self._sandbox is None else self._sandbox.too_busy:
             raise ComputerTooBusy(Message.verbatim(self.broken))
 
     @property
     def runs(self) -> bool:
         """Whether there is a process."""
-        return self._session is not None
+        return self._sandbox is not None
 
     def begin(self, component: Component) -> None:
         """Start the process, and run the variables. Raises ContainedError."""
         assert self.behavior is not None
-        session = self._session = Session(self._walls, self._allowance)
-        requests = self._requests = Requests(self.behavior, session.ask)
-        session.serve = requests.serve
+        sandbox = self._sandbox = Sandbox(self._walls, self._allowance)
+        requests = self._requests = Requests(self.behavior, sandbox.ask)
+        sandbox.serve = requests.serve
         values: dict[str, Any] = parameter_values(component)
-        include, limits = self._walls.include, session.limits
+        include, limits = self._walls.include, sandbox.limits
         begin = Begin(requests.now, self._file, self._text, include, values, limits, self._shows)
-        session.ask(begin, Done, "its variables")
+        sandbox.ask(begin, Done, "its variables")
 
     def run(self, part: str, automaton: int, id: int, where: str, event: Event | None) -> bool:
         """Run a piece of code, and return what a condition is. Raises what the code raises."""
-        session, requests = self._session, self._requests
-        assert session is not None
+        sandbox, requests = self._sandbox, self._requests
+        assert sandbox is not None
         assert requests is not None
         if event is None:
             message = RunCode(requests.now, automaton, part, id)
         else:
             data = b"" if event.data is None else msgspec.json.encode(event.data)
             message = RunCode(requests.now, automaton, part, id, event.name, data)
-        done = session.ask(message, Done, where)
+        done = sandbox.ask(message, Done, where)
         if self._shows:
-            for name, value in session.values(done.variables, where).items():
+            for name, value in sandbox.values(done.variables, where).items():
                 self._show(automaton, name, value)
         return done.value
 
     def variables(self, automaton: int) -> dict[str, Any]:
         """Return the variables of an automaton, as the submission's process says."""
-        session, requests = self._session, self._requests
-        assert session is not None
+        sandbox, requests = self._sandbox, self._requests
+        assert sandbox is not None
         assert requests is not None
         where = "its variables"
-        answer = session.ask(ListVariables(requests.now, automaton), Variables, where)
+        answer = sandbox.ask(ListVariables(requests.now, automaton), Variables, where)
         return {
-            name: session.value(each, where) for name, each in session.values(answer.values, where).items()
+            name: sandbox.value(each, where) for name, each in sandbox.values(answer.values, where).items()
         }
 
     def _show(self, automaton: int, name: str, encoded: msgspec.Raw) -> None:
@@ -265,19 +265,19 @@ class _Code:
 
         A byte becomes up to 64 of them, as that of an empty dictionary.
         """
-        assert self._session is not None
+        assert self._sandbox is not None
         size = len(name) + len(encoded)
         total = self._size - self._sizes.get((automaton, name), 0) + size
         if total <= _MOST_SHOWN:
             self._size, self._sizes[automaton, name] = total, size
-            self.shown[automaton][name] = CellType(self._session.value(encoded, "its variables"))
+            self.shown[automaton][name] = CellType(self._sandbox.value(encoded, "its variables"))
 
     def close(self) -> None:
         """End the process."""
-        session, self._session = self._session, None
-        if session is not None:
-            self._broken, self._too_busy = session.broken, session.too_busy
-            session.close()
+        sandbox, self._sandbox = self._sandbox, None
+        if sandbox is not None:
+            self._broken, self._too_busy = sandbox.broken, sandbox.too_busy
+            sandbox.close()
         if self._requests is not None:
             self._requests.close()
 

@@ -16,7 +16,7 @@ from zenoh_ice.text import encodable, printable
 
 from ._errors import GradingError
 from ._exercise import Criterion, Exercise
-from ._run import Run
+from ._judged_run import JudgedRun
 from ._words import figure, say
 
 _SLACK: Final = 1e-9
@@ -41,7 +41,7 @@ class Verdict(Struct, frozen=True):
     """Whether its judge failed: a fault of the exercise."""
 
 
-def judge(run: Run, criterion: Criterion, exercise: Exercise, language: str) -> Verdict:
+def judge(run: JudgedRun, criterion: Criterion, exercise: Exercise, language: str) -> Verdict:
     """Return what a criterion says of a run at its end. Raises GradingError for a missing function."""
     if criterion.judge is not None:
         return _by_function(run, criterion.judge, exercise.folder, language)
@@ -49,7 +49,7 @@ def judge(run: Run, criterion: Criterion, exercise: Exercise, language: str) -> 
     return _by_state(run, criterion, criterion.state, exercise.events, language)
 
 
-def did(run: Run, language: str) -> str:
+def did(run: JudgedRun, language: str) -> str:
     """Return in which states a run was, and for how long: the first ones, in words."""
     current = run.current()
     if not current:
@@ -71,7 +71,7 @@ def _shown(state: str) -> str:
 
 
 def _by_state(
-    run: Run, criterion: Criterion, state: str, events: Mapping[str, Mapping[str, str]], language: str
+    run: JudgedRun, criterion: Criterion, state: str, events: Mapping[str, Mapping[str, str]], language: str
 ) -> Verdict:
     event = events[criterion.after][language] if criterion.after is not None else ""
     start = run.events[criterion.after] if criterion.after is not None else 0.0
@@ -90,7 +90,7 @@ def _by_state(
     return Verdict(1.0 if good else 0.0, words)
 
 
-def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdict:
+def _by_function(run: JudgedRun, reference: str, folder: Path, language: str) -> Verdict:
     try:
         found = typed.convert(call_function(reference, folder.resolve(), run), _Judged)
     except TrialsError as error:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
 from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm.simulation import DocumentInvalid
@@ -20,17 +22,19 @@ from zenoh_ice.text import encodable, printable
 from ._containment import Containment
 from ._criteria import Verdict, did, judge
 from ._errors import ComputerFailed, ComputerTooBusy, GradingError
+from ._exercise import SOLUTION, Exercise
+from ._judged_run import JudgedRun
 from ._marks import Earned, Marks
-from ._other import other_exercise
-from ._run import Run
 from ._words import say
 
 if TYPE_CHECKING:
     from visualhfsm.trials import Plan
 
-    from ._exercise import Criterion, Exercise
+    from ._exercise import Criterion
 
 _LONGEST_REASON: Final = 600
+_ENOUGH: Final = 2
+"""States of one name by which another exercise is recognized."""
 _DIGITS: Final = 3
 _ATTEMPTS: Final = 3
 """How often a trial is run for which the computer has no time, or no process."""
@@ -111,7 +115,7 @@ class Grader:
         return "; ".join([*found, worst.did] if worst.did else found)
 
     def record(self, marks: Marks, recording: Path) -> None:
-        """Run the worst trial again, and record it in a file. Raises VisualHfsmError."""
+        """JudgedRun the worst trial again, and record it in a file. Raises VisualHfsmError."""
         plan = self._plan(marks.worst_plan)
         with self._containment(shows_variables=True) as containment, quiet():
             run_trial(plan, marks.worst_number, recording, simulate=containment.simulate)
@@ -177,7 +181,7 @@ class Grader:
         )
 
 
-class _Judge(Run):
+class _Judge(JudgedRun):
     """The run of a trial, which is judged at its end."""
 
     def __init__(self, exercise: Exercise, plan: str, language: str) -> None:
@@ -200,3 +204,25 @@ class _Judge(Run):
             else None
             for each in self._exercise.criteria
         ]
+
+
+def other_exercise(exercise: Exercise, document: Path) -> str:
+    """Return the name of the exercise beside this one that a document is for; empty if it is of this one."""
+    own = _states(document)
+    if len(own) < _ENOUGH or own & _states(exercise.solution):
+        return ""
+    for solution in sorted(exercise.folder.parent.glob(f"*/{SOLUTION}")):
+        theirs = _states(solution)
+        if len(own & theirs) >= _ENOUGH and (own <= theirs or theirs <= own):
+            return solution.relative_to(exercise.folder.parent).parts[0]
+    return ""
+
+
+def _states(path: Path) -> set[str]:
+    """Return the names of all states of a document, none if it cannot be read."""
+    try:
+        document = read_document(path, Diagnostics())
+    except (OSError, ValueError, RecursionError):
+        return set()
+    found = document.automata if document is not None else ()
+    return {state.name.strip() for automaton in found for state in automaton.states}

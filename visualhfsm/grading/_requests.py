@@ -19,7 +19,7 @@ from zenoh_ice.interface import Operation
 from zenoh_ice.proxy import Call
 from zenoh_ice.transport import Arrived, Inlet, Parted, Target, encode_error
 
-from ._session import ContainedError
+from ._sandbox import ContainedError
 
 Ask = Callable[[Message, type[Any], str], Any]
 

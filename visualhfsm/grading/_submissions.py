@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from codegen.reasons import reason
 from zenoh_ice.text import encodable, printable
 
 from ._errors import GradingError
@@ -28,7 +27,7 @@ _LEFT_OUT: Final = frozenset({"__MACOSX", "Thumbs.db", "desktop.ini"})
 """What systems put into folders and archives, besides names that begin with a dot."""
 
 
-class SubmissionBroken(Exception):
+class UnreadableSubmission(Exception):
     """A submission has no document that could be read; the text says why."""
 
 
@@ -45,14 +44,9 @@ class Submission:
 
 def find_submissions(folder: Path) -> list[Submission]:
     """Return what was handed in, sorted by name. Raises GradingError when there is nothing."""
-    try:
-        found = [
-            each for each in folder.iterdir() if not each.name.startswith(".") and each.name not in _LEFT_OUT
-        ]
-    except OSError as error:
-        raise GradingError.because(
-            "{folder}: cannot be read: {reason}", folder=str(folder), reason=reason(error)
-        ) from error
+    with GradingError.in_place_of(OSError, "{folder}: cannot be read: {reason}", folder=str(folder)):
+        inside = [*folder.iterdir()]
+    found = [each for each in inside if not each.name.startswith(".") and each.name not in _LEFT_OUT]
     if not found:
         raise GradingError.because(
             "{folder}: there are no submissions: a document, or a folder, for each pupil", folder=str(folder)
@@ -73,12 +67,12 @@ def find_submissions(folder: Path) -> list[Submission]:
 def copy_submission(path: Path, folder: Path, name: str) -> Path:
     """Copy the documents of a submission into a folder; return the one to run, `NAME.xml`.
 
-    It is the only one, or has that name already. Raises SubmissionBroken.
+    It is the only one, or has that name already. Raises UnreadableSubmission.
     """
     try:
         documents = _documents(path, name)
     except OSError as error:
-        raise SubmissionBroken(f"it cannot be read: {error.strerror}") from error
+        raise UnreadableSubmission(f"it cannot be read: {error.strerror}") from error
     for document in documents:
         target = f"{name}{_SUFFIX}" if document == documents[0] else document.name
         (folder / target).write_bytes(_content(document))
@@ -88,21 +82,23 @@ def copy_submission(path: Path, folder: Path, name: str) -> Path:
 def _documents(path: Path, name: str) -> list[Path]:
     """Return the documents of a submission, the one to run first."""
     if path.is_symlink():
-        raise SubmissionBroken("it is a link: hand in the document itself")
+        raise UnreadableSubmission("it is a link: hand in the document itself")
     if not path.is_dir():
         if path.suffix.lower() != _SUFFIX:
-            raise SubmissionBroken(f"it is no document: hand in a file that ends in {_SUFFIX}")
+            raise UnreadableSubmission(f"it is no document: hand in a file that ends in {_SUFFIX}")
         return [path]
     documents = sorted(each for each in path.iterdir() if each.suffix.lower() == _SUFFIX)
     if not documents:
-        raise SubmissionBroken(f"the folder has no document: hand in a file that ends in {_SUFFIX}")
+        raise UnreadableSubmission(f"the folder has no document: hand in a file that ends in {_SUFFIX}")
     if len(documents) > _MOST_FILES:
-        raise SubmissionBroken(f"the folder has {len(documents)} documents: at most {_MOST_FILES} are read")
+        raise UnreadableSubmission(
+            f"the folder has {len(documents)} documents: at most {_MOST_FILES} are read"
+        )
     main = path / f"{name}{_SUFFIX}"
     if main in documents:
         return [main, *(each for each in documents if each != main)]
     if len(documents) > 1:
-        raise SubmissionBroken(f"the folder has {len(documents)} documents, and none is {main.name}")
+        raise UnreadableSubmission(f"the folder has {len(documents)} documents, and none is {main.name}")
     return documents
 
 
@@ -112,12 +108,12 @@ def _content(path: Path) -> bytes:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         with open(descriptor, "rb") as file:  # noqa: PTH123 - a path would follow links
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                raise SubmissionBroken("it is no regular file: hand in the document itself")
+                raise UnreadableSubmission("it is no regular file: hand in the document itself")
             content = file.read(_LARGEST_DOCUMENT + 1)
     except OSError as error:
-        raise SubmissionBroken(f"it cannot be read: {error.strerror}") from error
+        raise UnreadableSubmission(f"it cannot be read: {error.strerror}") from error
     if len(content) > _LARGEST_DOCUMENT:
-        raise SubmissionBroken(f"it is larger than {_LARGEST_DOCUMENT >> 20} MB")
+        raise UnreadableSubmission(f"it is larger than {_LARGEST_DOCUMENT >> 20} MB")
     return content
 
 

@@ -9,6 +9,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from visualhfsm.trials._terminal import bar
+
 from ._words import figure, say
 
 if TYPE_CHECKING:
@@ -23,7 +25,7 @@ def show(console: Console, exercise: Exercise, language: str, marks: Sequence[Ma
     table = _table(f"{exercise.title[language]}", "", "", "", say(language, "happened"))
     for each in marks:
         points = Text(f"{figure(language, each.points)}", "bold")
-        table.add_row(Text(each.name), points, _bar(each), Text(each.summary))
+        table.add_row(Text(each.name), points, bar(each.points / each.of, _BAR), Text(each.summary))
     console.print(table)
     if not any(each.points for each in marks):
         console.print(
@@ -61,8 +63,3 @@ def _table(title: str, *columns: str) -> Table:
             name, justify="right" if inner else "left", header_style="dim", overflow="fold", no_wrap=inner
         )
     return table
-
-
-def _bar(marks: Marks) -> Text:
-    full = round(marks.points / marks.of * _BAR)
-    return Text.assemble(("█" * full, "green"), ("░" * (_BAR - full), "red"))

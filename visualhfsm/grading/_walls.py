@@ -14,8 +14,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from codegen.reasons import reason
-
 from ._errors import SandboxUnavailable
 from ._seccomp import make_filter
 
@@ -185,7 +183,9 @@ def _is_site(place: Path) -> bool:
 @lru_cache
 def _probe(command: tuple[str, ...]) -> None:
     """Raise SandboxUnavailable if bubblewrap cannot run a command here."""
-    try:
+    with SandboxUnavailable.in_place_of(
+        (OSError, subprocess.TimeoutExpired), "bubblewrap does not run: {reason}"
+    ):
         found = subprocess.run(
             [*command[:-1], "--", command[-1], "-S", "-c", "pass"],
             stdin=subprocess.DEVNULL,
@@ -194,8 +194,6 @@ def _probe(command: tuple[str, ...]) -> None:
             timeout=_PROBE_LIMIT,
             check=False,
         )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise SandboxUnavailable.because("bubblewrap does not run: {reason}", reason=reason(error)) from error
     if found.returncode:
         said = " ".join(found.stderr.split())[:300] or f"exit code {found.returncode}"
         raise SandboxUnavailable.because(

@@ -6,18 +6,15 @@ so that a document that ends the reader costs its own marks and nothing else.
 
 from __future__ import annotations
 
-import base64
-import pickle
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 import msgspec
 
 from codegen.reasons import reason
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
-from visualhfsm._base.line_process import answer_lines
+from visualhfsm._base.task_processes import answer_tasks
 from visualhfsm.trials import TrialsError
 
 from ._errors import ComputerFailed, ComputerTooBusy, GradingError, SandboxUnavailable
@@ -25,10 +22,7 @@ from ._exercise import Exercise, read_exercise
 from ._grade import Grader
 from ._marks import Marks
 from ._page import write_page
-from ._submissions import SubmissionBroken, copy_submission
-
-_MOST_MEMORY: Final = 1 << 40
-"""Limit of the address space in bytes, of which a simulation takes much and uses little."""
+from ._submissions import UnreadableSubmission, copy_submission
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +39,7 @@ class Task:
     """Those of the page."""
 
 
-class Answer(msgspec.Struct, frozen=True):
+class GradingResult(msgspec.Struct, frozen=True):
     """The marks, or what is wrong with the exercise or this computer."""
 
     marks: Marks | None = None
@@ -57,41 +51,39 @@ class _Worker:
         self._path: Path | None = None
         self._exercise: Exercise
 
-    def answer(self, line: bytes) -> bytes:
+    def answer(self, task: Task) -> GradingResult:
         """Return the answer to a task."""
-        task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
         try:
             if task.exercise != self._path:
                 self._exercise = read_exercise(task.exercise)
                 self._path = task.exercise
             with tempfile.TemporaryDirectory(prefix="visualhfsm-grade-") as folder:
-                answer = self._grade(task, Path(folder))
+                return self._grade(task, Path(folder))
         except (GradingError, MissingPackageError, SandboxUnavailable, TrialsError) as error:
-            answer = Answer(refused=str(error))
+            return GradingResult(refused=str(error))
         except OSError as error:  # of its folders and processes: what is handed in is read with care
-            answer = Answer(refused=str(ComputerFailed(str(reason(error)))))
+            return GradingResult(refused=str(ComputerFailed(str(reason(error)))))
         except ImportError as error:  # the code of submissions is imported elsewhere
-            answer = Answer(
+            return GradingResult(
                 refused=f"{error}: install it with: pip install 'visualhfsm[sim,trials,vision,web]'"
             )
-        return msgspec.json.encode(answer)
 
-    def _grade(self, task: Task, folder: Path) -> Answer:
+    def _grade(self, task: Task, folder: Path) -> GradingResult:
         exercise = self._exercise
         documents = folder / "submission"
         documents.mkdir()
         try:
             document = copy_submission(task.submission, documents, exercise.name)
-        except SubmissionBroken as error:
+        except UnreadableSubmission as error:
             language = exercise.language(task.language)
-            return Answer(Marks.broken(exercise, task.name, language, str(error)))
+            return GradingResult(Marks.broken(exercise, task.name, language, str(error)))
         grader = Grader(exercise, document, task.language, unsafe=task.unsafe)
         if task.page is None or task.marks is None:
             try:
-                return Answer(grader.grade(task.name))
+                return GradingResult(grader.grade(task.name))
             except ComputerTooBusy as error:
                 language = exercise.language(task.language)
-                return Answer(Marks.broken(exercise, task.name, language, f"grade it again: {error}"))
+                return GradingResult(Marks.broken(exercise, task.name, language, f"grade it again: {error}"))
         recording = folder / "worst.mcap"
         try:
             grader.record(task.marks, recording)
@@ -100,8 +92,8 @@ class _Worker:
             raise
         except VisualHfsmError:  # a run that is too long, or that has no state
             write_page(task.page, exercise, task.marks)
-        return Answer(task.marks)
+        return GradingResult(task.marks)
 
 
 if __name__ == "__main__":
-    answer_lines(_Worker().answer, _MOST_MEMORY)
+    answer_tasks(_Worker().answer)

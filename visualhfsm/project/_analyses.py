@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, resolve
@@ -15,60 +14,55 @@ from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, MissingError, VisualHfsmError
 from visualhfsm._document.generate import generate_component, summary
 from visualhfsm._document.imported_places import ImportedPlaces
-from visualhfsm._document.places import Place, spots
-from visualhfsm._document.problems import UNTITLED, Findings, Proof
+from visualhfsm._document.places import Place, texts_in
+from visualhfsm._document.problems import UNTITLED, Findings, Problem, Proof
 from visualhfsm._document.serialization import parse_file, written
-from visualhfsm.project._check_process import CheckProcess
-from visualhfsm.project._code_help.question import Wanted
-from visualhfsm.project._code_help.service import CodeHelp
-from visualhfsm.project._session.files import read_file
+from visualhfsm.project._code_help.protocol import Completions, Explanation, Signature, Wanted
+from visualhfsm.project._editing.files import read_file
+from zenoh_ice import typed
 
-from ._root import Root
 from ._version import Version
 
 if TYPE_CHECKING:
+    from visualhfsm.simulation import RobotKind
     from visualhfsm.simulation._behavior import Behavior
 
-
-class Tools(Protocol):
-    """What analyses need of the project."""
-
-    @property
-    def root(self) -> Root:
-        """The folder of the project."""
-
-    @property
-    def include(self) -> Sequence[Path]:
-        """Directories with packages of interfaces."""
-
-    @property
-    def checks(self) -> CheckProcess:
-        """The process that checks documents."""
-
-    @property
-    def code_help(self) -> CodeHelp:
-        """The processes that read code."""
+    from ._project import Project
 
 
 class Analyses:
-    """The analyses of one document, in any version; thread-safe. Errors are VisualHfsmError.
+    """The part of `OpenDocument` that changes nothing: it works on the version that was there when called."""
 
-    `checked` is called with a version that was checked.
-    """
-
-    def __init__(self, tools: Tools, checked: Callable[[Version, Findings], None]) -> None:
-        self._tools = tools
-        self._checked = checked
+    def __init__(self, project: Project) -> None:
+        self._project = project
         self._check_lock = threading.RLock()
         self._kept: tuple[Version, Findings] | None = None
 
-    def check(self, version: Version, *, again: bool = False) -> Findings:
-        """Return what was found in the last checked version if it is this one, or else check this one."""
-        tools = self._tools
+    @property
+    def version(self) -> Version:
+        """The document at this moment."""
+        raise NotImplementedError
+
+    def _checked(self, version: Version, findings: Findings) -> None:
+        """Notify the listeners of a version that was checked."""
+        raise NotImplementedError
+
+    # -- checks --------------------------------------------------------------------------------------------
+
+    def check(self, *, again: bool = False) -> Findings:
+        """Return all that checks and the model checker find in the document, in another process.
+
+        It is computed once for each version: `again` is for other files that have changed, such as imported
+        ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
+        """
+        return self._check(self.version, again=again)
+
+    def _check(self, version: Version, *, again: bool = False) -> Findings:
+        project = self._project
         with self._check_lock:
             kept = self._kept
             if again or kept is None or not _same(kept[0], version):
-                findings = tools.checks.check(version.document, version.path, tools.include)
+                findings = project.checks.check(version.document, version.path, project.include)
             else:
                 findings = kept[1]
                 if kept[0].revision == version.revision:
@@ -77,14 +71,23 @@ class Analyses:
         self._checked(version, findings)
         return findings
 
-    def imports(self, version: Version) -> ImportedPlaces:
+    def imports(self) -> ImportedPlaces:
         """Return the places of the files that the document imports, read now."""
-        path = version.path or self._tools.root.directory / UNTITLED
-        return ImportedPlaces(version.document, path, self._tools.include)
+        version, project = self.version, self._project
+        path = version.path or project.root.directory / UNTITLED
+        return ImportedPlaces(version.document, path, project.include)
 
-    def prove(self, version: Version) -> list[Proof]:
-        """Return the verdict on each property; raises EditError when the model checker did not run."""
-        findings = self.check(version)
+    def problems(self) -> list[Problem]:
+        """Return what is wrong, doubtful or worth knowing, errors first; see `check`."""
+        return [*self.check().problems]
+
+    def prove(self) -> list[Proof]:
+        """Return the verdict on each property of the document, in their order; see `check`.
+
+        Raises EditError when the document has errors, or the model checker takes too long.
+        """
+        version = self.version
+        findings = self._check(version)
         if findings.proofs is None:
             what = Message("Cannot prove the properties of {version}", version=version.title)
             if not findings.problems:  # nothing was drawn yet, which is no problem
@@ -96,52 +99,83 @@ class Analyses:
             )
         return [*findings.proofs]
 
-    def help_with_code(
-        self, wanted: Wanted, version: Version, place: Place, code: str | None, position: tuple[int, int]
-    ) -> Any:  # noqa: ANN401 - what `CodeHelp.ask` returns
-        """Ask about the code at a place, by default that of the version, at a line and a column."""
-        if code is None:
-            code = next((spot.text for spot in spots(version.document) if spot.place == place), None)
-        line, column = position
-        return self._tools.code_help.ask(
-            wanted, version.document, version.path, place, code or "", line=line, column=column
-        )
+    # -- code ----------------------------------------------------------------------------------------------
 
-    def generate(self, version: Version, directory: Path | None) -> Path:
-        """Write the component beside the document, or into a directory, and return its file."""
+    def complete(
+        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
+    ) -> Completions:
+        """Return completions of the code at a place, best first; `line` counts from 1, `column` from 0.
+
+        `code` is the code as it is being typed, by default that of the document. It is read in another
+        process, and never run.
+        """
+        found = self._help_with_code("complete", place, code, line, column)
+        return Completions(0, []) if found is None else typed.convert(found, Completions)
+
+    def explain(
+        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
+    ) -> Explanation | None:
+        """Return what the name at a position of the code stands for; see `complete`."""
+        return typed.convert(self._help_with_code("explain", place, code, line, column), Explanation | None)
+
+    def signature(
+        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
+    ) -> Signature | None:
+        """Return the parameters of the call around a position of the code; see `complete`."""
+        return typed.convert(self._help_with_code("signature", place, code, line, column), Signature | None)
+
+    def _help_with_code(self, wanted: Wanted, place: Place, code: str | None, line: int, column: int) -> Any:  # noqa: ANN401 - what `CodeHelp.ask` returns
+        version = self.version
+        if code is None:
+            code = next((placed.text for placed in texts_in(version.document) if placed.place == place), None)
+        ask = self._project.code_help.ask
+        return ask(wanted, version.document, version.path, place, code or "", line=line, column=column)
+
+    def generate(self, directory: str | Path | None = None) -> Path:
+        """Write the component of the document as it is now, with unsaved changes, and return its file.
+
+        It is written beside the document, or into a directory. Raises VisualHfsmError, which names the first
+        error and counts the others.
+        """
+        version = self.version
         if version.path is None and directory is None:
             hint = Message("save it first, or name a directory")
             raise EditError(
                 Message("Cannot generate the component"), Message("the document has no file yet"), hint
             )
+        output = None if directory is None else Path(directory)
         diagnostics = Diagnostics()
         file, content = self._source(version)
-        include = self._tools.include
-        found = generate_component(file, directory, diagnostics, include, document=content)
+        found = generate_component(file, output, diagnostics, self._project.include, document=content)
         if found is None:
             raise VisualHfsmError(summary(diagnostics))
         return found
 
-    def simulate(self, version: Version, **options: Any) -> Behavior:  # noqa: ANN401 - of Behavior
-        """Return a run of the component in virtual time."""
+    def simulate(self, robot: RobotKind | None = None, **options: Any) -> Behavior:  # noqa: ANN401 - of Behavior
+        """Return a run of the component in virtual time, in this process, with a robot or without one.
+
+        `robot` is `fake` or `sim`; the options are those of `visualhfsm.simulation.simulate`. Close it at the
+        end, or use a `with` block. This runs the code of the document.
+        """
         # Only who simulates waits for the runtime and the robots.
         from visualhfsm.simulation._behavior import simulate
         from visualhfsm.simulation._loading import DocumentInvalid
 
-        file, content = self._source(version)
+        file, content = self._source(self.version)
         try:
-            return simulate(file, content=content, include=self._tools.include, **options)
+            return simulate(file, content=content, include=self._project.include, robot=robot, **options)
         except DocumentInvalid as error:
             raise VisualHfsmError(reason(error)) from error
 
-    def svg(self, version: Version, automaton: int | None) -> str:
-        """Return a picture of an automaton, by default of the root; imported ones are drawn, too."""
+    def svg(self, automaton: int | None = None) -> str:
+        """Return a picture of an automaton, by default of the root, as SVG; imported ones are drawn, too."""
         # Only who draws waits for what places labels and arcs.
         from visualhfsm._drawing.svg import svg
 
+        version = self.version
         document = version.document
         if version.path is not None:
-            document = resolve(document, version.path, Diagnostics(), self._tools.include)
+            document = resolve(document, version.path, Diagnostics(), self._project.include)
         if automaton is None:
             root = document.root
             if root is None:
@@ -149,12 +183,16 @@ class Analyses:
             automaton = root.id
         return svg(document, automaton, component=version.component)
 
+    def _repr_svg_(self) -> str:
+        """Show the root in a notebook."""
+        return self.svg()
+
     def _source(self, version: Version) -> tuple[Path, Document | None]:
         """Return the file of a version, and its content if the file does not hold it.
 
         The content has the places that it has when it is written.
         """
-        file = version.path or self._tools.root.directory / f"{version.component}.xml"
+        file = version.path or self._project.root.directory / f"{version.component}.xml"
         if _holds(file, version.document):
             return file, None
         diagnostics = Diagnostics()

@@ -1,71 +1,131 @@
-"""An open document: changed by commands, and checked, completed, generated, proved, simulated and drawn."""
+"""An open document, which commands change, and the events that notify others of it."""
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import replace
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Final, Literal
 
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Text
 from codegen.hfsm.document import Shelf as ShelfEntry
-from codegen.messages import Message
+from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, UnsavedError
 from visualhfsm._base.languages import ENGLISH
 from visualhfsm._document.commands import Command, decode_command
 from visualhfsm._document.commands.paste import AddReadyState
 from visualhfsm._document.commands.transitions import TransitionType
-from visualhfsm._document.imported_places import ImportedPlaces
-from visualhfsm._document.places import Place
-from visualhfsm._document.problems import Findings, Problem, Proof
+from visualhfsm._document.problems import Findings
 from visualhfsm._document.serialization import copy_states, written
-from visualhfsm.project._code_help.answers import Completions, Explanation, Signature
-from visualhfsm.project._session import imports
-from visualhfsm.project._session.files import write_file
-from visualhfsm.project._session.session import Change, Choice, DocumentSession, Resolution
-from visualhfsm.project._session.shelf import FOLDER as SHELF
-from visualhfsm.project._session.shelving import shelf_document, shelf_file
-from zenoh_ice import typed
+from visualhfsm.project._editing import imports
+from visualhfsm.project._editing.edited_document import Change, Choice, EditedDocument, Resolution
+from visualhfsm.project._editing.files import write_file
+from visualhfsm.project._editing.shelf import FOLDER as SHELF
+from visualhfsm.project._editing.shelving import shelf_document, shelf_file
 
-from ._analyses import Analyses, Tools
-from ._events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
+from ._analyses import Analyses
 from ._version import FileState, Version
 
 if TYPE_CHECKING:
-    from visualhfsm.simulation import RobotKind
-    from visualhfsm.simulation._behavior import Behavior
+    from ._project import Project
+
+_logger = logging.getLogger(__name__)
 
 
-class Owner(Tools, Protocol):
-    """What an open document needs of its project."""
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """A document was opened."""
+
+    document: OpenDocument
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """A document has another version: it was changed, saved, or its file was."""
+
+    document: OpenDocument
+    version: Version
+
+
+@dataclass(frozen=True, slots=True)
+class FileChanged:
+    """Another program has changed the file of a document.
+
+    `reloaded`: the document had no unsaved changes, and is now as the file, which can be undone. `changed`
+    and `deleted`: somebody has to choose how to `resolve` it; `message` says why the file cannot be read.
+    `same`: the file is again as it was.
+    """
+
+    document: OpenDocument
+    state: Literal["reloaded", "changed", "deleted", "same"]
+    message: Message = NO_MESSAGE
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """A version of a document was checked."""
+
+    document: OpenDocument
+    version: Version
+    findings: Findings
+
+
+@dataclass(frozen=True, slots=True)
+class Closed:
+    """A document was closed."""
+
+    document: OpenDocument
+
+
+Event = Opened | Changed | FileChanged | Checked | Closed
+
+Listener = Callable[[Event], None]
+"""Called in the thread that made the change, one event of a document at a time and in their order.
+
+The document is locked meanwhile: a listener returns soon, changes no document, and waits for no other thread
+that uses one. What it raises is logged.
+"""
+
+
+class Listeners:
+    """The listeners of a document or a project; thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._listeners: dict[int, Listener] = {}
+        self._numbers = count()
+
+    def subscribe(self, listener: Listener) -> Callable[[], None]:
+        """Notify a listener of every event from now on; return the function that ends this."""
+        with self._lock:
+            number = next(self._numbers)
+            self._listeners[number] = listener
+
+        def unsubscribe() -> None:
+            with self._lock:
+                self._listeners.pop(number, None)
+
+        return unsubscribe
 
     def notify(self, event: Event) -> None:
-        """Notify the listeners of the project of an event."""
-
-    def saving(
-        self, document: OpenDocument, path: str | Path, *, overwrite: bool
-    ) -> AbstractContextManager[Path]:
-        """Return the file below the root to which a document is saved; nobody opens it meanwhile.
-
-        Raises VisualHfsmError when it may not be saved there.
-        """
-
-    def file(self, path: str | Path) -> Path:
-        """Return the path of a document below the root. Raises ForbiddenPathError."""
-
-    def ready_state(self, id: str) -> tuple[str, str]:
-        """Return the title and the text of the document of a ready state."""
-
-    def forget(self, document: OpenDocument) -> None:
-        """Forget a document that is closed."""
+        """Notify all listeners of an event."""
+        with self._lock:
+            listeners = [*self._listeners.values()]
+        for listener in listeners:
+            try:
+                listener(event)
+            except Exception:  # what a listener does wrong must not undo the change
+                _logger.exception("a listener failed with the event %s", type(event).__name__)
 
 
-class OpenDocument:
+class OpenDocument(Analyses):
     """An open document of a project, which opens and makes them. Errors are VisualHfsmError.
 
     Any thread may call any method: changes happen one after the other, and `version` is the state between
@@ -74,20 +134,19 @@ class OpenDocument:
     """
 
     def __init__(
-        self, session: DocumentSession, owner: Owner, remarks: Sequence[Message] | None = None
+        self, edited: EditedDocument, project: Project, remarks: Sequence[Message] | None = None
     ) -> None:
+        super().__init__(project)
         self.remarks: Final = remarks
         """What of a foreign file has no equivalent here; None for a file of ours."""
-        self._session = session
-        self._owner = owner
+        self._edited = edited
         self._listeners = Listeners()
         self._lock = threading.RLock()
         self._depth = 0
         self._notifying = False
         self._file: FileState = "same"
         self._closed = False
-        self._version = Version.of(session, self._file)
-        self._analyses = Analyses(owner, self._checked)
+        self._version = Version.of(edited, self._file)
 
     # -- state ---------------------------------------------------------------------------------------------
 
@@ -108,18 +167,18 @@ class OpenDocument:
 
     def has(self, file: Path) -> bool:
         """Return whether this is the document of a file, also one to which it is just being saved."""
-        return self._session.path == file
+        return self._edited.path == file
 
     @property
     def saved(self) -> Document | None:
         """The document as it was read or saved last, None if it never was."""
         with self._lock:
-            return self._session.saved_document
+            return self._edited.saved_document
 
     def text(self) -> str:
         """Return the document as its file would hold it."""
         with self._lock:
-            return self._session.text()
+            return self._edited.text()
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Notify a listener of what happens to this document; return the function that ends this."""
@@ -160,7 +219,7 @@ class OpenDocument:
         if isinstance(commands, Command):
             command = _validated(commands)
             with self.together():
-                return self._session.do(command, base, by)
+                return self._edited.do(command, base, by)
         several = [_validated(each) for each in commands]
         if not several or base is not None:
             why = (
@@ -170,25 +229,25 @@ class OpenDocument:
             )
             raise EditError(Message("Cannot change the document"), why, Message("pass one command"))
         with self.together():
-            before = self._session.document
-            self._session.require_all(several)
-            changes = [self._session.do(command, by=by) for command in several]
+            before = self._edited.document
+            self._edited.require_all(several)
+            changes = [self._edited.do(command, by=by) for command in several]
             return replace(changes[-1], before=before)
 
     def undo(self) -> Change:
         """Undo the last step."""
         with self.together():
-            return self._session.undo()
+            return self._edited.undo()
 
     def redo(self) -> Change:
         """Do the step again that was undone last."""
         with self.together():
-            return self._session.redo()
+            return self._edited.redo()
 
     def go_to(self, revision: int) -> Change:
         """Undo or redo until the document is the one that was made at a revision."""
         with self.together():
-            return self._session.go_to(revision)
+            return self._edited.go_to(revision)
 
     def copy(self, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()) -> str:
         """Return states, with the transitions among them and all below, as text for `PasteStates`."""
@@ -199,20 +258,20 @@ class OpenDocument:
     ) -> tuple[str, Change]:
         """Copy states and annotations, and delete them."""
         with self.together():
-            return self._session.cut(automaton, tuple(states), tuple(annotations))
+            return self._edited.cut(automaton, tuple(states), tuple(annotations))
 
     def extract(self, automaton: int, path: str | Path) -> Change:
         """Move an automaton with all below it to a new file beside this one, and import it from there."""
-        file = self._owner.file(path)
+        file = self._project.file(path)
         with self.together():
-            session = self._session
-            return session.do(imports.extract(session.document, automaton, session.path, file))
+            edited = self._edited
+            return edited.do(imports.extract(edited.document, automaton, edited.path, file))
 
     def inline(self, automaton: int) -> Change:
         """Copy the content of an imported automaton into the document."""
         with self.together():
-            session = self._session
-            return session.do(imports.inline(session.document, automaton, session.path))
+            edited = self._edited
+            return edited.do(imports.inline(edited.document, automaton, edited.path))
 
     def add_ready_state(
         self,
@@ -231,7 +290,7 @@ class OpenDocument:
         It is called `name`, by default as it is on the shelf. With `origin`, a transition of the type
         `trigger` leads to it from there, with a name in a language such as `es`.
         """
-        title, content = self._owner.ready_state(id)
+        title, content = self._project.ready_state(id)
         wanted = name or title
         command = AddReadyState(
             automaton=automaton,
@@ -268,7 +327,7 @@ class OpenDocument:
         made = shelf_document(
             self._version.document, self.path, automaton, states, entry=entry, description=description
         )
-        with self._owner.saving(self, f"{SHELF}/{name}", overwrite=False) as target:
+        with self._project.saving(self, f"{SHELF}/{name}", overwrite=False) as target:
             write_file(target, written(made).encode())
             return target
 
@@ -282,18 +341,18 @@ class OpenDocument:
         """
         with self.together():
             if path is None:
-                if self._session.path is not None:
-                    self._owner.file(self._session.path)  # by now it may be a link that leads out
-                saved = self._session.save(overwrite=overwrite)
+                if self._edited.path is not None:
+                    self._project.file(self._edited.path)  # by now it may be a link that leads out
+                saved = self._edited.save(overwrite=overwrite)
             else:
-                with self._owner.saving(self, path, overwrite=overwrite) as target:
-                    saved = self._session.save(target, overwrite=overwrite)
+                with self._project.saving(self, path, overwrite=overwrite) as target:
+                    saved = self._edited.save(target, overwrite=overwrite)
             self._file = "same"
             return saved
 
     def save_copy(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the document to another file, which does not become its own; return its path."""
-        with self._owner.saving(self, path, overwrite=overwrite) as target:
+        with self._project.saving(self, path, overwrite=overwrite) as target:
             write_file(target, self.text().encode())
             return target
 
@@ -319,7 +378,7 @@ class OpenDocument:
                 Message("{choice} is none of {choice2}", choice=choice, choice2=", ".join(Choice)),
             )
         with self.together():
-            resolution = self._session.resolve(Choice(choice))
+            resolution = self._edited.resolve(Choice(choice))
             self._file = "same"
             return resolution
 
@@ -328,115 +387,39 @@ class OpenDocument:
         with self._lock:
             if self._closed:
                 return
-            if self._session.is_unsaved and not discard:
+            if self._edited.is_unsaved and not discard:
                 raise UnsavedError.because(
                     "{version} has changes that are not saved", version=self._version.title
                 )
-            self._session.close(discard=discard)
+            self._edited.close(discard=discard)
             self._end()
 
     def abandon(self) -> None:
         """Close the document, and keep its unsaved changes, so that they can be recovered."""
         with self._lock:
             if not self._closed:
-                self._session.abandon()
+                self._edited.abandon()
                 self._end()
-
-    # -- checks --------------------------------------------------------------------------------------------
-
-    def check(self, *, again: bool = False) -> Findings:
-        """Return all that checks and the model checker find in the document, in another process.
-
-        It is computed once for each version: `again` is for other files that have changed, such as imported
-        ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
-        """
-        return self._analyses.check(self._version, again=again)
-
-    def imports(self) -> ImportedPlaces:
-        """Return the places of the files that the document imports, read now."""
-        return self._analyses.imports(self._version)
-
-    def problems(self) -> list[Problem]:
-        """Return what is wrong, doubtful or worth knowing, errors first; see `check`."""
-        return [*self.check().problems]
-
-    def prove(self) -> list[Proof]:
-        """Return the verdict on each property of the document, in their order; see `check`.
-
-        Raises EditError when the document has errors, or the model checker takes too long.
-        """
-        return self._analyses.prove(self._version)
-
-    # -- code ----------------------------------------------------------------------------------------------
-
-    def complete(
-        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
-    ) -> Completions:
-        """Return completions of the code at a place, best first; `line` counts from 1, `column` from 0.
-
-        `code` is the code as it is being typed, by default that of the document. It is read in another
-        process, and never run.
-        """
-        found = self._analyses.help_with_code("complete", self._version, place, code, (line, column))
-        return Completions(0, []) if found is None else typed.convert(found, Completions)
-
-    def explain(
-        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
-    ) -> Explanation | None:
-        """Return what the name at a position of the code stands for; see `complete`."""
-        found = self._analyses.help_with_code("explain", self._version, place, code, (line, column))
-        return typed.convert(found, Explanation | None)
-
-    def signature(
-        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
-    ) -> Signature | None:
-        """Return the parameters of the call around a position of the code; see `complete`."""
-        found = self._analyses.help_with_code("signature", self._version, place, code, (line, column))
-        return typed.convert(found, Signature | None)
-
-    def generate(self, directory: str | Path | None = None) -> Path:
-        """Write the component of the document as it is now, with unsaved changes, and return its file.
-
-        It is written beside the document, or into a directory. Raises VisualHfsmError, which names the first
-        error and counts the others.
-        """
-        return self._analyses.generate(self._version, None if directory is None else Path(directory))
-
-    def simulate(self, robot: RobotKind | None = None, **options: Any) -> Behavior:  # noqa: ANN401 - of Behavior
-        """Return a run of the component in virtual time, in this process, with a robot or without one.
-
-        `robot` is `fake` or `sim`; the options are those of `visualhfsm.simulation.simulate`. Close it at the
-        end, or use a `with` block. This runs the code of the document.
-        """
-        return self._analyses.simulate(self._version, robot=robot, **options)
-
-    def svg(self, automaton: int | None = None) -> str:
-        """Return a picture of an automaton, by default of the root, as SVG; imported ones are drawn, too."""
-        return self._analyses.svg(self._version, automaton)
-
-    def _repr_svg_(self) -> str:
-        """Show the root in a notebook."""
-        return self.svg()
 
     # -- parts ---------------------------------------------------------------------------------------------
 
     def _compare_with_file(self) -> FileChanged:
-        session = self._session
-        if session.path is None or not session.is_changed_outside():
+        edited = self._edited
+        if edited.path is None or not edited.is_changed_outside():
             return FileChanged(self, "same")
-        if not session.path.exists():
+        if not edited.path.exists():
             return FileChanged(self, "deleted")
-        if session.dirty:
+        if edited.dirty:
             return FileChanged(self, "changed")
         try:
-            session.resolve(Choice.THEIRS)
+            edited.resolve(Choice.THEIRS)
         except EditError as error:  # it is not a document, or incomplete: try again
             return FileChanged(self, "changed", error.message)
         return FileChanged(self, "reloaded")
 
     def _settle(self) -> None:
         """Make the new version, and notify the listeners of it."""
-        version = Version.of(self._session, self._file)
+        version = Version.of(self._edited, self._file)
         if version != self._version:
             self._version = version
             self._notifying = True  # otherwise a listener could change it, and others hear of that first
@@ -453,12 +436,12 @@ class OpenDocument:
     def _end(self) -> None:
         self._settle()
         self._closed = True
-        self._owner.forget(self)
+        self._project.forget(self)
         self._notify(Closed(self))
 
     def _notify(self, event: Event) -> None:
         self._listeners.notify(event)
-        self._owner.notify(event)
+        self._project.notify(event)
 
 
 def _validated(command: Command) -> Command:

@@ -8,26 +8,23 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Literal, Self
+from typing import Final, Literal, Self
 
 from codegen.hfsm.scxml import is_scxml
 from codegen.messages import Message
-from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, MissingError, TooManyError, WouldOverwriteError
 from visualhfsm._base.languages import ENGLISH, known_language
 from visualhfsm._document.serialization import import_scxml, parse
 from visualhfsm._processes.bodies import FOLDER
 from visualhfsm.project._check_process import CheckProcess
 from visualhfsm.project._code_help.service import CodeHelp
-from visualhfsm.project._session.files import make_folder, read_file
-from visualhfsm.project._session.journal import Abandoned, find_abandoned, journal_directory
-from visualhfsm.project._session.session import MERGE_WITHIN, DocumentSession
-from visualhfsm.project._session.shelf import ReadyState, Shelves
-from visualhfsm.project._session.templates import EMPTY, make_template
+from visualhfsm.project._editing.edited_document import MERGE_WITHIN, EditedDocument
+from visualhfsm.project._editing.files import make_folder, read_file
+from visualhfsm.project._editing.journal import Abandoned, find_abandoned, journal_directory
+from visualhfsm.project._editing.shelf import ReadyState, Shelves
+from visualhfsm.project._editing.templates import EMPTY, make_template
 
-from ._document import OpenDocument
-from ._events import Event, Listener, Listeners, Opened
+from ._document import Event, Listener, Listeners, OpenDocument, Opened
 from ._root import (
     BODY_SUFFIX,
     DOCUMENT_SUFFIX,
@@ -37,10 +34,7 @@ from ._root import (
     Root,
     looks_like_model,
 )
-from ._titles import free_title, stem
-
-if TYPE_CHECKING:
-    from visualhfsm.trials import Summary
+from ._version import free_title, stem
 
 _MOST_ENTRIES: Final = 2000  # of a directory
 _MOST_REMARKS: Final = 100  # about one document
@@ -103,9 +97,7 @@ class Project:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -157,7 +149,7 @@ class Project:
             content, _ = read_file(file)
             if is_scxml(file.name, content):
                 return self._import(file.name, content)
-            return self._add(lambda: DocumentSession.open(file, journals=self.journals))
+            return self._add(lambda: EditedDocument.open(file, journals=self.journals))
 
     def open_text(self, name: str, text: str, *, kept: bool = False) -> OpenDocument:
         """Open a text in any format as a document that has no file yet, `name` is that of the text.
@@ -165,10 +157,10 @@ class Project:
         `kept` says that it is kept elsewhere as it is, so that closing it loses nothing.
         """
 
-        def make() -> DocumentSession:
+        def make() -> EditedDocument:
             document = parse(text, Message("Cannot open {name}", name=name))
             title = name if kept else self._free_title(stem(name))
-            return DocumentSession.new(document, title, journals=self.journals, kept=kept)
+            return EditedDocument.new(document, title, journals=self.journals, kept=kept)
 
         with self._opening:
             if is_scxml(name, content := text.encode()):
@@ -181,9 +173,9 @@ class Project:
         An empty one is called `untitled`, in a language such as `es`.
         """
 
-        def make() -> DocumentSession:
+        def make() -> EditedDocument:
             name, document = make_template(template, known_language(language))
-            return DocumentSession.new(document, self._free_title(name), journals=self.journals)
+            return EditedDocument.new(document, self._free_title(name), journals=self.journals)
 
         with self._opening:
             return self._add(make)
@@ -198,7 +190,7 @@ class Project:
     def recoverable(self) -> list[Abandoned]:
         """Return the documents that can be recovered: those below the root, and those without a file.
 
-        Their sessions ended without closing.
+        The process that had them open ended without closing them.
         """
         found = [
             each
@@ -212,13 +204,13 @@ class Project:
         """Open one of `recoverable` as it was, by the name of its journal."""
         file = self._journal(journal)
         with self._opening:
-            opened = self._add(lambda: DocumentSession.recover(file))
+            opened = self._add(lambda: EditedDocument.recover(file))
         self._abandoned.pop(journal, None)
         return opened
 
     def discard(self, journal: str) -> None:
         """Discard the changes of one of `recoverable`."""
-        DocumentSession.recover(self._journal(journal)).close(discard=True)
+        EditedDocument.recover(self._journal(journal)).close(discard=True)
         self._abandoned.pop(journal, None)
 
     # -- files ---------------------------------------------------------------------------------------------
@@ -226,12 +218,8 @@ class Project:
     def entries(self, directory: str | Path = "") -> list[Entry]:
         """Return the directories, documents, recordings and models in a directory, without hidden ones."""
         place = self.root.directory_of(str(directory))
-        try:
+        with MissingError.in_place_of(OSError, "{place} cannot be listed: {reason}", place=place.name):
             found = [*place.iterdir()]
-        except OSError as error:
-            raise MissingError.because(
-                "{place} cannot be listed: {reason}", place=place.name, reason=reason(error)
-            ) from error
         shown = [each for path in found if (each := self._entry(path)) is not None]
         shown.sort(key=lambda each: (each.kind != "directory", each.path.name))
         return shown[:_MOST_ENTRIES]
@@ -262,29 +250,6 @@ class Project:
     def ready_state(self, id: str) -> tuple[str, str]:
         """Return the title and the text of the document of a ready state."""
         return self._shelves.content(id)
-
-    # -- trials --------------------------------------------------------------------------------------------
-
-    def trials(
-        self,
-        path: str | Path,
-        *,
-        success: str | None = None,
-        out: str | Path | None = None,
-        workers: int | None = None,
-        cluster: str | None = None,
-        **changes: Any,  # noqa: ANN401 - keys of a plan
-    ) -> Summary:
-        """Run a saved document many times in virtual time, and return how often it succeeds, and why not.
-
-        `path` is that of a plan, or of a document, perhaps with a plan beside it; `success` is the state that
-        a trial must reach, and `changes` are other keys of the plan, such as `runs`. See `run_trials` for the
-        rest. This runs the code of the document. Raises VisualHfsmError.
-        """
-        from visualhfsm.trials import plan_of, run_trials
-
-        plan = plan_of(self.root.source(str(path)), success, **changes)
-        return run_trials(plan, out=None if out is None else Path(out), workers=workers, cluster=cluster)
 
     # -- for open documents --------------------------------------------------------------------------------
 
@@ -317,7 +282,7 @@ class Project:
     # -- parts ---------------------------------------------------------------------------------------------
 
     def _add(
-        self, make: Callable[[], DocumentSession], remarks: Sequence[Message] | None = None
+        self, make: Callable[[], EditedDocument], remarks: Sequence[Message] | None = None
     ) -> OpenDocument:
         if self._closed:
             raise EditError(
@@ -326,9 +291,9 @@ class Project:
                 Message("make another Project"),
             )
         self.require_room()
-        session = make()
-        session.merge_within = self._merge_within
-        opened = OpenDocument(session, self, remarks)
+        edited = make()
+        edited.merge_within = self._merge_within
+        opened = OpenDocument(edited, self, remarks)
         self._documents.append(opened)
         self.notify(Opened(opened))
         return opened
@@ -338,7 +303,7 @@ class Project:
         document, remarks = import_scxml(content, name)
         title = self._free_title(stem(name))
         return self._add(
-            lambda: DocumentSession.new(document, title, journals=self.journals), remarks[:_MOST_REMARKS]
+            lambda: EditedDocument.new(document, title, journals=self.journals), remarks[:_MOST_REMARKS]
         )
 
     def _free_title(self, wanted: str) -> str:

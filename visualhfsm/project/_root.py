@@ -34,10 +34,11 @@ class Root:
     """
 
     def __init__(self, directory: Path, granted: Iterable[Path] = ()) -> None:
-        try:
+        # It may not exist, or be a loop of links.
+        with MissingError.in_place_of(
+            (OSError, RuntimeError), "there is no folder {directory}", directory=str(directory)
+        ):
             self.directory = directory.resolve(strict=True)
-        except (OSError, RuntimeError) as error:  # it does not exist, or is a loop of links
-            raise MissingError.because("there is no folder {directory}", directory=str(directory)) from error
         if not self.directory.is_dir():
             raise MissingError.because("{directory} is not a folder", directory=str(directory))
         self._granted = frozenset(path.resolve() for path in granted)
@@ -50,12 +51,13 @@ class Root:
         names = text.encode(errors="replace").split(b"/")
         if not text or len(text) > _LONGEST_PATH or "\0" in text or len(max(names, key=len)) > _LONGEST_NAME:
             raise ForbiddenPathError.because("the path is empty, too long, or contains a zero byte")
-        try:
+        # It may be a loop of links, or contain half a character.
+        with ForbiddenPathError.in_place_of(
+            (OSError, RuntimeError, UnicodeError), "invalid path {text!a}", text=text[:100]
+        ):
             path = (self.directory / text).resolve()
             with suppress(FileNotFoundError, NotADirectoryError):
                 path.stat()
-        except (OSError, RuntimeError, UnicodeError) as error:  # a loop of links, or half a character
-            raise ForbiddenPathError.because("invalid path {text!a}", text=text[:100]) from error
         if not self.contains(path):
             raise ForbiddenPathError.because(
                 "{text} is outside {directory}; to reach it, open a folder that contains it: "

@@ -1,7 +1,8 @@
-"""An open document at one moment."""
+"""An open document at one moment, and titles for those that have no file yet."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -9,11 +10,13 @@ from typing import Final, Literal
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
-from visualhfsm.project._session.session import DocumentSession, Step
+from visualhfsm.project._editing.edited_document import EditedDocument, Step
 
 FileState = Literal["same", "changed", "deleted"]
 """What another program did to the file of a document since that was read or saved."""
 
+_LONGEST_BEGINNING: Final = 18  # characters before a number, as a component's name has 100 at most, in ASCII
+_LONGEST_STEM: Final = 100
 _STEPS: Final = 100  # that a version names; there may be more
 
 
@@ -38,17 +41,17 @@ class Version:
     file: FileState = "same"
 
     @classmethod
-    def of(cls, session: DocumentSession, file: FileState) -> Version:
-        """Return the present version of a session."""
+    def of(cls, edited: EditedDocument, file: FileState) -> Version:
+        """Return the present version of a document."""
         return cls(
-            revision=session.revision,
-            document=session.document,
-            path=session.path,
-            title=session.name,
-            dirty=session.dirty,
-            is_unsaved=session.is_unsaved,
-            undo=tuple(islice(session.undo_steps, _STEPS)),
-            redo=tuple(islice(session.redo_steps, _STEPS)),
+            revision=edited.revision,
+            document=edited.document,
+            path=edited.path,
+            title=edited.name,
+            dirty=edited.dirty,
+            is_unsaved=edited.is_unsaved,
+            undo=tuple(islice(edited.undo_steps, _STEPS)),
+            redo=tuple(islice(edited.redo_steps, _STEPS)),
             file=file,
         )
 
@@ -56,3 +59,14 @@ class Version:
     def component(self) -> str:
         """The name of its component, which follows from that of the file, or from the title without one."""
         return component_name(self.title if self.path is None else self.path.stem)
+
+
+def stem(name: str) -> str:
+    """Return the title for the name of a file: without its folder and its suffix."""
+    return Path(name).stem[:_LONGEST_STEM] or "component"
+
+
+def free_title(wanted: str, taken: Collection[str]) -> str:
+    """Return a title, `untitled 2`, whose component is none of those that are taken."""
+    titles = [wanted, *(f"{wanted[:_LONGEST_BEGINNING]} {number}" for number in range(2, len(taken) + 3))]
+    return next(title for title in titles if component_name(title) not in taken)

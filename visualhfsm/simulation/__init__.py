@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Literal
 
 from zenoh_ice.lazy import import_on_use
 
@@ -23,11 +23,5 @@ RobotKind = Literal["fake", "sim"]
 CameraKind = Literal["auto", "drawn", "rendered"]
 """Where pictures come from; see `RobotUnderTest`."""
 
-_NAMES: Final = {
-    "._behavior": "Behavior simulate",
-    "._loading": "DocumentInvalid load_component",
-    "._robot": "Ball RobotUnderTest served_interfaces",
-}
-
 # The robot needs libraries that a behavior without one does not: names are imported on first use.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__)

@@ -5,7 +5,7 @@ The fixture `behavior` makes a `Behavior` of a document. See docs/how-to/testing
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from zenoh_ice.lazy import import_on_use
 
@@ -22,12 +22,5 @@ if TYPE_CHECKING:
     from ._plugin import RunTrials as RunTrials
     from ._properties import check_properties as check_properties
 
-_NAMES: Final = {
-    "hfsm_runtime.virtual": "BehaviorFailed Call UnknownName",
-    "visualhfsm.simulation": "Ball Behavior DocumentInvalid RobotUnderTest",
-    "visualhfsm.testing._plugin": "MakeBehavior RunTrials",
-    "visualhfsm.testing._properties": "check_properties",
-}
-
 # Every run of pytest loads the plugin, and with it this package, so its names are imported on first use.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__)

@@ -21,7 +21,7 @@ from codegen.hfsm.formats.reader import looks_like_document
 from hfsm_runtime import Transition
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, ChangeKind, Tree
-from visualhfsm._document.places import Located, Locator, spots
+from visualhfsm._document.places import Located, Locator, texts_in
 from visualhfsm.simulation._loading import DocumentInvalid, read
 
 from ._lines import Lines
@@ -199,17 +199,17 @@ class CoverageSession:
         """Add the lines of the code of a document that some test ran."""
         missing = []
         locator = Locator(document)
-        for spot in spots(document):
-            place = spot.place
+        for placed in texts_in(document):
+            place = placed.place
             key = place.kind, place.automaton, place.id, place.part, place.name, place.child
             there, ran = self._code.get((str(file), *key), (set(), set()))
             covered.lines += (line in ran for line in there)
             if never := sorted(there - ran):
-                lines = ", ".join(str(spot.line + line - 1) for line in never)
+                lines = ", ".join(str(placed.line + line - 1) for line in never)
                 automaton = document.automaton(place.automaton)
                 shown = self._shown((automaton and automaton.path) or file)
                 what = f"{locator.name(Located(place, 1, 0))}: never ran {lines}"
-                missing.append((shown, spot.line + never[0] - 1, what))
+                missing.append((shown, placed.line + never[0] - 1, what))
         covered.missing += [f"{shown}:{line}: {what}" for shown, line, what in sorted(missing)]
 
     def _cover_automaton(self, covered: _Covered, file: Path, automaton: Automaton, name: str) -> None:

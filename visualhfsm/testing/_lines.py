@@ -23,7 +23,7 @@ from codegen.hfsm.source_map import SourceMap
 from codegen.messages import NO_MESSAGE, Message
 from hfsm_runtime import Component
 from hfsm_runtime.component import source_of
-from visualhfsm._document.places import Place, Spot, spots
+from visualhfsm._document.places import Place, PlacedText, texts_in
 from visualhfsm._processes.test_results import CodeRun, version_of
 from visualhfsm.simulation import Behavior
 from visualhfsm.simulation._loading import COMPILED, DocumentInvalid, measurable, read
@@ -168,25 +168,25 @@ def _code_of(
 
     A line is its number in the component, and that in the piece.
     """
-    content: dict[tuple[str, int, int, str], list[Spot]] = {}
-    for spot in spots(read(document)):
-        place = spot.place
-        if spot.text and place.part in _KINDS:
-            content.setdefault((place.kind, place.automaton, place.id, place.part), []).append(spot)
+    content: dict[tuple[str, int, int, str], list[PlacedText]] = {}
+    for placed in texts_in(read(document)):
+        place = placed.place
+        if placed.text and place.part in _KINDS:
+            content.setdefault((place.kind, place.automaton, place.id, place.part), []).append(placed)
     lines = sorted(set(_lines_of(compile(text, file, "exec"))))
     found = []
     for row in SourceMap.read(text).rows:
         if row.part not in _KINDS:
             continue
-        for spot in content.get((_KINDS[row.part], row.automaton, row.id, row.part), ()):
-            assert spot.text is not None
-            begin = row.line_of(row.first) - spot.line  # lines of the piece before the code
-            if 0 <= begin <= spot.text.count("\n"):
+        for placed in content.get((_KINDS[row.part], row.automaton, row.id, row.part), ()):
+            assert placed.text is not None
+            begin = row.line_of(row.first) - placed.line  # lines of the piece before the code
+            if 0 <= begin <= placed.text.count("\n"):
                 inside = tuple(
                     (each, each - row.first + begin + 1) for each in lines if row.first <= each <= row.last
                 )
                 if inside:
-                    found.append((spot.place, version_of(spot.text), inside))
+                    found.append((placed.place, version_of(placed.text), inside))
                 break
     return tuple(found)
 

@@ -6,7 +6,7 @@ Every pytest run loads it, so its dependencies are imported only when they are n
 from __future__ import annotations
 
 import sys
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -214,20 +214,20 @@ def pytest_runtest_makereport(
 
 def _find_file(what: str, path: Path, directories: Sequence[Path]) -> Path:
     """Return the path of a file; a relative one is looked up in the directories, in order."""
-    tried = [directory / path for directory in directories]
-    for candidate in tried:
-        if candidate.is_file():
-            return candidate
-    raise FileNotFoundError(f"there is no {what} {path}; looked for {', '.join(map(str, tried))}")
+    return _find(what, [directory / path for directory in directories], path, Path.is_file)
 
 
 def _find_directories(wanted: Sequence[str | Path], directories: Sequence[Path]) -> list[Path]:
     """Return the paths of directories; a relative one is looked up in the other directories."""
-    found: list[Path] = []
-    for each in [wanted] if isinstance(wanted, str) else wanted:
-        tried = [directory / each for directory in directories]
-        place = next((candidate for candidate in tried if candidate.is_dir()), None)
-        if place is None:
-            raise FileNotFoundError(f"there is no directory {each}; looked for {', '.join(map(str, tried))}")
-        found.append(place)
-    return found
+    several = [wanted] if isinstance(wanted, str) else wanted
+    return [
+        _find("directory", [directory / each for directory in directories], each, Path.is_dir)
+        for each in several
+    ]
+
+
+def _find(what: str, tried: Sequence[Path], name: str | Path, is_there: Callable[[Path], bool]) -> Path:
+    for candidate in tried:
+        if is_there(candidate):
+            return candidate
+    raise FileNotFoundError(f"there is no {what} {name}; looked for {', '.join(map(str, tried))}")

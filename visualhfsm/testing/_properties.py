@@ -18,7 +18,7 @@ from visualhfsm.simulation._loading import forget, load_component, read
 from visualhfsm.simulation._properties import Check, Stated
 
 from ._abstraction import abstract_component
-from .strategies import Step, stimuli
+from .strategies import Move, stimuli
 
 __tracebackhide__ = says_it_all
 
@@ -72,7 +72,7 @@ def check_properties(
             max_size=steps,
         )
     )
-    def run(taken: list[Step]) -> None:
+    def run(taken: list[Move]) -> None:
         b = Behavior(component(), document=path, **options)
         try:
             _Examination(b, [*checks, *(each.start(b) for each in stated)]).run(taken)
@@ -97,7 +97,7 @@ class _Examination(Observer):
         self._broken: tuple[str, float, str] | None = None
         b.tree.observers.append(self)
 
-    def run(self, steps: Sequence[Step]) -> None:
+    def run(self, steps: Sequence[Move]) -> None:
         """Take the steps; raises BehaviorFailed at the first after which a check has failed."""
         self._look()
         self._check([])
@@ -124,12 +124,12 @@ class _Examination(Observer):
                 self._broken = (name, self._b.time, ", ".join(self._b.active_paths))
                 return
 
-    def _check(self, steps: Sequence[Step]) -> None:
+    def _check(self, steps: Sequence[Move]) -> None:
         if self._broken is not None:
             name, time, where = self._broken
             what = f"{name} does not hold at {time:g} s, in {where}"
             raise BehaviorFailed(f"{what}; steps:{_listed(steps)}\n{self._b.timeline}")
 
 
-def _listed(steps: Sequence[Step]) -> str:
+def _listed(steps: Sequence[Move]) -> str:
     return "".join(f"\n    {step!r}" for step in steps) or "\n    (none)"

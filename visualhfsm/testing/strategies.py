@@ -28,7 +28,7 @@ _BALLS: Final = ("red", "green")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Step:
+class Move:
     """A call of a behavior, or of a ball of its robot; it prints as the code that repeats it."""
 
     method: str
@@ -69,9 +69,9 @@ def guard_scripts(
     return st.lists(st.tuples(guards(document), _seconds(document)), max_size=max_size)
 
 
-def advances(document: str | Path) -> SearchStrategy[Step]:
+def advances(document: str | Path) -> SearchStrategy[Move]:
     """Return steps that let time pass: some periods, or the delay of a timer of the document."""
-    return _seconds(document).map(lambda seconds: Step("advance", (seconds,)))
+    return _seconds(document).map(lambda seconds: Move("advance", (seconds,)))
 
 
 def _seconds(document: str | Path) -> SearchStrategy[float]:
@@ -80,21 +80,21 @@ def _seconds(document: str | Path) -> SearchStrategy[float]:
     return periods | st.sampled_from(facts.delays) if facts.delays else periods
 
 
-def events(document: str | Path, *, inner: bool = True) -> SearchStrategy[Step]:
+def events(document: str | Path, *, inner: bool = True) -> SearchStrategy[Move]:
     """Return the events that the document declares, or that a transition waits for.
 
     Without `inner` only the declared ones, if any are declared.
     """
     facts = _facts(document)
-    return st.sampled_from([Step("send", (name,)) for name in (not inner and facts.declared) or facts.events])
+    return st.sampled_from([Move("send", (name,)) for name in (not inner and facts.declared) or facts.events])
 
 
-def balls(*names: str) -> SearchStrategy[Step]:
+def balls(*names: str) -> SearchStrategy[Move]:
     """Return steps that put balls in front of the robot, where the head can turn to them, or behind it."""
     places = st.tuples(_tenths(-12, 12), _tenths(6, 20), _tenths(2, 9))
     ball = st.sampled_from(names or _BALLS)
-    hidden = st.builds(Step, st.just("hide"), st.just(()), ball)
-    return st.builds(Step, st.just("place"), places, ball) | hidden
+    hidden = st.builds(Move, st.just("hide"), st.just(()), ball)
+    return st.builds(Move, st.just("place"), places, ball) | hidden
 
 
 def stimuli(
@@ -104,17 +104,17 @@ def stimuli(
     inner_events: bool = True,
     balls: Sequence[str] = (),
     max_size: int = 30,
-) -> SearchStrategy[list[Step]]:
+) -> SearchStrategy[list[Move]]:
     """Return sequences of steps: time passes and events arrive.
 
     With `guards` the guards of the document become true or false; without `inner_events` only declared
     events arrive, if the document declares any; `balls` names the balls to move.
     """
     facts = _facts(document)
-    kinds: list[SearchStrategy[Step]] = [advances(document)]
+    kinds: list[SearchStrategy[Move]] = [advances(document)]
     if guards and facts.guards:
         values = st.tuples(st.sampled_from(facts.guards), st.booleans())
-        kinds.append(values.map(lambda value: Step("guard", value)))
+        kinds.append(values.map(lambda value: Move("guard", value)))
     if facts.events:
         kinds.append(events(document, inner=inner_events))
     if balls:

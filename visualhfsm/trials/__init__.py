@@ -6,7 +6,7 @@ computer or on a cluster of Dask, and `_summary.py` has what they say. See docs/
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from zenoh_ice.lazy import import_on_use
 
@@ -29,16 +29,5 @@ if TYPE_CHECKING:
     from ._trial import quiet as quiet
     from ._trial import run_trial as run_trial
 
-_NAMES: Final = {
-    "._errors": "TrialsError",
-    "._functions": "FunctionFailed call_function",
-    "._outcomes": "Outcome",
-    "._plan": "Disturbance Function Plan SUFFIX Success plan_of read_plan",
-    "._quantities": "Spread Value",
-    "._series": "run_trials",
-    "._summary": "Summary",
-    "._trial": "quiet run_trial",
-}
-
 # The command line is read before any of them is needed.
-__getattr__, __dir__ = import_on_use(__name__, _NAMES)
+__getattr__, __dir__ = import_on_use(__name__)

@@ -15,10 +15,10 @@ from typing import Any, Final
 from codegen.messages import Message
 from codegen.reasons import reason
 
+from ._archive import Archive
 from ._errors import TrialsError
 from ._outcomes import Outcome, versions
 from ._processes import run_task
-from ._snapshot import Snapshot
 from ._worker import Task
 
 
@@ -49,26 +49,20 @@ class Cluster:
     """
 
     def __init__(self, address: str, limits: ClusterLimits = ClusterLimits()) -> None:
-        try:
+        with TrialsError.in_place_of(
+            ModuleNotFoundError, "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
+        ):
             from distributed import Client, KilledWorker  # needs the package Dask
-        except ModuleNotFoundError as error:
-            raise TrialsError.because(
-                "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
-            ) from error
         self._address = address
         self._limits: Final = limits
         self.lost: Final[tuple[type[BaseException], ...]] = (KilledWorker,)
         with _without_warnings():
             found, self.workers = _look_at(address, limits)
             _compare_versions(address, found)
-            try:
+            with TrialsError.in_place_of(
+                (OSError, ValueError), "the cluster at {address} cannot be reached: {reason}", address=address
+            ):
                 self._client: Any = Client(address, timeout=limits.connect, set_as_default=False)
-            except (OSError, ValueError) as error:
-                raise TrialsError.because(
-                    "the cluster at {address} cannot be reached: {reason}",
-                    address=address,
-                    reason=reason(error),
-                ) from error
         self._levels = {log: log.level for log in _logs()}
         for log in self._levels:
             log.setLevel(logging.CRITICAL)  # each of its errors is raised here, too, and says it in a line
@@ -90,7 +84,7 @@ class Cluster:
         """Begin to run a task, as soon as a worker has time."""
         self._patience = task.plan.patience
         self._note_move()
-        there = self._client.submit(_run, task.without_snapshot, self._send(task.snapshot), pure=False)
+        there = self._client.submit(_run, task.without_archive, self._send(task.archive), pure=False)
         loop = self._client.loop.asyncio_loop
         here = asyncio.run_coroutine_threadsafe(self._receive(there, task.number), loop)
         here.add_done_callback(self._note_move)
@@ -153,11 +147,11 @@ class Cluster:
             why=why,
         )
 
-    def _send(self, snapshot: Snapshot) -> Any:  # noqa: ANN401 - a future of Dask
-        """Return the snapshot on the cluster: it is sent once, and computed again where it is lost."""
-        sent = self._sent.get(snapshot.digest)
+    def _send(self, archive: Archive) -> Any:  # noqa: ANN401 - a future of Dask
+        """Return the archive on the cluster: it is sent once, and computed again where it is lost."""
+        sent = self._sent.get(archive.digest)
         if sent is None or sent.status == "error":  # its workers were killed
-            sent = self._sent[snapshot.digest] = self._client.submit(_hold, snapshot, pure=False)
+            sent = self._sent[archive.digest] = self._client.submit(_hold, archive, pure=False)
         return sent
 
     def _count(self) -> int:
@@ -246,9 +240,9 @@ def _compare_versions(address: str, found: Mapping[str, object]) -> None:
             )
 
 
-def _hold(snapshot: Snapshot) -> Snapshot:
-    return snapshot
+def _hold(archive: Archive) -> Archive:
+    return archive
 
 
-def _run(task: Task, snapshot: Snapshot) -> Outcome:
-    return run_task(task.with_snapshot(snapshot))
+def _run(task: Task, archive: Archive) -> Outcome:
+    return run_task(task.with_archive(archive))

@@ -8,30 +8,25 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
+from visualhfsm._base.options import examples
 from zenoh_ice.application.cli import finite
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from ._plan import Plan
-    from ._progress import Place
+    from ._progress import Where
     from ._summary import Summary
 
-EPILOG: Final = """Examples:
-
-visualhfsm trials behaviors/follow_ball.xml
-
-visualhfsm trials behaviors/score.trials.toml --runs 1000
-
-visualhfsm trials behaviors/score.trials.toml --only 417 --record run417.mcap
-
-visualhfsm trials mine.xml theirs.xml --runs 300
-
-visualhfsm trials follow_ball.xml --tune --minimize "aim mean" --runs 40
-
-visualhfsm trials score.trials.toml --cluster tcp://192.168.0.4:8786
-
-Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C."""
+EPILOG: Final = examples(
+    "trials behaviors/follow_ball.xml",
+    "trials behaviors/score.trials.toml --runs 1000",
+    "trials behaviors/score.trials.toml --only 417 --record run417.mcap",
+    "trials mine.xml theirs.xml --runs 300",
+    'trials follow_ball.xml --tune --minimize "aim mean" --runs 40',
+    "trials score.trials.toml --cluster tcp://192.168.0.4:8786",
+    notes="Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C.",
+)
 
 
 def trials(
@@ -141,7 +136,7 @@ def trials(
 
     from ._comparison import Comparison
     from ._outcomes import SUFFIX
-    from ._progress import Place, run_all
+    from ._progress import Where, run_all
     from ._statistics import require_scipy
     from ._terminal import show, show_comparison
 
@@ -149,16 +144,16 @@ def trials(
         require_scipy()  # now, not after the trials
 
     console = Console()
-    place = Place(console, workers, cluster, again)
+    where = Where(console, workers, cluster, again)
     names = _names(plans)
     if tune:
-        _tune(place, plans[0], settings, minimize, (out or Path(plans[0].document).parent) / names[0])
+        _tune(where, plans[0], settings, minimize, (out or Path(plans[0].document).parent) / names[0])
         return
     summaries = []
     for plan, name in zip(plans, names, strict=True):
         folder = out or Path(plan.document).parent
         file = folder / (name + SUFFIX)
-        summary = run_all(place, plan, file)
+        summary = run_all(where, plan, file)
         summaries.append(summary)
         if report is not None:
             _write_page(report, plan, summary, file, console, workers=workers)
@@ -168,7 +163,7 @@ def trials(
         show_comparison(console, Comparison(*summaries), (names[0], names[1]))
 
 
-def _tune(place: Place, plan: Plan, settings: int, cost: str, path: Path) -> None:
+def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> None:
     """Search the best parameters of a plan, and print what they change in fresh trials."""
     from ._comparison import Comparison
     from ._outcomes import SUFFIX as OUTCOMES
@@ -177,18 +172,18 @@ def _tune(place: Place, plan: Plan, settings: int, cost: str, path: Path) -> Non
     from ._tuning import SUFFIX, Tuning
 
     tuning = Tuning(plan, settings=settings, cost=cost)
-    found = search(place, tuning, path.name, path.with_name(path.name + SUFFIX))
+    found = search(where, tuning, path.name, path.with_name(path.name + SUFFIX))
     plans = {"untuned": tuning.fresh, "tuned": tuning.with_parameters(found, tuning.fresh)}
     before, after = (
-        run_all(place, each, path.with_name(f"{path.name}.{name}{OUTCOMES}")) for name, each in plans.items()
+        run_all(where, each, path.with_name(f"{path.name}.{name}{OUTCOMES}")) for name, each in plans.items()
     )
-    show(place.console, after, "tuned")
-    show_comparison(place.console, Comparison(before, after), ("untuned", "tuned"))
-    place.console.print()
+    show(where.console, after, "tuned")
+    show_comparison(where.console, Comparison(before, after), ("untuned", "tuned"))
+    where.console.print()
     for name, value in found.items():
-        place.console.print(f"{name} = {value!r}", highlight=False)
+        where.console.print(f"{name} = {value!r}", highlight=False)
         if border := tuning.border(name, value):
-            place.console.print(f"  {border}", style="yellow", highlight=False)
+            where.console.print(f"  {border}", style="yellow", highlight=False)
 
 
 def _names(plans: list[Plan]) -> list[str]:

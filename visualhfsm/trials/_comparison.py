@@ -16,7 +16,7 @@ _SIGNIFICANT: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class MeanChange:
     """The means of a number in two series, over the same trials, and the mean difference."""
 
     first: float
@@ -52,7 +52,7 @@ class Comparison:
         both = [pair for pair in self._pairs if pair[0].success and pair[1].success]
         self.both: Final = len(both)
         """The number of trials in which both succeed."""
-        self.numbers: Final[Mapping[str, Change]] = _changes(both)
+        self.numbers: Final[Mapping[str, MeanChange]] = _changes(both)
         """The numbers of trials in which both succeed: one that fails has other ones."""
 
     @property
@@ -73,7 +73,7 @@ class Comparison:
         return f"{gained} gained, {lost} lost: {real} (p = {self.chance:.3g})"
 
 
-def _changes(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Change]:
+def _changes(pairs: Sequence[tuple[Row, Row]]) -> dict[str, MeanChange]:
     if not pairs:
         return {}
     names = [
@@ -84,5 +84,5 @@ def _changes(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Change]:
         first = [a.numbers[name] for a, _ in pairs]
         second = [b.numbers[name] for _, b in pairs]
         difference = mean_of(np.subtract(second, first).tolist())
-        found[name] = Change(float(np.mean(first)), float(np.mean(second)), difference)
+        found[name] = MeanChange(float(np.mean(first)), float(np.mean(second)), difference)
     return found

@@ -10,7 +10,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from codegen.messages import Message
-from codegen.reasons import reason
 from hfsm_runtime.component import proxies_of
 from hfsm_runtime.virtual.errors import UnknownName
 from naoserver.errors import InvalidCommand
@@ -72,12 +71,8 @@ class Disturbances:
         """Return what moves a thing: at once to a place, or at a speed from place to place."""
         axes = {axis for place in places for axis in place}
         if axes <= {*CARRIED}:
-            try:
+            with TrialsError.in_place_of(UnknownName, "{name} cannot be carried: {reason}", name=name):
                 ball = self._behavior.robot.ball(name)
-            except UnknownName as error:
-                raise TrialsError.because(
-                    "{name} cannot be carried: {reason}", name=name, reason=reason(error)
-                ) from error
             return partial(ball.place, **places[0]) if speed is None else _Carrier(self, ball, places, speed)
         if not axes <= {"x", "y", "z"}:
             raise TrialsError.because(
@@ -146,12 +141,8 @@ def _push(stage: Stage, newtons: float, direction: float, seconds: float) -> Non
 
 def _put(stage: Stage, name: str, to: Mapping[str, float]) -> None:
     place = {**dict(zip("xyz", stage.truth().objects[name].position, strict=True)), **to}
-    try:
+    with TrialsError.in_place_of(InvalidCommand, "{name} cannot be moved there: {reason}", name=name):
         stage.place_object(name, (place["x"], place["y"], place["z"]))
-    except InvalidCommand as error:
-        raise TrialsError.because(
-            "{name} cannot be moved there: {reason}", name=name, reason=reason(error)
-        ) from error
 
 
 class _Carrier:

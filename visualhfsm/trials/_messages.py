@@ -13,20 +13,12 @@ from msgspec import UNSET, UnsetType
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._monitor.messages import Push
 
-from ._outcomes import Change
+from ._outcomes import StateChange
+from ._statistics import Rate
 
 
 class _View(msgspec.Struct, frozen=True, rename="camel"):
     pass
-
-
-class Share(_View, frozen=True):
-    """How many of some trials succeed, with the interval of the true rate."""
-
-    successes: int
-    trials: int
-    lowest: float
-    highest: float
 
 
 class Histogram(_View, frozen=True):
@@ -45,7 +37,7 @@ class Part(_View, frozen=True):
     """The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers."""
 
     label: str
-    share: Share
+    share: Rate
     means: list[tuple[str, float]]
 
 
@@ -73,7 +65,7 @@ class TrialTimeline(_View, frozen=True):
 
     number: int
     end: float
-    changes: list[Change]
+    changes: list[StateChange]
 
 
 class Way(_View, frozen=True):
@@ -122,7 +114,7 @@ class TrialsView(_View, frozen=True):
     name: str
     planned: int
     looks: list[int]
-    share: Share
+    share: Rate
     histograms: list[Histogram]
     dependences: list[Dependence]
     maps: list[PlaceMap]

@@ -11,7 +11,6 @@ import fcntl
 import platform
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import BinaryIO, Final, Self, TypeVar
 
 import msgspec
@@ -33,7 +32,7 @@ _PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
 """What computes the outcome of a trial, besides Python."""
 
 
-class Change(msgspec.Struct, frozen=True, array_like=True):
+class StateChange(msgspec.Struct, frozen=True, array_like=True):
     """The states of a trial from a time on."""
 
     time: float
@@ -60,7 +59,7 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
     """What was noted, by name."""
     groups: Mapping[str, str] = {}
     """What trials are distinguished by, by name: the group that this one belongs to."""
-    changes: tuple[Change, ...] = ()
+    changes: tuple[StateChange, ...] = ()
     """How it came there: its changes of state."""
     left_out: int = 0
     """Changes that are left out before the newest ones."""
@@ -98,13 +97,11 @@ class Record:
         self.path: Final = path
         self.done: Final[set[int]] = set()
         """The numbers of the trials whose outcomes are there."""
-        try:
+        with TrialsError.in_place_of(
+            OSError, "{path}: outcomes cannot be kept there: {reason}", path=str(path)
+        ):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("a+b", buffering=0)
-        except OSError as error:
-            raise TrialsError.because(
-                "{path}: outcomes cannot be kept there: {reason}", path=str(path), reason=reason(error)
-            ) from error
         try:
             self._begin(header, again=again)
         except BaseException:
@@ -112,12 +109,10 @@ class Record:
             raise
 
     def _begin(self, header: Header, *, again: bool) -> None:
-        try:
+        with TrialsError.in_place_of(
+            OSError, "{path}: another process writes outcomes to it now", path=str(self.path)
+        ):
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise TrialsError.because(
-                "{path}: another process writes outcomes to it now", path=str(self.path)
-            ) from error
         found = None if again else read_header(self.path)
         if found is not None and found != header:
             if next(read_outcomes(self.path), None) is not None:
@@ -137,9 +132,7 @@ class Record:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def look(self, runs: int) -> None:
@@ -182,12 +175,10 @@ def read_header(path: Path) -> Header | None:
         line = file.readline(_LONGEST_HEADER)
     if not line.endswith(b"\n"):
         return None
-    try:
+    with TrialsError.in_place_of(
+        msgspec.MsgspecError, "{path} is no file of outcomes: {reason}", path=str(path)
+    ):
         return typed.from_json(line, Header)
-    except msgspec.MsgspecError as error:
-        raise TrialsError.because(
-            "{path} is no file of outcomes: {reason}", path=str(path), reason=reason(error)
-        ) from error
 
 
 def read_outcomes(path: Path) -> Iterator[Outcome]:
@@ -224,21 +215,15 @@ def read_looks(path: Path) -> tuple[int, ...]:
 
 def _decoded(line: bytes, kind: type[_Line], path: Path, number: int) -> _Line:
     """Return what a line of a file has. Raises TrialsError."""
-    try:
+    with TrialsError.in_place_of(
+        msgspec.MsgspecError,
+        "{path}:{number}: no outcome of a trial: {reason}",
+        path=str(path),
+        number=number,
+    ):
         return typed.from_json(line, kind)
-    except msgspec.MsgspecError as error:
-        raise TrialsError.because(
-            "{path}:{number}: no outcome of a trial: {reason}",
-            path=str(path),
-            number=number,
-            reason=reason(error),
-        ) from error
 
 
 def _reading(path: Path) -> BinaryIO:
-    try:
+    with TrialsError.in_place_of(OSError, "{path}: cannot be read: {reason}", path=str(path)):
         return path.open("rb")
-    except OSError as error:
-        raise TrialsError.because(
-            "{path}: cannot be read: {reason}", path=str(path), reason=reason(error)
-        ) from error

@@ -36,7 +36,7 @@ _MOST_DRAWS: Final = 10_000
 
 Time = Annotated[float, Meta(ge=0, le=86_400, description="write seconds from 0 to 86400")]
 Speed = Annotated[float, Meta(gt=0, le=100, description="write a speed above 0, at most 100")]
-Place = dict[str, Spread | Choice | float]
+Position = dict[str, Spread | Choice | float]
 Function = Annotated[
     str, Meta(pattern=r"^[\w./-]+\.py:\w+\Z", description="write FILE.py:FUNCTION, such as judge.py:is_good")
 ]
@@ -55,7 +55,7 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
     """Direction of a push in rad, from the robot's front to the left."""
     move: str | None = None
     """Name of a ball or another object."""
-    to: Place | Annotated[tuple[Place, ...], Meta(max_length=100)] = {}
+    to: Position | Annotated[tuple[Position, ...], Meta(max_length=100)] = {}
     """Where it is put, by x, y and z in m; a carried ball by pan in rad, distance and height in m.
 
     With a speed also the places to which a ball is carried in turn, again and again."""
@@ -98,7 +98,7 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
         return found
 
     @property
-    def places(self) -> tuple[Place, ...]:
+    def places(self) -> tuple[Position, ...]:
         """The places of `to`: none, one, or those that it is carried to in turn."""
         if isinstance(self.to, tuple):
             return self.to

@@ -8,13 +8,12 @@ from typing import Final
 import msgspec
 
 from codegen.messages import Message
-from codegen.reasons import reason
 from visualhfsm._base.line_process import KilledError, NoAnswerError, TooSlowError
 from visualhfsm._base.task_processes import EndedError, TaskProcesses
 
 from ._errors import TrialsError
 from ._outcomes import Outcome
-from ._worker import Answer, Task
+from ._worker import Task, TaskResult
 
 _ATTEMPTS: Final = 20
 """How often a trial is run whose process is killed: most probably it is no fault of the trial."""
@@ -22,11 +21,11 @@ _DRAW_LIMIT: Final = 60.0
 """Limit in s for drawing the values of a trial without running it."""
 
 
-class Processes(TaskProcesses[Answer]):
+class Processes(TaskProcesses[TaskResult]):
     """The processes of some threads: one each, which lasts from task to task."""
 
     def __init__(self) -> None:
-        super().__init__(f"{__package__}._worker", Answer, "visualhfsm-trials-")
+        super().__init__(f"{__package__}._worker", TaskResult, "visualhfsm-trials-")
 
     def run(self, task: Task) -> Outcome:
         """Run a task in the process of this thread. Raises TrialsError for a plan that is not possible."""
@@ -38,19 +37,17 @@ class Processes(TaskProcesses[Answer]):
             ended = f"took more than {task.plan.patience:g} s"
         except NoAnswerError:
             ended = "ended its process"
-        try:
+        with TrialsError.in_place_of(
+            NoAnswerError, "trial {number} cannot be drawn: {reason}", number=task.number
+        ):
             return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=ended)
-        except NoAnswerError as error:
-            raise TrialsError.because(
-                "trial {number} cannot be drawn: {reason}", number=task.number, reason=reason(error)
-            ) from error
 
     def _ask(self, task: Task, patience: float) -> Outcome:
         """Return the outcome of a task, which is asked for again when its process is killed meanwhile."""
         for attempt in range(1, _ATTEMPTS + 1):
             try:
-                answer = self.ask(task.without_snapshot, patience)
-                if answer.needs_snapshot:
+                answer = self.ask(task.without_archive, patience)
+                if answer.needs_archive:
                     answer = self.ask(task, patience)
                 break
             except KilledError:

@@ -20,7 +20,7 @@ from ._summary import Summary, summarize, write_table
 from ._tuning import Tuning
 
 
-class Place(NamedTuple):
+class Where(NamedTuple):
     """Where trials run, as the user said."""
 
     console: Console
@@ -30,13 +30,13 @@ class Place(NamedTuple):
     """Whether outcomes that are there are replaced."""
 
 
-def run_all(place: Place, plan: Plan, file: Path) -> Summary:
+def run_all(where: Where, plan: Plan, file: Path) -> Summary:
     """Run the trials of a plan whose outcomes are not in a file yet, and return what all of them say.
 
     A table of them is written beside the file. Raises TrialsError, and SystemExit after Ctrl-C.
     """
-    series, console = Series(plan), place.console
-    with Record(file, series.header, again=place.again) as record:
+    series, console = Series(plan), where.console
+    with Record(file, series.header, again=where.again) as record:
         record.look(plan.runs)
         missing = sum(number not in record.done for number in plan.trials)
         if missing < plan.runs:
@@ -44,7 +44,7 @@ def run_all(place: Place, plan: Plan, file: Path) -> Summary:
         if missing:
             with (
                 stop_on_signals() as stop,
-                open_pool(place.workers, place.cluster) as pool,
+                open_pool(where.workers, where.cluster) as pool,
                 _bar(console, Path(plan.document).stem, plan.runs, plan.runs - missing) as advance,
             ):
                 ended = successes = 0
@@ -62,25 +62,25 @@ def run_all(place: Place, plan: Plan, file: Path) -> Summary:
     return summary
 
 
-def search(place: Place, tuning: Tuning, name: str, file: Path) -> dict[str, Value]:
+def search(where: Where, tuning: Tuning, name: str, file: Path) -> dict[str, Value]:
     """Return the best parameters; outcomes of the search are kept in a file.
 
     Raises TrialsError, and SystemExit after Ctrl-C.
     """
     with (
         stop_on_signals() as stop,
-        open_pool(place.workers, place.cluster) as pool,
-        _bar(place.console, name, tuning.most_trials) as advance,
+        open_pool(where.workers, where.cluster) as pool,
+        _bar(where.console, name, tuning.most_trials) as advance,
     ):
         found = tuning.search(
             file,
             pool,
             lambda trials: advance(trials, f"{tuning.given_up} of {tuning.settings} settings given up"),
             stop,
-            again=place.again,
+            again=where.again,
         )
         if found is None:
-            place.console.print("the same command goes on")
+            where.console.print("the same command goes on")
     return found or {}
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 
 from codegen.messages import Message
-from codegen.reasons import reason
 from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.errors import RobotError
 
@@ -33,12 +32,8 @@ def check_scene(plan: Plan) -> None:
     """
     bodies = _choices(plan.scene.get("body", DEFAULT_BODY))
     for body in bodies:
-        try:
+        with TrialsError.in_place_of(RobotError, "body = {value!r}: {reason}", value=body):
             postures = find_body(body).postures
-        except RobotError as error:
-            raise TrialsError.because(
-                "body = {value!r}: {reason}", value=body, reason=reason(error)
-            ) from error
         for posture in _choices(plan.scene.get("posture")):
             if posture not in postures:
                 raise TrialsError.because(
@@ -126,7 +121,7 @@ class Scene:
     def _world(self) -> World:
         from naoserver_sim.world import DEFAULT_WORLD, Light, load_world  # needs the package MuJoCo
 
-        try:
+        with TrialsError.in_place_of((RobotError, ValueError), "the scene is not possible: {reason}"):
             world = load_world(self.settings.get("world", DEFAULT_WORLD))
             for thing, place in self._places.items():
                 if thing == "robot":
@@ -137,8 +132,6 @@ class Scene:
                 else:
                     world = _with_thing(world, thing, place)
             return world
-        except (RobotError, ValueError) as error:
-            raise TrialsError.because("the scene is not possible: {reason}", reason=reason(error)) from error
 
 
 def _with(world: World, **fields: object) -> World:

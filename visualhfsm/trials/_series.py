@@ -16,13 +16,13 @@ import msgspec
 
 from codegen.reasons import reason
 
+from ._archive import Archive, make_archive
 from ._cluster import Cluster
 from ._errors import TrialsError
 from ._outcomes import Header, Outcome, Record, versions
 from ._plan import Plan
 from ._processes import Processes, processors
 from ._scene import check_scene
-from ._snapshot import Snapshot, take_snapshot
 from ._summary import Summary, summarize
 from ._worker import Task
 
@@ -88,21 +88,21 @@ class Series:
         plan.check_names()
         check_scene(plan)
         self.plan: Final = plan
-        self.snapshot: Final[Snapshot] = take_snapshot(Path(plan.document), content)
+        self.archive: Final[Archive] = make_archive(Path(plan.document), content)
 
     @property
     def header(self) -> Header:
         """What the outcomes are of."""
         described = msgspec.structs.replace(self.plan, document="", runs=1)
         text = msgspec.json.encode(msgspec.to_builtins(described), order="deterministic")
-        digest = hashlib.sha256(text + self.snapshot.digest.encode()).hexdigest()
+        digest = hashlib.sha256(text + self.archive.digest.encode()).hexdigest()
         return Header(Path(self.plan.document).name, digest, versions(), first=1)
 
     def outcomes(
         self, numbers: Iterable[int], pool: Pool, stop: threading.Event | None = None
     ) -> Iterator[Outcome]:
         """Yield the outcomes of some trials as they end, until `stop` is set. Raises TrialsError."""
-        tasks = ((number, Task(self.plan, number, self.snapshot)) for number in numbers)
+        tasks = ((number, Task(self.plan, number, self.archive)) for number in numbers)
         for _, outcome in run_tasks(tasks, pool, stop):
             yield outcome
 
@@ -132,7 +132,7 @@ class Series:
         Raises TrialsError.
         """
         tasks = [
-            Task(self.plan, number, self.snapshot, recording=str(path.absolute()))
+            Task(self.plan, number, self.archive, recording=str(path.absolute()))
             for number, path in recordings.items()
         ]
         try:
@@ -147,7 +147,7 @@ class Series:
     def show(self, number: int, recording: Path | None = None) -> Outcome:
         """Run one trial, perhaps recorded in a file; what it prints and logs is seen. Raises TrialsError."""
         into = "" if recording is None else str(recording.absolute())
-        task = Task(self.plan, number, self.snapshot, recording=into, quiet=False)
+        task = Task(self.plan, number, self.archive, recording=into, quiet=False)
         if recording is not None:
             recording.unlink(missing_ok=True)
         try:

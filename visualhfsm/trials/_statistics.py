@@ -12,6 +12,7 @@ from decimal import ROUND_HALF_UP, Context, Decimal
 from statistics import NormalDist
 from typing import Any, Final
 
+import msgspec
 import numpy as np
 
 from ._errors import TrialsError
@@ -29,8 +30,7 @@ _PLAIN: Final = (-6, 12)
 """Exponents from and to which a number is written without one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rate:
+class Rate(msgspec.Struct, frozen=True):
     """How many of some trials succeeded, with the interval of Wilson in which the true rate lies.
 
     Source: E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of
@@ -203,10 +203,8 @@ def _normal() -> float:
 
 def require_scipy() -> Any:  # noqa: ANN401 - the module
     """Return the statistics of SciPy. Raises TrialsError without that package."""
-    try:
+    with TrialsError.in_place_of(
+        ModuleNotFoundError, "trials need the package SciPy: pip install 'visualhfsm[trials]'"
+    ):
         from scipy import stats  # takes a second to load: only who compares series waits for it
-    except ModuleNotFoundError as error:
-        raise TrialsError.because(
-            "trials need the package SciPy: pip install 'visualhfsm[trials]'"
-        ) from error
     return stats

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ._comparison import Comparison
-from ._statistics import SMALL, Mean, Rate, figure, percent
+from ._statistics import SMALL, Mean, figure, percent
 from ._summary import Summary
 
 _BAR: Final = 20
@@ -77,9 +77,9 @@ def _of_difference(difference: Mean, shown: Callable[..., str], unit: str = "") 
     return f"{mean}  ({low} to {high}{unit})"
 
 
-def bar(rate: Rate, length: int = _BAR) -> Text:
-    """Return a rate as a bar."""
-    full = round(rate.rate * length)
+def bar(part: float, length: int) -> Text:
+    """Return a part, from 0 to 1, as a bar."""
+    full = round(part * length)
     return Text.assemble(("█" * full, "green"), ("░" * (length - full), "red"))
 
 
@@ -116,7 +116,7 @@ def _dependences(summary: Summary, width: int) -> RenderableType | None:
             means = (figure(part.means[each]) if each in part.means else "" for each in shown)
             succeed = f"{part.rate.successes} of {part.rate.trials}"
             length = _SHORT_BAR if shown else _BAR
-            table.add_row("" if index else name, part.label, bar(part.rate, length), succeed, *means)
+            table.add_row("" if index else name, part.label, bar(part.rate.rate, length), succeed, *means)
     trials = [part.rate.trials for parts in summary.dependences.values() for part in parts]
     words = ["Means are of all trials of a part, failed ones, too."] if shown else []
     if min(trials) < SMALL:

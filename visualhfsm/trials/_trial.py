@@ -25,7 +25,7 @@ from visualhfsm.simulation._properties import stated_properties
 from ._disturbances import Disturbances
 from ._errors import TrialsError
 from ._functions import FunctionFailed, call_function, load_function
-from ._outcomes import Change, Outcome
+from ._outcomes import Outcome, StateChange
 from ._plan import SAMPLED, Plan
 from ._quantities import Value, Values
 from ._scene import Scene
@@ -130,18 +130,8 @@ def _settings(plan: Plan, scene: Scene, seed: int) -> dict[str, Any]:
 
 def _not_begun(number: int, values: Values, failure: BehaviorFailed) -> Outcome:
     error = str(failure)[:_LONGEST_ERROR]
-    return Outcome(
-        number=number,
-        values=values,
-        success=False,
-        reason=error.partition("\n")[0],
-        time=0.0,
-        states="",
-        numbers={},
-        changes=(),
-        left_out=0,
-        error=error,
-    )
+    reason = error.partition("\n")[0]
+    return Outcome(number=number, values=values, success=False, reason=reason, error=error)
 
 
 class _Trial:
@@ -163,7 +153,7 @@ class _Trial:
         self._observed = _Observed(behavior, goal, properties=plan.success.properties)
         self._distance = 0.0
         self._place: tuple[float, float] | None = None
-        self._samples = {name: _Samples() for name in plan.samples}
+        self._samples: dict[str, list[float]] = {name: [] for name in plan.samples}
         Disturbances(behavior, plan.disturbances, values)
 
     def run(self) -> Outcome:
@@ -226,10 +216,11 @@ class _Trial:
         for look in self.looks:
             look()
         for name, reference in self._plan.samples.items():
-            self._samples[name].take(self._call(reference))
+            if (value := self._call(reference)) is not None:
+                self._samples[name].append(float(value))
         if self._plan.robot == "none":
             return False
-        place = _place(behavior)
+        place, _ = place_of(behavior)
         if place is not None:
             self._distance += math.dist(self._place or place, place)
             self._place = place
@@ -250,9 +241,9 @@ class _Trial:
         if self._place is not None:
             noted["distance"] = self._distance
         for name, samples in self._samples.items():
-            noted |= dict(
-                zip((f"{name} {kind}" for kind in SAMPLED), (samples.mean, samples.highest), strict=True)
-            )
+            if samples:
+                kept = (sum(samples) / len(samples), max(samples))
+                noted |= dict(zip((f"{name} {kind}" for kind in SAMPLED), kept, strict=True))
         noted |= {name: float(self._call(each)) for name, each in self._plan.numbers.items()}
         return {name: number for name, number in noted.items() if math.isfinite(number)}
 
@@ -271,7 +262,7 @@ class _Observed(Observer):
         self.broken = ""
         """The property that does not hold."""
         self.cycles = 0
-        self.changes: deque[Change] = deque(maxlen=_MOST_CHANGES)
+        self.changes: deque[StateChange] = deque(maxlen=_MOST_CHANGES)
         self.left_out = 0
         stated = stated_properties(behavior.document) if properties and behavior.document else []
         self._checks = [each.start(behavior) for each in stated]
@@ -296,40 +287,19 @@ class _Observed(Observer):
         if self.changes and self.changes[-1].states == states:
             return
         if self.changes and self.changes[-1].time == time:
-            self.changes[-1] = Change(time, states)
+            self.changes[-1] = StateChange(time, states)
             return
         self.left_out += len(self.changes) == _MOST_CHANGES
-        self.changes.append(Change(time, states))
+        self.changes.append(StateChange(time, states))
 
 
-class _Samples:
-    """A number that is taken again and again."""
-
-    def __init__(self) -> None:
-        self._count = 0
-        self._sum = 0.0
-        self.highest = -math.inf
-
-    def take(self, value: float | None) -> None:
-        """Take it once; None means that there is none now."""
-        if value is not None:
-            self._count += 1
-            self._sum += float(value)
-            self.highest = max(self.highest, float(value))
-
-    @property
-    def mean(self) -> float:
-        """The mean, not a number if none was taken."""
-        return self._sum / self._count if self._count else math.nan
-
-
-def _place(behavior: Behavior) -> tuple[float, float] | None:
-    """Return where the robot is on the floor in m; None if it does not know."""
+def place_of(behavior: Behavior) -> tuple[tuple[float, float] | None, float]:
+    """Return where the robot is on the floor in m, None if nobody knows, and which way it faces in rad."""
     device = behavior.robot.device
     if device.stage is not None:
-        x, y, _ = device.stage.truth().torso.position
-        return x, y
+        torso = device.stage.truth().torso
+        return (torso.position[0], torso.position[1]), torso.heading
     if device.walker is not None:
         odometry = device.walker.odometry()
-        return odometry.x, odometry.y
-    return None
+        return (odometry.x, odometry.y), odometry.heading
+    return None, math.nan

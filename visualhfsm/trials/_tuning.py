@@ -205,7 +205,7 @@ class _Runs:
         keys = {(setting, number): setting * self._runs + number for setting in plans for number in numbers}
         missing = {key: place for key, place in keys.items() if place not in self._known}
         tasks = (
-            (place, Task(plans[setting], number, self._series.snapshot))
+            (place, Task(plans[setting], number, self._series.archive))
             for (setting, number), place in missing.items()
         )
         self.ended(len(keys) - len(missing))

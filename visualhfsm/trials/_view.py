@@ -17,16 +17,15 @@ from ._messages import (
     Histogram,
     Part,
     PlaceMap,
-    Share,
     Trial,
     TrialsView,
     TrialTimeline,
     Way,
 )
-from ._outcomes import Change, Outcome, read_outcomes
+from ._outcomes import Outcome, StateChange, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
-from ._statistics import Rate, figure
+from ._statistics import figure
 from ._summary import Map, Row, Summary
 
 _REASONS: Final = (
@@ -66,7 +65,7 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
         name=Path(plan.document).stem,
         planned=plan.runs,
         looks=[*summary.looks[-_MOST_LOOKS:]],
-        share=_share(summary.rate),
+        share=summary.rate,
         histograms=_histograms(summary),
         dependences=[
             Dependence(
@@ -74,7 +73,7 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
                 [
                     Part(
                         _cut(part.label),
-                        _share(part.rate),
+                        part.rate,
                         _means(part.means, summary.own_numbers[:_MOST_MEANS]),
                     )
                     for part in parts[:_MOST_PARTS]
@@ -99,10 +98,6 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
     )
 
 
-def _share(rate: Rate) -> Share:
-    return Share(rate.successes, rate.trials, rate.lowest, rate.highest)
-
-
 def _means(means: Mapping[str, float], names: Iterable[str]) -> list[tuple[str, float]]:
     return [(_cut(name), means[name]) for name in names if name in means]
 
@@ -112,7 +107,7 @@ def _timelines(outcomes: Iterable[Outcome], wanted: set[int]) -> dict[int, Trial
         outcome.number: TrialTimeline(
             outcome.number,
             outcome.time,
-            [Change(each.time, _cut(each.states, _LONGEST_STATES)) for each in outcome.changes],
+            [StateChange(each.time, _cut(each.states, _LONGEST_STATES)) for each in outcome.changes],
         )
         for outcome in outcomes
         if outcome.number in wanted

@@ -6,10 +6,8 @@ costs itself. The random order of sets is fixed by the environment of the proces
 
 from __future__ import annotations
 
-import base64
 import gc
 import os
-import pickle
 import resource
 import shutil
 import sys
@@ -17,34 +15,29 @@ import tempfile
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 import msgspec
 
-from codegen.reasons import reason
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.line_process import answer_lines
+from visualhfsm._base.task_processes import answer_tasks
 from zenoh_ice.application.tether import die_with
 
+from ._archive import INTERFACES, Archive, unpack
 from ._errors import TrialsError
 from ._functions import forget_functions
 from ._outcomes import Outcome
 from ._plan import Plan
-from ._snapshot import INTERFACES, Snapshot, unpack
 from ._trial import draw_values, quiet, run_trial
-
-_MOST_MEMORY: Final = 1 << 40
-"""Limit of the address space in bytes: the plan limits the memory that is used."""
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A trial to run: its plan, whose document is that of the snapshot, and its number."""
+    """A trial to run: its plan, whose document is that of the archive, and its number."""
 
     plan: Plan
     number: int
-    snapshot: Snapshot
+    archive: Archive
     runs: bool = True
     """Without it, only its values are drawn."""
     recording: str = ""
@@ -63,23 +56,23 @@ class Task:
         return replace(self, runs=False)
 
     @property
-    def without_snapshot(self) -> Task:
-        """The same trial, for somebody who has the archive of its snapshot."""
-        return self.with_snapshot(replace(self.snapshot, archive=b""))
+    def without_archive(self) -> Task:
+        """The same trial, for somebody who has its content."""
+        return self.with_archive(replace(self.archive, content=b""))
 
-    def with_snapshot(self, snapshot: Snapshot) -> Task:
-        """Return the same trial, with all of its snapshot."""
-        return replace(self, snapshot=snapshot)
+    def with_archive(self, archive: Archive) -> Task:
+        """Return the same trial, with all of its archive."""
+        return replace(self, archive=archive)
 
 
-class Answer(msgspec.Struct, frozen=True):
+class TaskResult(msgspec.Struct, frozen=True):
     """The outcome of a task, or why there is none."""
 
     outcome: Outcome | None = None
     refused: str = ""
     """Why its plan is not possible."""
-    needs_snapshot: bool = False
-    """Whether the archive of its snapshot is to be sent along, once for all tasks with it."""
+    needs_archive: bool = False
+    """Whether its content is to be sent along, once for all tasks with it."""
 
 
 class _Worker:
@@ -89,10 +82,9 @@ class _Worker:
         self._here = Path()
         self._warm = False
 
-    def answer(self, line: bytes) -> bytes:
+    def answer(self, task: Task) -> TaskResult:
         """Return the answer to a task."""
-        task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
-        answer = msgspec.json.encode(self._run(task))
+        answer = self._run(task)
         self._forget_modules()
         gc.collect()  # a trial leaves cycles behind, and the next one is to have all memory
         if self._digest and not self._warm:
@@ -100,21 +92,21 @@ class _Worker:
             gc.freeze()  # all is imported now
         return answer
 
-    def _run(self, task: Task) -> Answer:
-        if task.snapshot.digest != self._digest:
-            if not task.snapshot.archive:
-                return Answer(needs_snapshot=True)
+    def _run(self, task: Task) -> TaskResult:
+        if task.archive.digest != self._digest:
+            if not task.archive.content:
+                return TaskResult(needs_archive=True)
             if self._digest:
                 shutil.rmtree(self._here)
-            self._digest = task.snapshot.digest
+            self._digest = task.archive.digest
             self._here = self._folder / self._digest[:16]
-            unpack(task.snapshot.archive, self._here)
+            unpack(task.archive.content, self._here)
         soft = task.plan.memory << 20
         resource.setrlimit(resource.RLIMIT_DATA, (soft, resource.getrlimit(resource.RLIMIT_DATA)[1]))
-        plan = msgspec.structs.replace(task.plan, document=str(self._here / task.snapshot.document))
+        plan = msgspec.structs.replace(task.plan, document=str(self._here / task.archive.document))
         try:
             if not task.runs:
-                return Answer(
+                return TaskResult(
                     Outcome(number=task.number, values=draw_values(plan, task.number), success=False)
                 )
             if task.part is not None:
@@ -124,8 +116,8 @@ class _Worker:
             if task.part is not None:
                 _keep(task.part, Path(task.recording))
         except (VisualHfsmError, ExecutionError) as error:
-            return Answer(refused=self._plain(str(error)))
-        return Answer(
+            return TaskResult(refused=self._plain(str(error)))
+        return TaskResult(
             msgspec.structs.replace(
                 outcome, reason=self._plain(outcome.reason), error=self._plain(outcome.error)
             )
@@ -141,20 +133,18 @@ class _Worker:
                 del sys.modules[name]
 
     def _plain(self, text: str) -> str:
-        """Return a text without the path of the snapshot, which differs from process to process."""
+        """Return a text without the path of the archive, which differs from process to process."""
         return text.replace(f"{self._here}/", "")
 
 
 def _keep(part: Path, recording: Path) -> None:
-    try:
+    with TrialsError.in_place_of(
+        OSError, "{target}: the recording cannot be kept: {reason}", target=str(recording)
+    ):
         part.replace(recording)
-    except OSError as error:
-        raise TrialsError.because(
-            "{target}: the recording cannot be kept: {reason}", target=str(recording), reason=reason(error)
-        ) from error
 
 
 if __name__ == "__main__":
     die_with(os.getppid())  # a trial that hangs would not notice that nobody waits for it
     with tempfile.TemporaryDirectory(prefix="visualhfsm-trials-") as folder:
-        answer_lines(_Worker(Path(folder).resolve()).answer, _MOST_MEMORY)
+        answer_tasks(_Worker(Path(folder).resolve()).answer)

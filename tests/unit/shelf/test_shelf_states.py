@@ -14,8 +14,8 @@ import pytest
 from interfaces.nao import ActionState, ActionStatus, SafetyPrx, TouchReading
 from tests.support.places import ROOT
 from tests.support.soak import repeated
-from visualhfsm import Project
-from visualhfsm._document.commands.states import AddState, SetArgument
+from visualhfsm import Place, Project, SetText
+from visualhfsm._document.commands.states import AddState
 from visualhfsm._document.commands.transitions import AddTransition, SetTransitionType
 from visualhfsm._document.commands.variables import TakeOutput
 from visualhfsm.testing import Behavior, MakeBehavior, check_properties
@@ -159,7 +159,9 @@ def draw(
     document = project.new()
     document.add_ready_state(f"ours/{name}.xml", 1, 120.0, 160.0)
     for key, value in arguments.items():
-        document.apply(SetArgument(automaton=1, state=1, name=key, value=value))
+        document.apply(
+            SetText(place=Place(kind="state", automaton=1, id=1, part="argument", name=key), text=value)
+        )
     for declared in document.automata[1].outputs if takes else ():
         document.apply(TakeOutput(automaton=1, state=1, name=declared.name))
     if leave_after is None:

@@ -3,29 +3,59 @@
 from __future__ import annotations
 
 import decimal
-import json.decoder
+import importlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
 
 import pytest
 
+PACKAGE = """
+from typing import TYPE_CHECKING
+
 from zenoh_ice.lazy import import_on_use
 
-LOAD, COMPLETE = import_on_use("json", {".decoder": "JSONDecoder Renamed", "decimal": "Decimal"})
+if TYPE_CHECKING:
+    from decimal import Decimal as Decimal
+
+    from .clock import Clock as Clock
+    from .clock import Renamed as Renamed
+
+    from .clock import Hidden
+
+__getattr__, __dir__ = import_on_use(__name__)
+"""
 
 
-def test_a_name_is_found_in_a_module_of_the_package_and_of_another() -> None:
-    assert LOAD("JSONDecoder") is json.decoder.JSONDecoder
-    assert LOAD("Decimal") is decimal.Decimal
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    folder = tmp_path / "lazy_package"
+    folder.mkdir()
+    (folder / "__init__.py").write_text(PACKAGE)
+    (folder / "clock.py").write_text("class Clock: pass\n\nclass Hidden: pass\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    yield importlib.import_module("lazy_package")
+    for name in [each for each in sys.modules if each.partition(".")[0] == "lazy_package"]:
+        del sys.modules[name]
 
 
-def test_an_unknown_name_is_an_attribute_error() -> None:
-    with pytest.raises(AttributeError, match="module 'json' has no attribute 'JSONDecodr'"):
-        LOAD("JSONDecodr")
+def test_a_name_is_found_in_a_module_of_the_package_and_of_another(package: ModuleType) -> None:
+    assert "lazy_package.clock" not in sys.modules
+    assert package.Clock is sys.modules["lazy_package.clock"].Clock
+    assert package.Decimal is decimal.Decimal
 
 
-def test_a_name_that_its_module_lacks_is_an_attribute_error() -> None:
-    with pytest.raises(AttributeError, match=r"json\.decoder"):
-        LOAD("Renamed")
+@pytest.mark.parametrize("name", ["Clok", "Hidden"])
+def test_an_unknown_name_is_an_attribute_error(package: ModuleType, name: str) -> None:
+    with pytest.raises(AttributeError, match=f"module 'lazy_package' has no attribute '{name}'"):
+        getattr(package, name)
 
 
-def test_the_names_are_offered_beside_those_that_are_there() -> None:
-    assert {"JSONDecoder", "Renamed", "Decimal", "dumps", "__name__"} <= {*COMPLETE()}
+def test_a_name_that_its_module_lacks_is_an_attribute_error(package: ModuleType) -> None:
+    with pytest.raises(AttributeError, match=r"lazy_package\.clock"):
+        _ = package.Renamed
+
+
+def test_the_names_are_offered_beside_those_that_are_there(package: ModuleType) -> None:
+    assert {"Clock", "Renamed", "Decimal", "import_on_use", "__name__"} <= {*dir(package)}

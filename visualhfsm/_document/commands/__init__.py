@@ -15,38 +15,15 @@ from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
 from zenoh_ice import typed
 
-from . import (
-    automata,
-    component,
-    corrections,
-    group,
-    items,
-    notes,
-    paste,
-    states,
-    text,
-    transitions,
-    variables,
-)
+from . import automata, component, group, items, notes, paste, states, text, transitions, variables
 from .base import Command
 
 __all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command", "in_language"]
 
+_MODULES: Final = (automata, component, group, items, notes, paste, states, text, transitions, variables)
 COMMANDS: Final[tuple[type[Command], ...]] = tuple(
     found
-    for module in (
-        automata,
-        component,
-        corrections,
-        group,
-        items,
-        notes,
-        paste,
-        states,
-        text,
-        transitions,
-        variables,
-    )
+    for module in _MODULES
     for found in vars(module).values()
     if isinstance(found, type) and issubclass(found, Command) and not found.__name__.startswith("_")
     if found.__module__ == module.__name__

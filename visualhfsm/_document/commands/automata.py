@@ -5,20 +5,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, Import, State, Text
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
 from ..nodes import (
-    MAX_AUTOMATA,
     automaton_ids,
     changed,
     checked,
     find_automaton,
     find_state,
     label,
+    require_room,
     state_ids,
     swapped,
     transition_ids,
@@ -37,13 +36,7 @@ class AddAutomaton(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         father = find_automaton(document, self.automaton)
         state = find_state(father, self.state)
-        if len(document.automata) >= MAX_AUTOMATA:
-            why = Message("the document has {count}", count=len(document.automata))
-            raise EditError(
-                Message("Cannot add an automaton"),
-                why,
-                Message("move some to separate documents and import them"),
-            )
+        require_room(document, 1, Message("Cannot add an automaton"))
         number = next(automaton_ids(document))
         new = replace(
             father, states=swapped(father.states, state, replace(state, children=(*state.children, number)))
@@ -84,22 +77,6 @@ class SetPeriod(AutomatonCommand, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> Message:
         return Message("Set the period to {period} ms", period=self.period.strip()[:20])
-
-
-class SetAutomatonCode(AutomatonCommand, frozen=True, kw_only=True):
-    """Set the variables or the functions of an automaton."""
-
-    typed = ("text",)
-    part: Literal["variables", "functions"]
-    text: str
-
-    def change(self, automaton: Automaton) -> Automaton:
-        return changed(automaton, **{self.part: self.text})
-
-    def title(self, document: Document) -> Message:
-        if self.part == "variables":
-            return Message("Edit the variables")
-        return Message("Edit the functions")
 
 
 class SetImport(AutomatonCommand, frozen=True, kw_only=True):

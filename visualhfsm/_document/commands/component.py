@@ -30,7 +30,7 @@ from codegen.hfsm.document import (
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
-from ..nodes import changed, find_automaton, free_name, with_automaton
+from ..nodes import changed, find_automaton, free_name, require_own_content, with_automaton
 from .base import Command, Id, Index, Language, made_up, only_text
 
 ListName = Literal[
@@ -132,12 +132,9 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
     language: Language = ""
 
     def apply(self, document: Document) -> Document:
-        if self.list in _OF_AUTOMATON and find_automaton(document, self.automaton).imported is not None:
-            raise EditError(
-                Message("Cannot add {noun}", noun=self.noun()),
-                Message("its content comes from another file"),
-                Message("change that file, or inline it first"),
-            )
+        if self.list in _OF_AUTOMATON:
+            what = Message("Cannot add {noun}", noun=self.noun())
+            require_own_content(find_automaton(document, self.automaton), what)
 
         def add(entries: Entries) -> Entries:
             noun, _, blank, _, separator = _LISTS[self.list]

@@ -17,7 +17,6 @@ from visualhfsm._base.errors import EditError
 
 from ..geometry import with_default_handles
 from ..nodes import (
-    MAX_AUTOMATA,
     automaton_ids,
     changed,
     checked,
@@ -25,6 +24,7 @@ from ..nodes import (
     find_automaton,
     find_state,
     free_name,
+    require_room,
     state_ids,
     swapped,
 )
@@ -57,11 +57,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
             raise EditError(
                 Message("Cannot group"), Message("no state is selected"), Message("select states first")
             )
-        if len(document.automata) >= MAX_AUTOMATA:
-            why = Message("the document has {count} automata", count=len(document.automata))
-            raise EditError(
-                Message("Cannot group"), why, Message("move some to separate documents and import them")
-            )
+        require_room(document, 1, Message("Cannot group"))
         number = next(automaton_ids(document))
         group = State(
             id=next(state_ids(source)),

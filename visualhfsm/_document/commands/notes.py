@@ -9,7 +9,6 @@ from typing import Final, Literal
 
 from codegen.hfsm.document import Annotation, Automaton, Document, Text
 from codegen.messages import Message
-from visualhfsm._base.errors import EditError
 
 from ..nodes import (
     changed,
@@ -19,6 +18,7 @@ from ..nodes import (
     find_annotation,
     find_automaton,
     free_ids,
+    require_own_content,
     size,
     swapped,
 )
@@ -48,11 +48,7 @@ class AddAnnotation(AutomatonCommand, frozen=True, kw_only=True):
     text: str = ""
 
     def change(self, automaton: Automaton) -> Automaton:
-        if automaton.imported is not None:
-            why = Message("its content comes from another file")
-            raise EditError(
-                Message("Cannot draw in this automaton"), why, Message("change that file, or inline it first")
-            )
+        require_own_content(automaton, Message("Cannot draw in this automaton"))
         made = Annotation(
             id=next(free_ids(each.id for each in automaton.annotations)),
             kind=self.kind,

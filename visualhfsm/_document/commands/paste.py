@@ -27,7 +27,6 @@ from visualhfsm._base.errors import EditError
 from ..diff import KEYS
 from ..geometry import Point
 from ..nodes import (
-    MAX_AUTOMATA,
     automaton_ids,
     changed,
     checked,
@@ -35,6 +34,8 @@ from ..nodes import (
     find_automaton,
     free_ids,
     free_name,
+    require_own_content,
+    require_room,
     state_ids,
     swapped,
     transition_ids,
@@ -67,13 +68,7 @@ class PasteStates(Command, frozen=True, kw_only=True):
 
     def apply(self, document: Document) -> Document:
         target = find_automaton(document, self.automaton)
-        if target.imported is not None:
-            why = Message("its content comes from another file")
-            raise EditError(
-                Message("Cannot paste into this automaton"),
-                why,
-                Message("change that file, or inline it first"),
-            )
+        require_own_content(target, Message("Cannot paste into this automaton"))
         fragment = parse(self.content, Message("Cannot paste"))
         if not fragment.automata or not (fragment.automata[0].states or fragment.automata[0].annotations):
             raise EditError(
@@ -281,23 +276,14 @@ def _with_declarations(document: Document, fragment: Document) -> Document:
 
 def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
     """Return new ids for automata that are added to a document. Raises EditError for too many of them."""
-    if len(document.automata) + len(automata) > MAX_AUTOMATA:
-        why = Message("the document would have more than {limit} automata", limit=MAX_AUTOMATA)
-        raise EditError(
-            Message("Cannot add these automata"),
-            why,
-            Message("move some to separate documents and import them"),
-        )
+    what = Message("Cannot add these automata")
+    require_room(document, len(automata), what)
     ids = automaton_ids(document)
     numbers: dict[int, int] = {}
     for automaton in automata:
         if automaton.id in numbers:
             why = Message("two automata in it have the number {automaton}", automaton=automaton.id)
-            raise EditError(
-                Message("Cannot add these automata"),
-                why,
-                Message("use `Repair numbers` in the document they come from"),
-            )
+            raise EditError(what, why, Message("use `Repair numbers` in the document they come from"))
         numbers[automaton.id] = next(ids)
     return numbers
 

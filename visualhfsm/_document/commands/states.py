@@ -7,9 +7,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import ClassVar, Literal
 
-from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Result, State, Text
+from codegen.hfsm.document import NO_CHILD, Automaton, Document, State
 from codegen.messages import NO_MESSAGE, Message
-from visualhfsm._base.errors import EditError
 
 from ..nodes import (
     changed,
@@ -19,6 +18,7 @@ from ..nodes import (
     find_state,
     free_name,
     label,
+    require_own_content,
     state_ids,
     swapped,
     with_automaton,
@@ -45,13 +45,7 @@ class AddState(Command, frozen=True, kw_only=True):
         number = next(state_ids(find_automaton(document, self.automaton)))
 
         def add(automaton: Automaton) -> Automaton:
-            if automaton.imported is not None:
-                why = Message("its content comes from another file")
-                raise EditError(
-                    Message("Cannot draw in this automaton"),
-                    why,
-                    Message("change that file, or inline it first"),
-                )
+            require_own_content(automaton, Message("Cannot draw in this automaton"))
             taken = {state.name for state in automaton.states}
             state = State(
                 id=number,
@@ -109,27 +103,6 @@ class RenameState(_StateCommand, frozen=True, kw_only=True):
     name: str
 
 
-class SetStateCode(_StateCommand, frozen=True, kw_only=True):
-    """Set the code that runs at the entry, in every cycle or at the exit of a state."""
-
-    typed = ("text",)
-    part: Literal["entry", "code", "exit"]
-    text: str
-
-    def changed_state(self, state: State) -> State:
-        return changed(state, **{self.part: self.text})
-
-    def title(self, document: Document) -> Message:
-        label = self.label(document)
-        match self.part:
-            case "entry":
-                return Message("Edit the entry code of {label}", label=label)
-            case "exit":
-                return Message("Edit the exit code of {label}", label=label)
-            case "code":
-                return Message("Edit the code of {label}", label=label)
-
-
 class MarkInitial(_StateCommand, frozen=True, kw_only=True):
     """Make a state the only initial state of its automaton."""
 
@@ -162,36 +135,6 @@ class SetHistory(_StateCommand, frozen=True, kw_only=True):
     history: Literal["", "resume", "restart"]
 
 
-class SetArgument(_StateCommand, frozen=True, kw_only=True):
-    """Set the argument of a state for an input of its automata; `child` 0 is the one with the input."""
-
-    typed = ("value",)
-    name: str
-    value: str
-    child: Id = NO_CHILD
-
-    def changed_state(self, state: State) -> State:
-        value = checked(self.value, Message("the argument"))
-        former = [each for each in state.arguments if (each.name, each.child) == (self.name, self.child)]
-        if former:
-            arguments = tuple(
-                changed(each, value=value) if each is former[0] else each for each in state.arguments
-            )
-            return changed(state, arguments=arguments)
-        if not self.name.strip():
-            raise EditError(
-                Message("Cannot add the argument"),
-                Message("it has no name"),
-                Message("name an input of the automaton below"),
-            )
-        name = checked(self.name, Message("the name of the argument"))
-        new = Argument(name=name, child=self.child, value=Text(value))
-        return changed(state, arguments=(*state.arguments, new))
-
-    def title(self, document: Document) -> Message:
-        return Message("Set the argument {name} of {label}", name=self.name[:30], label=self.label(document))
-
-
 class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
     """Remove the argument for an input."""
 
@@ -206,35 +149,6 @@ class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
         return Message(
             "Remove the argument {name} of {label}", name=self.name[:30], label=self.label(document)
         )
-
-
-class SetResult(_StateCommand, frozen=True, kw_only=True):
-    """Set the variable that takes an output of a state's automata; `child` 0 is the one with the output."""
-
-    name: str
-    variable: str
-    child: Id = NO_CHILD
-
-    def changed_state(self, state: State) -> State:
-        variable = checked(self.variable, Message("the variable"))
-        former = [each for each in state.results if (each.name, each.child) == (self.name, self.child)]
-        if former:
-            results = tuple(
-                changed(each, variable=variable) if each is former[0] else each for each in state.results
-            )
-            return changed(state, results=results)
-        if not self.name.strip():
-            raise EditError(
-                Message("Cannot add the result"),
-                Message("it has no name"),
-                Message("name an output of the automaton below"),
-            )
-        name = checked(self.name, Message("the name of the result"))
-        new = Result(name=name, child=self.child, variable=Text(variable))
-        return changed(state, results=(*state.results, new))
-
-    def title(self, document: Document) -> Message:
-        return Message("Take the output {name} in {label}", name=self.name[:30], label=self.label(document))
 
 
 class RemoveResult(_StateCommand, frozen=True, kw_only=True):

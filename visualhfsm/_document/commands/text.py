@@ -1,26 +1,120 @@
-"""Set pieces of code by their place, and replace a text in all of them."""
+"""Set pieces of code by their place, replace a text in all of them, and correct misspelt names."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Any, Final
+from collections.abc import Hashable, Iterator, Mapping
+from itertools import groupby
+from typing import Annotated, Final, get_args
 
 import msgspec
 
-from codegen.hfsm.document import Document
-from codegen.messages import Message
-from visualhfsm._base.errors import EditError, VisualHfsmError
+from codegen.hfsm.document import Argument, Automaton, Document, Result, State, Text
+from codegen.messages import Message, template
+from visualhfsm._base.errors import EditError
 
-from ..places import CODE, Place, pattern_for, spots
+from ..nodes import (
+    changed,
+    checked,
+    find_automaton,
+    find_state,
+    find_transition,
+    label,
+    swapped,
+    with_automaton,
+)
+from ..places import CODE, Place, pattern_for, texts_in
 from ..serialization import MAX_SIZE
-from .automata import SetAutomatonCode
 from .base import Command, Index
-from .states import SetArgument, SetResult, SetStateCode
-from .transitions import SetTransitionCode
+from .component import ChangeEntry, ListName
 
 _Short = Annotated[str, msgspec.Meta(max_length=1000)]
+_TITLES: Final = {
+    ("automaton", "variables"): Message("Edit the variables"),
+    ("automaton", "functions"): Message("Edit the functions"),
+    ("state", "entry"): template("Edit the entry code of {label}"),
+    ("state", "code"): template("Edit the code of {label}"),
+    ("state", "exit"): template("Edit the exit code of {label}"),
+    ("transition", "trigger"): template("Edit the trigger of {label}"),
+    ("transition", "guard"): template("Edit the guard of {label}"),
+    ("transition", "fired"): template("Edit the code of {label}"),
+    ("state", "argument"): template("Set the argument {name} of {label}"),
+    ("state", "result"): template("Take the output {name} in {label}"),
+}
+"""The names of the steps, for each kind of place that has code, and its parts."""
+_MOST_PLACES: Final = 1000
 _SHOWN: Final = 30
 """Characters of a text in the name of a step."""
+
+
+class SetText(Command, frozen=True, kw_only=True):
+    """Set the text at a place with code: of an automaton, a state or a transition.
+
+    That of an argument is the value for an input of the automaton below, that of a result the variable that
+    takes an output; both are added to the state if they are not there yet.
+    """
+
+    typed = ("text",)
+    place: Place
+    text: str
+
+    def apply(self, document: Document) -> Document:
+        self._step()
+        return with_automaton(document, self.place.automaton, self._changed)
+
+    def title(self, document: Document) -> Message:
+        place, step = self.place, self._step()
+        automaton = find_automaton(document, place.automaton)
+        if place.kind == "automaton":
+            return step
+        find = find_state if place.kind == "state" else find_transition
+        return step.again({"name": place.name[:30], "label": label(find(automaton, place.id))})
+
+    @property
+    def merge_key(self) -> Hashable | None:
+        return None if self.place.part == "result" else super().merge_key  # which is chosen, not typed
+
+    def _step(self) -> Message:
+        """Return the name of the step without its values. Raises EditError for a place without code."""
+        kind, part = self.place.kind, self.place.part
+        step = _TITLES.get((kind, part))
+        if step is None:
+            why = Message("there is no code in the {part} of a {kind}", part=part or "whole", kind=kind)
+            raise EditError(Message("Cannot set the text"), why)
+        return step
+
+    def _changed(self, automaton: Automaton) -> Automaton:
+        place, text = self.place, self.text
+        if place.kind == "automaton":
+            return changed(automaton, **{place.part: text})
+        if place.kind == "transition":
+            former = find_transition(automaton, place.id)
+            new = changed(former, **{"code" if place.part == "fired" else place.part: text})
+            return changed(automaton, transitions=swapped(automaton.transitions, former, new))
+        state = find_state(automaton, place.id)
+        is_item = place.part in ("argument", "result")
+        new_state = self._with_item(state) if is_item else changed(state, **{place.part: text})
+        return changed(automaton, states=swapped(automaton.states, state, new_state))
+
+    def _with_item(self, state: State) -> State:
+        """Return a state with an argument or a result that is changed or new."""
+        place, is_result = self.place, self.place.part == "result"
+        text = checked(self.text, Message("the variable") if is_result else Message("the argument"))
+        items: tuple[Argument | Result, ...] = state.results if is_result else state.arguments
+        former = next((each for each in items if (each.name, each.child) == (place.name, place.child)), None)
+        if former is not None:
+            items = swapped(items, former, changed(former, **{"variable" if is_result else "value": text}))
+        elif not place.name.strip():
+            why, hint = Message("it has no name"), Message("name an input or output of the automaton below")
+            raise EditError(Message("Cannot set the text"), why, hint)
+        else:
+            name = checked(place.name, Message("the name"))
+            made = (
+                Result(name=name, child=place.child, variable=Text(text))
+                if is_result
+                else Argument(name=name, child=place.child, value=Text(text))
+            )
+            items = (*items, made)
+        return changed(state, **{"results" if is_result else "arguments": items})
 
 
 class ReplaceText(Command, frozen=True, kw_only=True):
@@ -46,7 +140,7 @@ class ReplaceText(Command, frozen=True, kw_only=True):
         pattern = pattern_for(self.text, whole=self.whole)
         for place, lines, part, _ in found:
             lines[part] = [pattern.sub(lambda _: self.by, "\n".join(lines[part]))]
-            document = with_code(document, place, "\n".join(lines))
+            document = SetText(place=place, text="\n".join(lines)).apply(document)
         return document
 
     def title(self, document: Document) -> Message:
@@ -63,30 +157,116 @@ class ReplaceText(Command, frozen=True, kw_only=True):
         """Yield for each place with matches its lines, the slice to change, and the number of matches."""
         pattern = pattern_for(self.text, whole=self.whole)
         part = slice(self.line - 1, self.line) if self.line else slice(None)
-        for place, text, _, _ in spots(document):
+        for place, text, _, _ in texts_in(document):
             if text and place.part in CODE and self.place in (None, place):
                 lines = text.split("\n")
                 if count := len(pattern.findall("\n".join(lines[part]))):
                     yield place, lines, part, count
 
 
-def with_code(document: Document, place: Place, code: str) -> Document:
-    """Return a document with another text for a piece of code; raises VisualHfsmError when there is none."""
-    where: dict[str, Any] = {"automaton": place.automaton}
-    command: Command
-    match place.kind, place.part:
-        case "state", "argument":
-            command = SetArgument(**where, state=place.id, name=place.name, value=code, child=place.child)
-        case "state", "result":
-            command = SetResult(**where, state=place.id, name=place.name, variable=code, child=place.child)
-        case "state", "entry" | "code" | "exit" as part:
-            command = SetStateCode(**where, state=place.id, part=part, text=code)
-        case "transition", "trigger" | "guard" | "fired" as part:
-            command = SetTransitionCode(**where, transition=place.id, part=part, text=code)
-        case "automaton", "variables" | "functions" as part:
-            command = SetAutomatonCode(**where, part=part, text=code)
-        case _:
-            raise VisualHfsmError.because(
-                "there is no code in the {part} of a {kind}", part=place.part or "whole", kind=place.kind
-            )
-    return command.apply(document)
+class Correction(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, rename="camel"):
+    """Where a name is written: from a `column` of a line on, both from 1, or as the value of a `field`."""
+
+    place: Place
+    line: Index = 0
+    column: Index = 0
+    field: str = ""
+
+
+class CorrectName(Command, frozen=True, kw_only=True):
+    """Replace a name by the one that is meant, once at each of some places."""
+
+    name: _Short
+    meant: _Short
+    at: Annotated[tuple[Correction, ...], msgspec.Meta(max_length=_MOST_PLACES)]
+
+    def apply(self, document: Document) -> Document:
+        if not self.name or not self.at:
+            raise self._changed()
+        for place, found in groupby(
+            sorted(self.at, key=_position, reverse=True), key=lambda each: each.place
+        ):
+            corrections = list(found)
+            fields = {each.field for each in corrections if each.field}
+            if fields:
+                document = self._in_field(document, place, fields.pop())
+            else:
+                document = self._in_text(document, place, corrections)
+        return document
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002 - the base has it
+        return Message.counted(
+            "Replace “{text}” by “{new}” (once)",
+            "Replace “{text}” by “{new}” ({count} times)",
+            count=len(self.at),
+            text=self.name[:_SHOWN],
+            new=self.meant[:_SHOWN],
+        )
+
+    def _in_text(self, document: Document, place: Place, corrections: list[Correction]) -> Document:
+        """Return the document with another text at a place; `corrections` are the last ones first."""
+        lines = _text_at(document, place).split("\n")
+        pattern = pattern_for(self.name, whole=True)
+        for each in corrections:
+            line = lines[each.line - 1] if 0 < each.line <= len(lines) else ""
+            match = pattern.search(line, max(0, each.column - 1))
+            if match is None or match[0] != self.name:
+                raise self._changed()
+            lines[each.line - 1] = line[: match.start()] + self.meant + line[match.end() :]
+        if place.part in CODE:
+            return SetText(place=place, text="\n".join(lines)).apply(document)
+        return self._in_entry(document, place, {place.name: "\n".join(lines)})
+
+    def _in_field(self, document: Document, place: Place, field: str) -> Document:
+        """Return the document with another value of a field of the element at a place."""
+        if place.kind != "state":
+            value = _text_at(document, msgspec.structs.replace(place, name=field))
+            if value.strip() != self.name:
+                raise self._changed()
+            return self._in_entry(document, place, {field: self.meant})
+        automaton = find_automaton(document, place.automaton)
+        state = find_state(automaton, place.id)
+        items: tuple[Argument | Result, ...] = state.results if place.part == "result" else state.arguments
+        found = [each for each in items if (each.name, each.child) == (place.name, place.child)]
+        if len(found) != 1 or _value(found[0], field) != self.name:
+            raise self._changed()
+        meant = checked(self.meant, Message("the name"))
+        new = changed(found[0], **{field: Text(meant) if field == "variable" else meant})
+        part = "results" if place.part == "result" else "arguments"
+        state_now = changed(state, **{part: swapped(items, found[0], new)})
+        return with_automaton(
+            document,
+            place.automaton,
+            lambda each: changed(each, states=swapped(each.states, state, state_now)),
+        )
+
+    def _in_entry(self, document: Document, place: Place, fields: Mapping[str, str]) -> Document:
+        """Return the document with other fields of an entry of a list."""
+        lists: Mapping[str, ListName] = {each: each for each in get_args(ListName)}
+        if place.part not in lists:
+            raise self._changed()
+        return ChangeEntry(
+            list=lists[place.part], automaton=place.automaton, index=place.index, fields=dict(fields)
+        ).apply(document)
+
+    def _changed(self) -> EditError:
+        return EditError(
+            Message("Cannot replace “{text}”", text=self.name[:_SHOWN]),
+            Message("it stands there no longer"),
+            Message("wait until the checks have run again"),
+        )
+
+
+def _text_at(document: Document, place: Place) -> str:
+    return next((placed.text for placed in texts_in(document) if placed.place == place and placed.text), "")
+
+
+def _value(item: Argument | Result, field: str) -> str:
+    """Return the value of a field that may be misspelt; empty for another one."""
+    if field == "variable" and isinstance(item, Result):
+        return item.variable.text.strip()
+    return item.name if field == "name" else ""
+
+
+def _position(correction: Correction) -> tuple[str, int, int]:
+    return repr(correction.place), correction.line, correction.column

@@ -165,27 +165,6 @@ class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
         return Message("Make {label} fire by {type}", label=self.label(document), type=_TYPES[self.type])
 
 
-class SetTransitionCode(_TransitionCommand, frozen=True, kw_only=True):
-    """Set the trigger of a transition, its guard, or the code that runs when it fires."""
-
-    typed = ("text",)
-    part: Literal["trigger", "guard", "fired"]
-    text: str
-
-    def changed_transition(self, transition: Transition) -> Transition:
-        return changed(transition, **{"code" if self.part == "fired" else self.part: self.text})
-
-    def title(self, document: Document) -> Message:
-        label = self.label(document)
-        match self.part:
-            case "trigger":
-                return Message("Edit the trigger of {label}", label=label)
-            case "guard":
-                return Message("Edit the guard of {label}", label=label)
-            case "fired":
-                return Message("Edit the code of {label}", label=label)
-
-
 class SetPriority(_TransitionCommand, frozen=True, kw_only=True):
     """Set the priority of a transition as it was typed: a number from 1, or nothing."""
 

@@ -5,21 +5,21 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterable, Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Final
 
 import msgspec
 
 from codegen.hfsm.analysis import Analysis, AutomatonCode, Piece, analyze
-from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, Text
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, State, Text
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
 from ..nodes import changed, find_automaton, find_state, free_name, with_automaton
-from ..places import CODE, Place, spots
+from ..places import CODE, Place, texts_in
 from .base import Command, Id
-from .states import SetResult
-from .text import with_code
+from .text import SetText
 
 _Name = Annotated[str, msgspec.Meta(max_length=1000)]
 _TYPES: Final = {int: "int", float: "float", bool: "bool", str: "str"}
@@ -43,9 +43,7 @@ class PassVariable(Command, frozen=True, kw_only=True):
                 Message("write self.{name} in both", name=self.name),
             )
         given = _type(owner, self.name)
-        for each in (target, *document.above(target)):
-            if each.id == owner.automaton.id:
-                break
+        for each in _below(document, owner, target):
             document = self._handed_over(document, each, given)
         return document
 
@@ -53,10 +51,7 @@ class PassVariable(Command, frozen=True, kw_only=True):
         return Message("Pass “{name}” as an input", name=self.name)
 
     def _handed_over(self, document: Document, automaton: Automaton, type: str) -> Document:
-        state = document.owner(automaton)
-        if state is None:
-            what = Message("Cannot pass “{name}”", name=self.name)
-            raise EditError(what, Message("no state owns the automaton"))
+        state = _state_of(document, automaton, Message("Cannot pass “{name}”", name=self.name))
         declared = Parameter(name=self.name, type=Text(type), default=Text(), description=Text())
         document = with_automaton(
             document, automaton.id, lambda each: changed(each, inputs=(*each.inputs, declared))
@@ -104,9 +99,7 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
             default=Text(_default(owner, self.name)),
             description=Text(),
         )
-        for each in (target, *document.above(target)):
-            if each.id == owner.automaton.id:
-                break
+        for each in _below(document, owner, target):
             if self.name not in each.declared:
                 document = with_automaton(
                     document,
@@ -120,15 +113,12 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
         return Message("Hand “{name}” up as an output", name=self.name)
 
     def _taken(self, document: Document, automaton: Automaton) -> Document:
-        state = document.owner(automaton)
-        if state is None:
-            what = Message("Cannot hand “{name}” up", name=self.name)
-            raise EditError(what, Message("no state owns the automaton"))
+        state = _state_of(document, automaton, Message("Cannot hand “{name}” up", name=self.name))
         child = automaton.id if len(state.children) > 1 else NO_CHILD
-        command = SetResult(
-            automaton=automaton.father, state=state.id, name=self.name, variable=self.name, child=child
+        place = Place(
+            kind="state", automaton=automaton.father, id=state.id, part="result", name=self.name, child=child
         )
-        return command.apply(document)
+        return SetText(place=place, text=self.name).apply(document)
 
 
 class TakeOutput(Command, frozen=True, kw_only=True):
@@ -150,10 +140,10 @@ class TakeOutput(Command, frozen=True, kw_only=True):
         lines = above.variables.text.rstrip()
         written = f"{lines}\n{variable} = {default}" if lines else f"{variable} = {default}"
         document = with_automaton(document, above.id, lambda each: changed(each, variables=written))
-        command = SetResult(
-            automaton=above.id, state=state.id, name=self.name, variable=variable, child=self.child
+        place = Place(
+            kind="state", automaton=above.id, id=state.id, part="result", name=self.name, child=self.child
         )
-        return command.apply(document)
+        return SetText(place=place, text=variable).apply(document)
 
     def title(self, document: Document) -> Message:  # noqa: ARG002
         return Message("Take the output {name} into a new variable", name=self.name[:30])
@@ -225,7 +215,7 @@ class ShareVariable(Command, frozen=True, kw_only=True):
                 first = piece.place(node).line - text.line
                 for line in range(first, first + (node.end_lineno or node.lineno) - node.lineno + 1):
                     lines[line] = self._in_braces(lines[line])
-        return with_code(document, place, "\n".join(lines))
+        return SetText(place=place, text="\n".join(lines)).apply(document)
 
     def _in_braces(self, line: str) -> str:
         """Change the expressions in a line of an f-string; before Python 3.12 their places are wrong."""
@@ -291,10 +281,23 @@ def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
     )
 
 
+def _below(document: Document, owner: AutomatonCode, target: Automaton) -> Iterator[Automaton]:
+    """Yield an automaton and those above it, up to below the one that has a variable."""
+    return takewhile(lambda each: each.id != owner.automaton.id, (target, *document.above(target)))
+
+
+def _state_of(document: Document, automaton: Automaton, what: Message) -> State:
+    """Return the state that owns an automaton. Raises EditError, which begins with `what`."""
+    state = document.owner(automaton)
+    if state is None:
+        raise EditError(what, Message("no state owns the automaton"))
+    return state
+
+
 def _code_texts(document: Document) -> Iterator[tuple[Place, Text]]:
     """Yield the places of a document with code, each with its text."""
     texts = {id(each.text): each for each in _all_texts(document)}
-    for place, text, *_ in spots(document):
+    for place, text, *_ in texts_in(document):
         if place.part in CODE and text and id(text) in texts:
             yield place, texts[id(text)]
 

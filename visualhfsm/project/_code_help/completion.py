@@ -16,9 +16,9 @@ from jedi.api.environment import InterpreterEnvironment
 
 from codegen.hfsm.code.names import COMPONENT_ALIASES
 
-from .answers import Completion, Completions, Explanation, Signature
 from .component import TypedComponent
 from .prose import plain
+from .protocol import Completion, Completions, Explanation, Signature
 
 _MOST_PROPOSALS: Final = 200
 _DOCUMENTED: Final = 24

@@ -33,7 +33,7 @@ from codegen.hfsm.known_interfaces import KnownInterfaces
 from codegen.hfsm.ros import FOLDERS
 from codegen.python_layout import INDENT
 from codegen.source_rows import SOURCE_MAP
-from visualhfsm._document.places import Place, spots
+from visualhfsm._document.places import Place, texts_in
 
 from .ros import class_of, ros_classes
 
@@ -104,7 +104,7 @@ def generate_around(
     automaton = document.automaton(place.automaton) or Automaton(id=place.automaton)
     functions = [each.text.text for each in document.functions]
     shared = [automaton.variables.text]
-    for each, text, _, _ in spots(document):
+    for each, text, _, _ in texts_in(document):
         if text and each.part == "functions" and each != place:
             functions.append(text)
         elif (

@@ -14,13 +14,13 @@ from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.languages import decode_message
 from visualhfsm._base.line_process import LineProcess, NoAnswerError
-from visualhfsm._document.commands.text import with_code
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import UNTITLED, Problem
 from visualhfsm._document.serialization import written
 from zenoh_ice import typed
 
-from .question import Question, Wanted
+from .protocol import Question, Wanted
 
 _ANSWER_LIMIT: Final = 4.0
 """Limit of the time of an answer, in seconds."""
@@ -70,7 +70,7 @@ class CodeHelp:
         if len(code) > _LONGEST_CODE:
             return None
         if wanted == "lint":
-            text = written(with_code(_around(document, place), place, code))
+            text = written(SetText(place=place, text=code).apply(_around(document, place)))
         else:
             text = self._context_of(document, place)
         file = path or self._folder / UNTITLED
@@ -107,7 +107,8 @@ class CodeHelp:
         """Return the text around a piece of code; it is the same while the piece is typed."""
         context = self._context
         if context is None or context[0] is not document or context[1] != place:
-            context = document, place, written(with_code(_around(document, place), place, ""))
+            around = SetText(place=place, text="").apply(_around(document, place))
+            context = document, place, written(around)
             self._context = context
         return context[2]
 

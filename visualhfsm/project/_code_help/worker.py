@@ -22,11 +22,10 @@ from visualhfsm._document.places import Place
 from visualhfsm._document.problems import Problem, find_problems
 from zenoh_ice import typed
 
-from .answers import InterfaceDescription, OperationDescription
 from .completion import complete, explain, signature
 from .component import TypedComponent, generate_around
 from .parsed_files import keep_parsed_files, with_readable_files
-from .question import Question
+from .protocol import InterfaceDescription, OperationDescription, Question
 
 _INTERFACES_AGE: Final = 30.0
 """Seconds after which generated interfaces are searched again."""

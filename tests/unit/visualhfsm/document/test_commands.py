@@ -10,8 +10,10 @@ from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import COMMANDS, decode_command
 from visualhfsm._document.commands.component import AddEntry, RemoveEntry
 from visualhfsm._document.commands.items import DeleteItems
-from visualhfsm._document.commands.states import AddState, RenameState, SetStateCode
+from visualhfsm._document.commands.states import AddState, RenameState
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.commands.transitions import AddTransition
+from visualhfsm._document.places import Place
 
 
 def test_commands_come_as_json() -> None:
@@ -32,7 +34,7 @@ def test_commands_come_as_json() -> None:
         '{"command": "addState", "automaton": 1, "x": "0", "y": 0}',
         '{"command": "addState", "automaton": 1, "x": 0, "y": 0, "z": 0}',
         '{"command": "addState", "automaton": 1, "x": NaN, "y": 0}',
-        '{"command": "setStateCode", "automaton": 1, "state": 1, "part": "id", "text": "7"}',
+        '{"command": "setText", "place": {"kind": "world", "part": "code"}, "text": "7"}',
         '{"command": "renameState", "automaton": 1, "state": 1, "name": "\\ud800"}',
         b"\xff",
     ],
@@ -48,7 +50,10 @@ def test_every_command_is_named_by_what_it_does() -> None:
         (RenameState(automaton=1, state=1, name="x"), "Rename “wait”"),
         (DeleteItems(automaton=1, states=(1, 2), transitions=(1,)), "Delete 2 states and 1 transition"),
         (AddTransition(automaton=1, origin=1, destination=2), "Add a transition from “wait” to “work”"),
-        (SetStateCode(automaton=1, state=1, part="entry", text=""), "Edit the entry code of “wait”"),
+        (
+            SetText(place=Place(kind="state", automaton=1, id=1, part="entry"), text=""),
+            "Edit the entry code of “wait”",
+        ),
         (AddEntry(list="interfaces"), "Add an interface"),
         (RemoveEntry(list="properties", index=0), "Remove a property"),
     ):

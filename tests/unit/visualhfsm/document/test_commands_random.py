@@ -21,7 +21,7 @@ from tests.support.examples import examples
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import decode_command
 from visualhfsm._document.serialization import parse
-from visualhfsm.project._session.session import DocumentSession
+from visualhfsm.project._editing.edited_document import EditedDocument
 
 COMMANDS_EACH = 50
 
@@ -60,7 +60,7 @@ def test_every_sequence_of_commands_can_be_saved_undone_and_done_again(
     tmp_path_factory: pytest.TempPathFactory, start: Document, seed: int
 ) -> None:
     random = Random(seed)
-    session = DocumentSession.new(start, "random", journals=tmp_path_factory.getbasetemp() / "journals")
+    session = EditedDocument.new(start, "random", journals=tmp_path_factory.getbasetemp() / "journals")
     try:
         original = text = write_document(session.document)
         for _ in range(COMMANDS_EACH):

@@ -21,14 +21,15 @@ from visualhfsm._document.commands import Command
 from visualhfsm._document.commands.automata import AddAutomaton
 from visualhfsm._document.commands.component import AddEntry, ChangeEntry, RemoveEntry
 from visualhfsm._document.commands.items import DeleteItems, MoveItems
-from visualhfsm._document.commands.states import AddState, MarkInitial, RenameState, SetStateCode
+from visualhfsm._document.commands.states import AddState, MarkInitial, RenameState
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.commands.transitions import AddTransition, RenameTransition, ReorderTransition
 from visualhfsm._document.diff import diff_documents
-from visualhfsm._document.places import search
+from visualhfsm._document.places import Place, search
 from visualhfsm._document.problems import find_problems
 from visualhfsm._document.serialization import parse
 from visualhfsm._document.subtrees import without_automata
-from visualhfsm.project._session.merge import Merged, Typed, merge_documents, merge_lines, merge_typing
+from visualhfsm.project._editing.merge import Merged, Typed, merge_documents, merge_lines, merge_typing
 
 
 def done(document: Document, *commands: Command) -> Document:
@@ -48,15 +49,15 @@ def rename(name: str, state: int = 1, automaton: int = 1) -> RenameState:
     return RenameState(automaton=automaton, state=state, name=name)
 
 
-def code(text: str) -> SetStateCode:
-    return SetStateCode(automaton=1, state=1, part="code", text=text)
+def code(text: str) -> SetText:
+    return SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text=text)
 
 
 def test_a_diff_lists_what_was_added_removed_changed_and_moved() -> None:
     after = done(
         tree(),
         rename("rest"),
-        SetStateCode(automaton=1, state=1, part="entry", text="a = 1"),
+        SetText(place=Place(kind="state", automaton=1, id=1, part="entry"), text="a = 1"),
         MoveItems(automaton=1, states=(1,), transitions=(1, 2), dx=5, dy=0),
         AddState(automaton=1, x=0, y=0, name="new"),
         DeleteItems(automaton=2, states=(2,)),
@@ -192,7 +193,10 @@ def test_what_only_one_side_changed_is_taken() -> None:
             AddEntry(list="parameters", fields={"name": "a"}),
             DeleteItems(automaton=2, states=(2,)),
         ],
-        [rename("theirs", 2), SetStateCode(automaton=1, state=1, part="code", text="y = 2")],
+        [
+            rename("theirs", 2),
+            SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="y = 2"),
+        ],
     )
     assert outcome.conflicts == ()
     first, second = outcome.document.automata[0].states
@@ -341,7 +345,7 @@ def test_names_and_code_are_searched(text: str, hits: list[tuple[str, str, int, 
 
 def test_a_whole_word_is_found_in_its_case_alone() -> None:
     code = "ball = Ball(ball, football, ball_2).ball"
-    document = done(tree(), SetStateCode(automaton=1, state=2, part="exit", text=code))
+    document = done(tree(), SetText(place=Place(kind="state", automaton=1, id=2, part="exit"), text=code))
     assert [each.column for each in search(document, "ball", whole=True)] == [1, 13, 37]
     assert len(search(document, "BALL")) == 6
     assert search(document, "BALL", whole=True) == []
@@ -349,7 +353,10 @@ def test_a_whole_word_is_found_in_its_case_alone() -> None:
 
 def test_a_hit_is_shown_with_its_line() -> None:
     document = done(
-        tree(), SetStateCode(automaton=1, state=2, part="exit", text=f"a = 1\n  {'b' * 300} = needle")
+        tree(),
+        SetText(
+            place=Place(kind="state", automaton=1, id=2, part="exit"), text=f"a = 1\n  {'b' * 300} = needle"
+        ),
     )
     (hit,) = search(document, "needle")
     assert (hit.line, hit.column, hit.length) == (2, 306, 6)
@@ -359,7 +366,10 @@ def test_a_hit_is_shown_with_its_line() -> None:
 
 
 def test_hits_in_one_line_are_distinguished() -> None:
-    document = done(tree(), SetStateCode(automaton=1, state=2, part="exit", text="  needle = needle + 1"))
+    document = done(
+        tree(),
+        SetText(place=Place(kind="state", automaton=1, id=2, part="exit"), text="  needle = needle + 1"),
+    )
     one, two = search(document, "needle")
     assert one.excerpt == two.excerpt == "needle = needle + 1"
     assert (one.start, two.start) == (0, 9)

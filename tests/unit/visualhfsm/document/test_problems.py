@@ -21,9 +21,8 @@ from tests.support.editing import large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton
-from visualhfsm._document.commands.states import SetArgument, SetStateCode
-from visualhfsm._document.commands.transitions import SetTransitionCode
-from visualhfsm._document.places import Located, Locator, Place, spots, texts_at
+from visualhfsm._document.commands.text import SetText
+from visualhfsm._document.places import Located, Locator, Place, texts_at, texts_in
 from visualhfsm._document.problems import Problem, check, find_problems
 from visualhfsm._document.serialization import parse, written
 from visualhfsm.project._check_process import CheckProcess
@@ -89,9 +88,9 @@ def test_a_document_in_which_nothing_is_drawn_yet_has_no_problems() -> None:
 
 @pytest.mark.parametrize("part", ["entry", "code", "exit"])
 def test_an_error_in_code_has_its_line_and_column_in_that_code(part: Any) -> None:
-    document = SetStateCode(automaton=1, state=2, part=part, text="a = 1\nif a < 2:\n    b = = 1").apply(
-        clean()
-    )
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part=part), text="a = 1\nif a < 2:\n    b = = 1"
+    ).apply(clean())
     problem = only(find_problems(written(document), None), "E520")
     assert problem.severity == "error"
     assert problem.place == Place(kind="state", automaton=1, id=2, part=part)
@@ -99,13 +98,17 @@ def test_an_error_in_code_has_its_line_and_column_in_that_code(part: Any) -> Non
 
 
 def test_the_first_line_counts_from_its_own_start() -> None:
-    document = SetStateCode(automaton=1, state=1, part="code", text="a < = 1").apply(clean())
+    document = SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="a < = 1").apply(
+        clean()
+    )
     problem = only(find_problems(written(document), None), "E520")
     assert (problem.line, problem.column) == (1, 5)
 
 
 def test_problems_of_transitions_automata_and_lists_have_their_places() -> None:
-    document = SetTransitionCode(automaton=1, transition=2, part="trigger", text="soon").apply(clean())
+    document = SetText(place=Place(kind="transition", automaton=1, id=2, part="trigger"), text="soon").apply(
+        clean()
+    )
     problems = find_problems(written(document), None)
     assert problems[0].place == Place(kind="transition", automaton=1, id=2, part="trigger")
     document = Document(automata=clean().automata, libraries=(Library(name=Text("a b c")),))
@@ -114,21 +117,25 @@ def test_problems_of_transitions_automata_and_lists_have_their_places() -> None:
 
 
 def test_every_element_and_text_of_a_document_is_found_where_it_was_written() -> None:
-    document = SetArgument(automaton=1, state=2, name="n", value="1 <\n2", child=2).apply(tree())
-    document = SetStateCode(automaton=1, state=1, part="exit", text="\n\na\n").apply(document)
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="argument", name="n", child=2), text="1 <\n2"
+    ).apply(tree())
+    document = SetText(place=Place(kind="state", automaton=1, id=1, part="exit"), text="\n\na\n").apply(
+        document
+    )
     read = parse(written(document), Message("Cannot read"))
     locator = Locator(read)
     seen = 0
-    for spot in spots(read):
-        if not spot.line:
+    for placed in texts_in(read):
+        if not placed.line:
             continue
-        located = locator.find(spot.line, spot.column)
+        located = locator.find(placed.line, placed.column)
         assert located is not None
-        assert located.place == spot.place
+        assert located.place == placed.place
         seen += 1
-        for extra, text in enumerate((spot.text or "").split("\n")[1:], 1):
-            located = locator.find(spot.line + extra, len(text) + 1)
-            assert located == (spot.place, extra + 1, len(text) + 1)
+        for extra, text in enumerate((placed.text or "").split("\n")[1:], 1):
+            located = locator.find(placed.line + extra, len(text) + 1)
+            assert located == (placed.place, extra + 1, len(text) + 1)
             seen += 1
     assert seen > 40
     assert locator.find(1, 1) is None
@@ -158,7 +165,9 @@ def checks():
 def test_a_process_beside_finds_the_same_and_is_started_again_if_it_dies(
     checks: CheckProcess, tmp_path: Path
 ) -> None:
-    document = SetStateCode(automaton=1, state=2, part="code", text="undefined_name + 1").apply(clean())
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="code"), text="undefined_name + 1"
+    ).apply(clean())
     assert [*checks.check(document, None).problems] == find_problems(written(document), None) != []
     assert checks.check(clean(), None).problems == ()
     assert_a_broken_description_is_a_problem_with_its_file(checks, tmp_path)
@@ -246,7 +255,9 @@ def test_modules_beside_a_document_are_not_run(tmp_path: Path, monkeypatch) -> N
 
 
 def test_a_note_names_its_place_in_words() -> None:
-    late = SetStateCode(automaton=1, state=2, part="code", text="x = 1\nx = distance\ndistance = 1")
+    late = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="code"), text="x = 1\nx = distance\ndistance = 1"
+    )
     problem = only(find_problems(written(late.apply(clean())), None), "W522")
     assert problem.notes[0] == "it gets a value here (code of b, line 3)"
 
@@ -266,7 +277,9 @@ def test_places_have_names(place: Place, expected: str) -> None:
 
 
 def test_the_texts_of_an_element_are_all_but_its_name() -> None:
-    document = SetStateCode(automaton=1, state=1, part="entry", text="x = 1").apply(clean())
+    document = SetText(place=Place(kind="state", automaton=1, id=1, part="entry"), text="x = 1").apply(
+        clean()
+    )
     state = Place(kind="state", automaton=1, id=1)
     assert texts_at(document, state) == ("x = 1", "", "")
     assert texts_at(document, Place(kind="state", automaton=1, id=1, part="entry")) == ("x = 1",)

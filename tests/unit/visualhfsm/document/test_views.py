@@ -8,13 +8,16 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Document
 from tests.support.editing import tree
 from visualhfsm._document.commands.component import AddEntry
-from visualhfsm._document.commands.states import SetArgument
+from visualhfsm._document.commands.text import SetText
+from visualhfsm._document.places import Place
 from visualhfsm._document.views import view
 
 
 def test_the_page_gets_all_that_it_draws() -> None:
     document = AddEntry(list="parameters", fields={"name": "speed"}).apply(tree())
-    document = SetArgument(automaton=1, state=2, name="n", value="1").apply(document)
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="argument", name="n"), text="1"
+    ).apply(document)
     data = msgspec.json.decode(msgspec.json.encode(view(document)))
     assert data["parameters"] == [{"name": "speed", "type": "float", "default": "0.0", "description": ""}]
     assert set(data) == {

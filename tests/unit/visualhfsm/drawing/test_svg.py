@@ -35,14 +35,14 @@ def texts(picture: Element) -> list[str]:
     return [text for text in found if text]
 
 
-def placed_texts(part: Element, right: float = 0.0, down: float = 0.0) -> Iterator[tuple[float, float]]:
+def texts_in(part: Element, right: float = 0.0, down: float = 0.0) -> Iterator[tuple[float, float]]:
     """Yield the places of texts; groups may be moved."""
     for child in part:
         moved = TRANSLATED.fullmatch(child.get("transform", ""))
         dx, dy = map(float, moved.groups()) if moved else (0.0, 0.0)
         if child.tag == f"{SVG}text" and child.get("x") is not None:
             yield right + float(child.get("x", "")), down + float(child.get("y", ""))
-        yield from placed_texts(child, right + dx, down + dy)
+        yield from texts_in(child, right + dx, down + dy)
 
 
 def one(
@@ -70,7 +70,7 @@ def test_everything_lies_on_the_sheet() -> None:
             picture = drawn(document, automaton.id)
             left, top, width, height = map(float, picture.get("viewBox", "").split())
             assert (picture.get("width"), picture.get("height")) == (f"{width:.0f}", f"{height:.0f}")
-            for x, y in placed_texts(picture):
+            for x, y in texts_in(picture):
                 assert left < x < left + width
                 assert top < y < top + height
             for state in automaton.states:

@@ -14,7 +14,7 @@ from codegen.diagnostics import Severity
 from codegen.messages import Message
 from tests.support.documents import document, state, sub
 from tests.support.limits import FOREVER, RUN_LIMIT
-from visualhfsm import AddState, OpenDocument, Project, SetStateCode
+from visualhfsm import AddState, OpenDocument, Project, SetText
 from visualhfsm._document.origins import Origin
 from visualhfsm._document.places import Place, texts_at
 from visualhfsm._editor.protocol import Problems
@@ -168,7 +168,7 @@ def test_a_failure_is_a_problem_until_its_code_changes(run: Callable[[Test, list
         place = Place(kind="state", automaton=1, id=1, part="code")
 
         def write(text: str) -> None:
-            tab.document.apply(SetStateCode(automaton=1, state=1, part="code", text=text))
+            tab.document.apply(SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text=text))
 
         await tab.edit(lambda _: write("x = 1\n  y = 1 / 0"))
         texts = texts_at(tab.shown.document, place)
@@ -235,7 +235,7 @@ def test_lines_that_tests_passed_are_shown_beside_the_text_that_they_ran(
         tab = opened(1)
 
         async def write(text: str) -> None:
-            change = SetStateCode(automaton=1, state=1, part="code", text=text)
+            change = SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text=text)
             await tab.edit(lambda document: document.apply(change))
 
         await tab.edit(add_state)

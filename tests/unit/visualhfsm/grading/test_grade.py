@@ -11,7 +11,7 @@ import pytest
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
 from visualhfsm.grading import Grader, GradingError, Marks, read_exercise
-from visualhfsm.grading._other import other_exercise
+from visualhfsm.grading._grade import other_exercise
 from visualhfsm.grading._page import write_page
 
 EXERCISE = """

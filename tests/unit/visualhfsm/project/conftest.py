@@ -9,7 +9,7 @@ import pytest
 
 from codegen.hfsm import write_document
 from tests.support.editing import tree
-from visualhfsm import AddState, AddTransition, OpenDocument, Place, Project, SetTransitionCode
+from visualhfsm import AddState, AddTransition, OpenDocument, Place, Project, SetText
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,6 @@ def blinker(project: Project) -> Iterator[OpenDocument]:
         [AddState(automaton=1, x=100, y=100, name="off"), AddState(automaton=1, x=300, y=100, name="on")]
     )
     made.apply(AddTransition(automaton=1, origin=1, destination=2, type="time", name="wait"))
-    made.apply(SetTransitionCode(automaton=1, transition=1, part="trigger", text="1000"))
+    made.apply(SetText(place=Place(kind="transition", automaton=1, id=1, part="trigger"), text="1000"))
     yield made
     made.close(discard=True)

@@ -16,7 +16,7 @@ from visualhfsm import (
     Place,
     Project,
     SetPeriod,
-    SetStateCode,
+    SetText,
     VisualHfsmError,
 )
 
@@ -27,7 +27,9 @@ CODE = Place(kind="state", automaton=1, id=1, part="code")
 def test_problems_have_places_and_are_found_once_a_version(document: OpenDocument) -> None:
     heard: list[Any] = []
     document.subscribe(heard.append)
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="undefined_name + 1"))
+    document.apply(
+        SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="undefined_name + 1")
+    )
     problems = document.problems()
     assert [each.place for each in problems if "undefined_name" in each.message] == [CODE]
     assert document.problems() == problems
@@ -58,7 +60,7 @@ def test_properties_are_proved_or_have_a_counterexample(blinker: OpenDocument) -
 
 
 def test_code_is_completed_and_explained(document: OpenDocument) -> None:
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="self.sl"))
+    document.apply(SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="self.sl"))
     found = document.complete(CODE, column=len("self.sl"))
     assert (found.typed, [each.label for each in found.options]) == (2, ["sleep"])
     typed = document.complete(CODE, code="self.clock.", column=len("self.clock."))
@@ -75,12 +77,12 @@ def test_code_is_completed_and_explained(document: OpenDocument) -> None:
 
 
 def test_a_component_is_generated_with_unsaved_changes(document: OpenDocument, root: Path) -> None:
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="marker = 1"))
+    document.apply(SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="marker = 1"))
     file = document.generate()
     assert file == root / "waver.py"
     assert "marker = 1" in file.read_text()
     assert "marker" not in (root / "waver.xml").read_text()
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="1 +"))
+    document.apply(SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="1 +"))
     with pytest.raises(VisualHfsmError, match="nothing was generated"):
         document.generate()
     assert "marker = 1" in file.read_text()
@@ -102,7 +104,7 @@ def test_a_document_is_simulated_as_it_is(blinker: OpenDocument) -> None:
         blinker.apply(MoveItems(automaton=1, states=(1,), dx=10, dy=0))
         run.advance(0.2)
         assert run.is_active("on")
-    blinker.apply(SetStateCode(automaton=1, state=1, part="code", text="1 +"))
+    blinker.apply(SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="1 +"))
     with pytest.raises(VisualHfsmError, match="cannot be run"):
         blinker.simulate()
 
@@ -120,7 +122,7 @@ def test_a_document_that_is_kept_elsewhere_is_simulated_as_it_is(
 def test_a_component_is_that_of_the_document_and_not_of_its_changed_file(
     document: OpenDocument, root: Path
 ) -> None:
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="mine = 1"))
+    document.apply(SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="mine = 1"))
     document.save()
     (root / "waver.xml").write_text("<no document")
     assert document.refresh() == "changed"

@@ -21,7 +21,7 @@ from visualhfsm import (
     Place,
     Project,
     RenameState,
-    SetStateCode,
+    SetText,
     UnsavedError,
     decode_command,
 )
@@ -195,7 +195,7 @@ def test_of_several_commands_that_are_too_large_together_none_is_applied(documen
     before = document.version
     escaped = "#" + "<" * 1_000_000
     large = [
-        SetStateCode(automaton=1, state=state, part=part, text=escaped)
+        SetText(place=Place(kind="state", automaton=1, id=state, part=part), text=escaped)
         for state in (1, 2)
         for part in ("entry", "code", "exit")
     ]

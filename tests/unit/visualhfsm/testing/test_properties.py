@@ -14,7 +14,7 @@ from tests.support.examples import examples
 from visualhfsm.simulation._loading import read
 from visualhfsm.testing import Behavior, BehaviorFailed, DocumentInvalid, check_properties
 from visualhfsm.testing._abstraction import abstract_component
-from visualhfsm.testing.strategies import Step, advances, balls, events, guard_scripts, guards, stimuli
+from visualhfsm.testing.strategies import Move, advances, balls, events, guard_scripts, guards, stimuli
 
 DOOR = (
     sub(
@@ -70,11 +70,11 @@ class TestStrategies:
         assert script == [({"push": False, "open/mute": False}, 0.05)] * 2
 
     def test_time_passes_in_periods_and_as_long_as_the_timers_take(self, door: Path) -> None:
-        assert smallest(advances(door), lambda _: True) == Step("advance", (0.05,))
-        assert smallest(advances(door), lambda step: step.arguments == (5.0,)) == Step("advance", (5.0,))
+        assert smallest(advances(door), lambda _: True) == Move("advance", (0.05,))
+        assert smallest(advances(door), lambda step: step.arguments == (5.0,)) == Move("advance", (5.0,))
 
     def test_events_are_those_that_something_waits_for(self, door: Path) -> None:
-        assert smallest(events(door), lambda _: True) == Step("send", ("alarm",))
+        assert smallest(events(door), lambda _: True) == Move("send", ("alarm",))
 
     def test_balls_are_put_in_front_of_the_robot_or_behind_it(self) -> None:
         assert (
@@ -231,6 +231,6 @@ def test_code_that_runs_gets_events_from_outside_alone_and_logs_nothing_meanwhil
 
 
 def test_steps_print_as_the_code_that_repeats_them() -> None:
-    assert repr(Step("advance", (0.25,))) == "b.advance(0.25)"
-    assert repr(Step("guard", ("open/mute", True))) == "b.guard('open/mute', True)"
-    assert repr(Step("send", ("bell",))) == "b.send('bell')"
+    assert repr(Move("advance", (0.25,))) == "b.advance(0.25)"
+    assert repr(Move("guard", ("open/mute", True))) == "b.guard('open/mute', True)"
+    assert repr(Move("send", ("bell",))) == "b.send('bell')"

@@ -16,7 +16,7 @@ from tests.support.present import present
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm.trials import Outcome, Plan, Spread, Summary, TrialsError
 from visualhfsm.trials._comparison import Comparison
-from visualhfsm.trials._outcomes import Change, Header, Record
+from visualhfsm.trials._outcomes import Header, Record, StateChange
 from visualhfsm.trials._page import origin_of, trials_page
 from visualhfsm.trials._summary import summarize, write_table
 from visualhfsm.trials._terminal import show, show_comparison
@@ -37,7 +37,9 @@ def outcome(number: int) -> Outcome:
         time=3.0 + x if success else 9.0,
         states="goal" if success else "search",
         numbers={"falls": float(x >= 0.9)},
-        changes=(Change(0.0, "search"), Change(2.0, "goal")) if success else (Change(0.0, "search"),),
+        changes=(StateChange(0.0, "search"), StateChange(2.0, "goal"))
+        if success
+        else (StateChange(0.0, "search"),),
     )
 
 

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from visualhfsm.trials import Outcome, Plan
-from visualhfsm.trials._outcomes import Change, Header, Record
+from visualhfsm.trials._outcomes import Header, Record, StateChange
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._view import view_of
 
@@ -38,7 +38,7 @@ def test_ten_thousand_trials_are_a_small_message(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_long_and_many_texts_are_cut(tmp_path: Path) -> None:
-    changes = tuple(Change(float(time), "s" * 1000) for time in range(200))
+    changes = tuple(StateChange(float(time), "s" * 1000) for time in range(200))
     outcomes = [
         placed(
             number,

@@ -76,23 +76,21 @@ export function problemsAt(problems, place) {
  * @returns {any}
  */
 export function commandFor(place, text) {
-  const {kind, automaton, id, part = "", index, name = "", child = 0} = place;
+  const {kind, automaton, id, part = "", index, name = ""} = place;
   switch (kind) {
     case "state":
       if (part === "name") return {command: "renameState", automaton, state: id, name: text};
-      if (part === "argument") return {command: "setArgument", automaton, state: id, name, child, value: text};
-      if (part === "result") return {command: "setResult", automaton, state: id, name, child, variable: text};
-      return {command: "setStateCode", automaton, state: id, part, text};
+      return {command: "setText", place, text};
     case "transition":
       if (part === "name") return {command: "renameTransition", automaton, transition: id, name: text};
       if (part === "priority") return {command: "setPriority", automaton, transition: id, priority: text};
-      return {command: "setTransitionCode", automaton, transition: id, part, text};
+      return {command: "setText", place, text};
     case "annotation":
       return {command: "setAnnotationText", automaton, annotation: id, text};
     case "automaton":
       if (part === "period") return {command: "setPeriod", automaton, period: text};
       if (LISTS.has(part)) return {command: "changeEntry", list: part, automaton, index, fields: {[name]: text}};
-      return {command: "setAutomatonCode", automaton, part, text};
+      return {command: "setText", place, text};
     default:
       if (LISTS.has(part)) return {command: "changeEntry", list: part, index, fields: {[name]: text}};
       return {command: "setComponentText", part, text};

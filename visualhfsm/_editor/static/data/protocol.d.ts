@@ -90,8 +90,6 @@ export interface Commands {
   addRoot: {};
   /** Set the period of an automaton in milliseconds, as it was typed. */
   setPeriod: {automaton: number; period: string};
-  /** Set the variables or the functions of an automaton. */
-  setAutomatonCode: {automaton: number; part: "functions" | "variables"; text: string};
   /** Import the content of an empty automaton from another file, or remove the import when `file` is blank. */
   setImport: {automaton: number; file: string; source?: number};
   /** Import an automaton from a file to which its content was moved; all automata below it are removed. */
@@ -127,8 +125,6 @@ export interface Commands {
     index: number;
     to: number;
   };
-  /** Replace a name by the one that is meant, once at each of some places. */
-  correctName: {name: string; meant: string; at: Correction[]};
   /** Move states into a new automaton below a new state that takes their place. */
   groupStates: {automaton: number; states: number[]; name?: string; language?: string};
   /** Delete states, transitions and annotations. */
@@ -200,24 +196,22 @@ export interface Commands {
   };
   /** Rename a state. */
   renameState: {automaton: number; state: number; name: string};
-  /** Set the code that runs at the entry, in every cycle or at the exit of a state. */
-  setStateCode: {automaton: number; state: number; part: "code" | "entry" | "exit"; text: string};
   /** Make a state the only initial state of its automaton. */
   markInitial: {automaton: number; state: number};
   /** Set whether a state is final. */
   markFinal: {automaton: number; state: number; final: boolean};
   /** Set whether the automata of a state resume or restart when it is entered again. */
   setHistory: {automaton: number; state: number; history: "" | "restart" | "resume"};
-  /** Set the argument of a state for an input of its automata; `child` 0 is the one with the input. */
-  setArgument: {automaton: number; state: number; name: string; value: string; child?: number};
   /** Remove the argument for an input. */
   removeArgument: {automaton: number; state: number; name: string; child?: number};
-  /** Set the variable that takes an output of a state's automata; `child` 0 is the one with the output. */
-  setResult: {automaton: number; state: number; name: string; variable: string; child?: number};
   /** Take an output no longer. */
   removeResult: {automaton: number; state: number; name: string; child?: number};
+  /** Set the text at a place with code: of an automaton, a state or a transition. */
+  setText: {place: Place; text: string};
   /** Replace a text in all code of the document, or in a `line` of it, from 1, at a `place`. */
   replaceText: {text: string; by: string; whole?: boolean; place?: Place | null; line?: number};
+  /** Replace a name by the one that is meant, once at each of some places. */
+  correctName: {name: string; meant: string; at: Correction[]};
   /** Add a transition between two states, or from one to itself; its handle gets a default place. */
   addTransition: {
     automaton: number;
@@ -240,8 +234,6 @@ export interface Commands {
     type: "condition" | "event" | "finished" | "time";
     trigger?: string | null;
   };
-  /** Set the trigger of a transition, its guard, or the code that runs when it fires. */
-  setTransitionCode: {automaton: number; transition: number; part: "fired" | "guard" | "trigger"; text: string};
   /** Set the priority of a transition as it was typed: a number from 1, or nothing. */
   setPriority: {automaton: number; transition: number; priority: string};
   /** Evaluate a transition at position `index`, from 0, among those out of its state. */
@@ -592,7 +584,7 @@ export interface ParameterStructure {
 /** The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers. */
 export interface Part {
   label: string;
-  share: Share;
+  share: Rate;
   means: [string, number][];
 }
 
@@ -711,6 +703,14 @@ export type Push =
   | TestsPush
   | TrialsPush
   | WorkspacePush;
+
+/** How many of some trials succeeded, with the interval of Wilson in which the true rate lies. */
+export interface Rate {
+  successes: number;
+  trials: number;
+  lowest: number;
+  highest: number;
+}
 
 /** A document of a shelf, as people see it there. */
 export interface ReadyState {
@@ -968,14 +968,6 @@ export interface RunPush {
   line: number;
 }
 
-/** How many of some trials succeed, with the interval of the true rate. */
-export interface Share {
-  successes: number;
-  trials: number;
-  lowest: number;
-  highest: number;
-}
-
 /** What can be drawn as ready states: ours, then those of the project. */
 export interface ShelfPush {
   push: "shelf";
@@ -1193,7 +1185,7 @@ export interface TrialsView {
   name: string;
   planned: number;
   looks: number[];
-  share: Share;
+  share: Rate;
   histograms: Histogram[];
   dependences: Dependence[];
   maps: PlaceMap[];

@@ -76,7 +76,7 @@ function rowOf({document, automaton, state, readonly}, place, {name, child, outp
   const choose = ({target}) => {
     const {value} = target;
     if (value === NEW) apply("takeOutput", where);
-    else if (value) apply("setResult", {...where, variable: value});
+    else if (value) apply("setText", {place: {...place, part: "result", name, child}, text: value});
     else apply("removeResult", where);
   };
   const variable = taken?.variable.trim() ?? "";

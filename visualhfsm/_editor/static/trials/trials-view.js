@@ -1,7 +1,7 @@
 /**
  * A series of trials: how often it succeeds, what that depends on, and how it fails.
  *
- * @import {Dependence, Histogram, Origin, Share, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../data/protocol.js"
+ * @import {Dependence, Histogram, Origin, Rate, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../data/protocol.js"
  */
 
 import {LitElement, html, nothing, repeat, svg} from "lit";
@@ -17,7 +17,7 @@ const MOST_STEPS = 4; // between the counts on the axis of a histogram
 /** How many trials were asked for, one time after the other. @param {readonly number[]} looks */
 const sequence = (looks) => looks.join(", ");
 
-/** @param {Share} share */
+/** @param {Rate} share */
 const rate = ({successes, trials}) => (trials ? successes / trials : 0);
 
 /**
@@ -217,7 +217,7 @@ const sign = (kind, meaning) =>
     ${meaning}</span
   >`;
 
-/** How many trials fail in ways that are not listed. @param {Share} share @param {Way[]} ways */
+/** How many trials fail in ways that are not listed. @param {Rate} share @param {Way[]} ways */
 function otherWays(share, ways) {
   const others = share.trials - share.successes - ways.reduce((all, {count}) => all + count, 0);
   return others > 0
@@ -225,7 +225,7 @@ function otherWays(share, ways) {
     : nothing;
 }
 
-/** A rate as a bar, with the interval as a whisker. @param {Share} share */
+/** A rate as a bar, with the interval as a whisker. @param {Rate} share */
 function shareBar(share) {
   const label = t("{rate}, between {lowest} and {highest}", {
     rate: percent(rate(share)),
@@ -314,7 +314,7 @@ function histogramPlot({name, median, lower, upper, edges, good, bad}) {
   </figure>`;
 }
 
-/** Which trials the figures beside the bars are of. @param {Share} share */
+/** Which trials the figures beside the bars are of. @param {Rate} share */
 const ofSuccess = ({successes}) =>
   successes
     ? html`<p class="muted">${t("Medians and halves are of the trials that succeed, bars of all.")}</p>`

@@ -12,21 +12,17 @@ from visualhfsm._document.commands.automata import AddRoot
 from visualhfsm._document.commands.component import AddEntry
 from visualhfsm._document.commands.group import GroupStates
 from visualhfsm._document.commands.items import MoveItems
-from visualhfsm._document.commands.states import (
-    AddState,
-    MarkInitial,
-    RemoveArgument,
-    RenameState,
-    SetStateCode,
-)
+from visualhfsm._document.commands.states import AddState, MarkInitial, RemoveArgument, RenameState
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.commands.transitions import RetargetTransition
+from visualhfsm._document.places import Place
 
 
 def test_text_that_no_file_can_hold_is_refused_with_its_line() -> None:
     with pytest.raises(EditError, match=r"line 2 has the control character U\+001B"):
-        SetStateCode(automaton=1, state=1, part="code", text="a\n\x1b").apply(tree())
+        SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="a\n\x1b").apply(tree())
     with pytest.raises(EditError, match="more than"):
-        SetStateCode(automaton=1, state=1, part="code", text="x" * (1 << 21)).apply(tree())
+        SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="x" * (1 << 21)).apply(tree())
 
 
 def test_a_command_that_changes_nothing_returns_the_document_itself() -> None:

@@ -13,7 +13,7 @@ from tests.support.examples import examples
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.group import GroupStates, split_variables
 from visualhfsm._document.serialization import parse
-from visualhfsm.project._session.session import DocumentSession
+from visualhfsm.project._editing.edited_document import EditedDocument
 
 NUMBERS = st.integers(1, 6)
 
@@ -42,7 +42,7 @@ def documents(draw: st.DrawFn) -> Document:
 def test_grouped_states_keep_what_they_are_and_what_leads_across_the_border_ends_at_the_group(
     tmp_path_factory: pytest.TempPathFactory, document: Document, chosen: set[int]
 ) -> None:
-    session = DocumentSession.new(document, "group", journals=tmp_path_factory.getbasetemp() / "journals")
+    session = EditedDocument.new(document, "group", journals=tmp_path_factory.getbasetemp() / "journals")
     try:
         original = session.text()
         session.do(GroupStates(automaton=1, states=tuple(chosen)))

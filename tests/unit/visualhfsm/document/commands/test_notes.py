@@ -21,7 +21,7 @@ from visualhfsm._document.commands.notes import (
 from visualhfsm._document.commands.paste import PasteStates
 from visualhfsm._document.places import Place, search
 from visualhfsm._document.serialization import copy_states
-from visualhfsm.project._session.merge import merge_documents
+from visualhfsm.project._editing.merge import merge_documents
 
 
 def noted() -> Document:

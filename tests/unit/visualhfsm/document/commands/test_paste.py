@@ -14,9 +14,11 @@ from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton, SetImport
 from visualhfsm._document.commands.items import DeleteItems
 from visualhfsm._document.commands.paste import AddReadyState, FillAutomaton, PasteStates
-from visualhfsm._document.commands.states import RenameState, SetArgument, SetResult
+from visualhfsm._document.commands.states import RenameState
+from visualhfsm._document.commands.text import SetText
+from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import copy_states, parse, written
-from visualhfsm.project._session.session import DocumentSession
+from visualhfsm.project._editing.edited_document import EditedDocument
 
 
 def automaton(document: Document, id: int) -> Automaton:
@@ -26,8 +28,12 @@ def automaton(document: Document, id: int) -> Automaton:
 
 
 def test_a_state_is_pasted_with_its_whole_sub_tree_under_new_numbers() -> None:
-    document = SetArgument(automaton=1, state=2, name="n", value="1", child=3).apply(tree())
-    document = SetResult(automaton=1, state=2, name="o", variable="x", child=3).apply(document)
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="argument", name="n", child=3), text="1"
+    ).apply(tree())
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="result", name="o", child=3), text="x"
+    ).apply(document)
     document = PasteStates(automaton=1, content=copy_states(document, 1, [2])).apply(document)
     pasted = automaton(document, 1).states[2]
     assert (pasted.id, pasted.name, pasted.children) == (3, "work 2", (5, 7))
@@ -101,7 +107,7 @@ def test_a_state_is_pasted_into_its_own_sub_tree() -> None:
 
 
 def test_pasting_twice_what_was_cut_brings_it_back_twice(tmp_path: Path) -> None:
-    session = DocumentSession.new(tree(), "test", journals=tmp_path)
+    session = EditedDocument.new(tree(), "test", journals=tmp_path)
     text, change = session.cut(1, (2,))
     assert change.name == "Cut “work”"
     assert len(session.document.automata) == 1

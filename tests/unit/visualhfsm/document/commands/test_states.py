@@ -15,11 +15,10 @@ from visualhfsm._document.commands.states import (
     RemoveArgument,
     RemoveResult,
     RenameState,
-    SetArgument,
     SetHistory,
-    SetResult,
-    SetStateCode,
 )
+from visualhfsm._document.commands.text import SetText
+from visualhfsm._document.places import Place
 
 
 def test_a_first_state_is_initial_and_all_get_numbers_and_names_of_their_own() -> None:
@@ -49,7 +48,9 @@ def test_the_number_of_a_deleted_state_does_not_come_back_while_a_transition_nam
 def test_a_state_is_renamed_and_its_pieces_of_code_are_set() -> None:
     document = RenameState(automaton=1, state=1, name="<rest>").apply(tree())
     for part in ("entry", "code", "exit"):
-        document = SetStateCode(automaton=1, state=1, part=part, text=f"{part} = 1\n").apply(document)
+        document = SetText(
+            place=Place(kind="state", automaton=1, id=1, part=part), text=f"{part} = 1\n"
+        ).apply(document)
     changed = state(document, 1)
     assert (changed.name, changed.entry.text, changed.code.text, changed.exit.text) == (
         "<rest>", "entry = 1\n", "code = 1\n", "exit = 1\n"
@@ -74,20 +75,32 @@ def test_the_history_of_a_state_is_set() -> None:
 
 
 def test_arguments_are_added_changed_and_removed() -> None:
-    document = SetArgument(automaton=1, state=2, name="times", value="3", child=2).apply(tree())
-    document = SetArgument(automaton=1, state=2, name="times", value="4", child=2).apply(document)
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="argument", name="times", child=2), text="3"
+    ).apply(tree())
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="argument", name="times", child=2), text="4"
+    ).apply(document)
     assert state(document, 2).arguments == (Argument(name="times", child=2, value=Text("4")),)
     assert (
         state(RemoveArgument(automaton=1, state=2, name="times", child=2).apply(document), 2).arguments == ()
     )
     with pytest.raises(EditError, match="it has no name"):
-        SetArgument(automaton=1, state=2, name=" ", value="").apply(document)
+        SetText(place=Place(kind="state", automaton=1, id=2, part="argument", name=" "), text="").apply(
+            document
+        )
 
 
 def test_results_are_added_changed_and_removed() -> None:
-    document = SetResult(automaton=1, state=2, name="found", variable="x", child=2).apply(tree())
-    document = SetResult(automaton=1, state=2, name="found", variable="seen", child=2).apply(document)
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="result", name="found", child=2), text="x"
+    ).apply(tree())
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="result", name="found", child=2), text="seen"
+    ).apply(document)
     assert state(document, 2).results == (Result(name="found", child=2, variable=Text("seen")),)
     assert state(RemoveResult(automaton=1, state=2, name="found", child=2).apply(document), 2).results == ()
     with pytest.raises(EditError, match="it has no name"):
-        SetResult(automaton=1, state=2, name=" ", variable="x").apply(document)
+        SetText(place=Place(kind="state", automaton=1, id=2, part="result", name=" "), text="x").apply(
+            document
+        )

@@ -7,23 +7,27 @@ import pytest
 from codegen.hfsm.document import Argument, Document, Text
 from tests.support.editing import automaton, tree
 from visualhfsm._base.errors import EditError
-from visualhfsm._document.commands.automata import SetAutomatonCode
-from visualhfsm._document.commands.states import RenameState, SetArgument, SetStateCode
-from visualhfsm._document.commands.text import ReplaceText
-from visualhfsm._document.commands.transitions import SetTransitionCode
+from visualhfsm._document.commands.states import RenameState
+from visualhfsm._document.commands.text import ReplaceText, SetText
 from visualhfsm._document.places import Place
 
 
 def with_balls() -> Document:
     """A document with a word in all kinds of code, and in names."""
-    document = SetArgument(automaton=1, state=2, name="ball", value="ball", child=3).apply(tree())
+    document = SetText(
+        place=Place(kind="state", automaton=1, id=2, part="argument", name="ball", child=3), text="ball"
+    ).apply(tree())
     for part in ("entry", "code", "exit"):
         text = "Ball = ball\nfootball += ball"
-        document = SetStateCode(automaton=1, state=1, part=part, text=text).apply(document)
+        document = SetText(place=Place(kind="state", automaton=1, id=1, part=part), text=text).apply(document)
     for where in ("trigger", "guard", "fired"):
-        document = SetTransitionCode(automaton=1, transition=1, part=where, text="ball").apply(document)
+        document = SetText(place=Place(kind="transition", automaton=1, id=1, part=where), text="ball").apply(
+            document
+        )
     for which in ("variables", "functions"):
-        document = SetAutomatonCode(automaton=4, part=which, text="ball").apply(document)
+        document = SetText(place=Place(kind="automaton", automaton=4, part=which), text="ball").apply(
+            document
+        )
     return RenameState(automaton=3, state=1, name="ball").apply(document)
 
 
@@ -48,9 +52,9 @@ def test_a_text_is_replaced_in_one_line_of_one_place_in_any_case() -> None:
     assert command.title(with_balls()) == "Replace “BALL” by “it” (2 times)"
     document = command.apply(with_balls())
     assert automaton(document).states[0].exit.text == "Ball = ball\nfootit += it"
-    rest = SetStateCode(automaton=1, state=1, part="exit", text="Ball = ball\nfootball += ball").apply(
-        document
-    )
+    rest = SetText(
+        place=Place(kind="state", automaton=1, id=1, part="exit"), text="Ball = ball\nfootball += ball"
+    ).apply(document)
     assert rest == with_balls()
 
 
@@ -63,6 +67,8 @@ def test_a_text_is_replaced_in_one_line_of_one_place_in_any_case() -> None:
     ],
 )
 def test_a_replacement_of_nothing_or_of_too_much_is_refused(text: str, by: str, why: str) -> None:
-    document = SetAutomatonCode(automaton=1, part="functions", text="a" * 20_000).apply(tree())
+    document = SetText(place=Place(kind="automaton", automaton=1, part="functions"), text="a" * 20_000).apply(
+        tree()
+    )
     with pytest.raises(EditError, match=why):
         ReplaceText(text=text, by=by).apply(document)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from codegen.hfsm.code.names import component_name
-from visualhfsm.project._titles import free_title, stem
+from visualhfsm.project._version import free_title, stem
 
 
 def test_a_title_is_the_name_of_the_file() -> None:

@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
+from os.path import commonprefix
 from typing import Any, Final, NamedTuple, TypeVar
 
 from codegen.hfsm.document import Annotation, Automaton, Document, Node, State, Text, Transition
@@ -338,15 +339,9 @@ def _insertions(old: str, new: str) -> list[_Hunk] | None:
 def _trimmed(base: str, hunk: _Hunk) -> _Hunk:
     """Return a change of letters without those at its ends that stay."""
     old, new = base[hunk.start : hunk.end], "".join(hunk.lines)
-    first = _equal(old, new)
-    last = _equal(old[first:][::-1], new[first:][::-1])
+    first = len(commonprefix((old, new)))  # noqa: RUF071 - of letters
+    last = len(commonprefix((old[first:][::-1], new[first:][::-1])))  # noqa: RUF071
     return _Hunk(hunk.start + first, hunk.end - last, [new[first : len(new) - last]])
-
-
-def _equal(one: str, other: str) -> int:
-    """Return how many letters at the beginning are equal."""
-    pairs = enumerate(zip(one, other, strict=False))
-    return next((index for index, (a, b) in pairs if a != b), min(len(one), len(other)))
 
 
 def _hunks(base: Sequence[str], changed: Sequence[str]) -> Iterator[_Hunk]:

@@ -29,15 +29,15 @@ INTERFACES: Final = "interfaces"
 
 
 @dataclass(frozen=True, slots=True)
-class Snapshot:
-    """An archive of files, the path of the document in it, and a digest that no other one has."""
+class Archive:
+    """Packed files, the path of the document in them, and a digest that no others have."""
 
     document: str
-    archive: bytes
+    content: bytes
     digest: str
 
 
-def take_snapshot(document: Path, content: bytes | None = None) -> Snapshot:
+def make_archive(document: Path, content: bytes | None = None) -> Archive:
     """Pack a document's folder, without what is hidden and documents of others, and its project's interfaces.
 
     Generated components are left out, too: each trial compiles its own. `content` is that of the document if
@@ -50,13 +50,13 @@ def take_snapshot(document: Path, content: bytes | None = None) -> Snapshot:
     if beside.is_dir() and name != INTERFACES and str(beside) not in interfaces.__path__:
         parts[INTERFACES] = beside
     document = document.resolve()
-    archive = _pack(parts, _documents(document), {} if content is None else {document: content})
-    return Snapshot(f"{name}/{document.name}", archive, hashlib.sha256(archive).hexdigest())
+    packed = _pack(parts, _documents(document), {} if content is None else {document: content})
+    return Archive(f"{name}/{document.name}", packed, hashlib.sha256(packed).hexdigest())
 
 
-def unpack(archive: bytes, folder: Path) -> None:
+def unpack(content: bytes, folder: Path) -> None:
     """Write the files of an archive of ours into an empty folder."""
-    with zipfile.ZipFile(io.BytesIO(archive)) as packed:
+    with zipfile.ZipFile(io.BytesIO(content)) as packed:
         packed.extractall(folder)
 
 

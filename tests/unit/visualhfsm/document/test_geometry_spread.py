@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from codegen.hfsm.document import Automaton, State, Transition
-from visualhfsm._drawing.placement import spread
+from visualhfsm._document.geometry import spread
 
 HEAP = Automaton(
     id=1,

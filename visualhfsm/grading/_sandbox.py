@@ -116,7 +116,7 @@ class _Piece:
         """Of the trial."""
 
 
-class Session:
+class Sandbox:
     """The process of one trial; `serve`, once it is set, does what its code asks for.
 
     Making it raises ComputerFailed if no process begins, and ComputerTooBusy if that takes too long. Each

@@ -10,7 +10,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from visualhfsm._base.errors import EditError, MissingError
-from visualhfsm.project._session.shelf import ReadyState, Shelves, our_shelf
+from visualhfsm.project._editing.shelf import ReadyState, Shelves, our_shelf
 
 WORTHWHILE = """<VisualHFSM>
   <description>Knock twice. Then

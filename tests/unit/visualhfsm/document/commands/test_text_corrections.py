@@ -8,7 +8,7 @@ from codegen.hfsm.document import Document
 from codegen.messages import Message
 from tests.support.documents import document, state, sub, transition
 from visualhfsm._base.errors import EditError
-from visualhfsm._document.commands.corrections import Correction, CorrectName
+from visualhfsm._document.commands.text import Correction, CorrectName
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import Problem, find_problems
 from visualhfsm._document.serialization import parse, written

@@ -16,15 +16,15 @@ from tests.support.editing import tree
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm._document.commands import Command
-from visualhfsm._document.commands.automata import SetAutomatonCode
 from visualhfsm._document.commands.component import AddEntry, ChangeEntry
 from visualhfsm._document.commands.items import MoveItems
-from visualhfsm._document.commands.states import AddState, RenameState, SetStateCode
+from visualhfsm._document.commands.states import AddState, RenameState
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import MAX_SIZE, parse_file, written
-from visualhfsm.project._session.files import read_file
-from visualhfsm.project._session.journal import Header, Journal, find_abandoned
-from visualhfsm.project._session.session import Choice, DocumentSession, Step
+from visualhfsm.project._editing.edited_document import Choice, EditedDocument, Step
+from visualhfsm.project._editing.files import read_file
+from visualhfsm.project._editing.journal import Header, Journal, find_abandoned
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <origenX>1</origenX><origenY>2</origenY><codigo>x = 1</codigo></Estado><tiempoIteracion>50</tiempoIteracion>
@@ -52,7 +52,7 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def session(path: Path, tmp_path: Path, time: Time):
-    opened = DocumentSession.open(path, journals=tmp_path / "journals", clock=time)
+    opened = EditedDocument.open(path, journals=tmp_path / "journals", clock=time)
     yield opened
     opened.close(discard=True)
 
@@ -61,15 +61,15 @@ def rename(name: str, state: int = 1) -> RenameState:
     return RenameState(automaton=1, state=state, name=name)
 
 
-def code(text: str, state: int = 1) -> SetStateCode:
-    return SetStateCode(automaton=1, state=state, part="code", text=text)
+def code(text: str, state: int = 1) -> SetText:
+    return SetText(place=Place(kind="state", automaton=1, id=state, part="code"), text=text)
 
 
 def step_names(steps: list[Step]) -> list[str]:
     return [step.name for step in steps]
 
 
-def test_steps_have_names_and_are_undone_and_done_again(session: DocumentSession) -> None:
+def test_steps_have_names_and_are_undone_and_done_again(session: EditedDocument) -> None:
     session.do(rename("a"))
     session.do(AddState(automaton=1, x=0, y=0))
     assert step_names(session.undo_steps) == ["Add a state", "Rename “wait”"]
@@ -87,7 +87,7 @@ def test_steps_have_names_and_are_undone_and_done_again(session: DocumentSession
         session.redo()
 
 
-def test_a_step_is_gone_to_by_the_revision_that_it_leads_to(session: DocumentSession) -> None:
+def test_a_step_is_gone_to_by_the_revision_that_it_leads_to(session: EditedDocument) -> None:
     for x in range(3):
         session.do(AddState(automaton=1, x=x, y=0))
     assert [step.revision for step in session.undo_steps] == [2, 1, 0]
@@ -102,7 +102,7 @@ def test_a_step_is_gone_to_by_the_revision_that_it_leads_to(session: DocumentSes
     assert (session.document is documents[0], session.dirty, session.revision) == (True, False, 10)
 
 
-def test_a_step_that_no_longer_is_there_is_not_gone_to(session: DocumentSession) -> None:
+def test_a_step_that_no_longer_is_there_is_not_gone_to(session: EditedDocument) -> None:
     for x in range(3):
         session.do(AddState(automaton=1, x=x, y=0))
     session.undo()
@@ -126,13 +126,13 @@ def test_a_step_that_no_longer_is_there_is_not_gone_to(session: DocumentSession)
         (AddEntry(list="events"), Place(kind="document")),
     ],
 )
-def test_a_step_that_is_undone_says_where(session: DocumentSession, command: Command, place: Place) -> None:
+def test_a_step_that_is_undone_says_where(session: EditedDocument, command: Command, place: Place) -> None:
     session.do(AddEntry(list="properties", fields={"name": "p", "expression": "y"}))
     session.do(command)
     assert session.undo().place == place
 
 
-def test_typing_is_one_step_until_one_pauses(session: DocumentSession, time: Time) -> None:
+def test_typing_is_one_step_until_one_pauses(session: EditedDocument, time: Time) -> None:
     for text in ("x", "x =", "x = 1"):
         session.do(code(text))
         time.now += 1.9
@@ -152,7 +152,7 @@ def test_typing_is_one_step_until_one_pauses(session: DocumentSession, time: Tim
     assert not session.dirty
 
 
-def test_what_was_typed_over_an_older_text_is_merged(session: DocumentSession) -> None:
+def test_what_was_typed_over_an_older_text_is_merged(session: EditedDocument) -> None:
     session.do(code("x"))
     session.do(code("x theirs"), "x")
     change = session.do(code("mine x"), "x")
@@ -164,26 +164,26 @@ def test_what_was_typed_over_an_older_text_is_merged(session: DocumentSession) -
     assert not session.dirty
 
 
-def test_a_field_of_an_entry_is_merged(session: DocumentSession) -> None:
+def test_a_field_of_an_entry_is_merged(session: EditedDocument) -> None:
     session.do(AddEntry(list="properties", fields={"name": "p", "expression": "x"}))
     for text in ("x theirs", "mine x"):
         session.do(ChangeEntry(list="properties", index=0, fields={"expression": text}), "x")
     assert session.document.properties[0].expression.text == "mine x theirs"
 
 
-def test_what_is_no_text_is_not_merged(session: DocumentSession) -> None:
+def test_what_is_no_text_is_not_merged(session: EditedDocument) -> None:
     with pytest.raises(EditError, match="no piece of text"):
         session.do(AddState(automaton=1, x=0, y=0), "x")
 
 
-def test_typing_after_saving_is_another_step(session: DocumentSession) -> None:
+def test_typing_after_saving_is_another_step(session: EditedDocument) -> None:
     session.do(code("x"))
     session.save()
     session.do(code("x = 1"))
     assert len(session.undo_steps) == 2
 
 
-def test_moves_of_the_same_things_are_one_step(session: DocumentSession) -> None:
+def test_moves_of_the_same_things_are_one_step(session: EditedDocument) -> None:
     for _ in range(5):
         session.do(MoveItems(automaton=1, states=(1,), dx=1, dy=0))
     assert len(session.undo_steps) == 1
@@ -191,12 +191,12 @@ def test_moves_of_the_same_things_are_one_step(session: DocumentSession) -> None
     assert len(session.undo_steps) == 2
 
 
-def test_a_command_that_changes_nothing_is_no_step(session: DocumentSession) -> None:
+def test_a_command_that_changes_nothing_is_no_step(session: EditedDocument) -> None:
     change = session.do(rename("wait"))
     assert (change.revision, step_names(session.undo_steps), session.dirty) == (0, [], False)
 
 
-def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> None:
+def test_a_command_that_fails_leaves_everything(session: EditedDocument) -> None:
     before = session.document
     with pytest.raises(EditError):
         session.do(rename("x", 9))
@@ -205,7 +205,7 @@ def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> Non
 
 
 @pytest.mark.slow
-def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession) -> None:
+def test_a_document_does_not_grow_beyond_what_can_be_opened(session: EditedDocument) -> None:
     most = 1_000_000  # characters that one text may have; a file has five for each `&`
     for _ in range(MAX_SIZE // (5 * most)):
         added = session.do(AddState(automaton=1, x=0, y=0)).added
@@ -217,7 +217,7 @@ def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSes
     session.do(code("x" * most))
 
 
-def test_saving_is_byte_for_byte_what_was_opened(session: DocumentSession, path: Path) -> None:
+def test_saving_is_byte_for_byte_what_was_opened(session: EditedDocument, path: Path) -> None:
     original = path.read_bytes()
     session.do(rename("a"))
     assert session.dirty
@@ -227,7 +227,7 @@ def test_saving_is_byte_for_byte_what_was_opened(session: DocumentSession, path:
     assert path.read_bytes() == original
 
 
-def test_saving_keeps_permissions_and_links(session: DocumentSession, path: Path, tmp_path: Path) -> None:
+def test_saving_keeps_permissions_and_links(session: EditedDocument, path: Path, tmp_path: Path) -> None:
     path.chmod(0o640)
     link = tmp_path / "link.xml"
     link.symlink_to(path)
@@ -242,7 +242,7 @@ def test_saving_keeps_permissions_and_links(session: DocumentSession, path: Path
 def test_what_was_not_changed_is_written_back_as_it_was_laid_out(path: Path, tmp_path: Path) -> None:
     by_hand = path.read_bytes().replace(b"\n", b"\r\n").replace(b"  <", b"\t<")
     path.write_bytes(by_hand)
-    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session = EditedDocument.open(path, journals=tmp_path / "journals")
     session.do(rename("a"))
     session.save()
     assert path.read_bytes() != by_hand
@@ -255,12 +255,12 @@ def test_what_was_not_changed_is_written_back_as_it_was_laid_out(path: Path, tmp
 
 
 def test_a_directory_that_cannot_be_synced_does_not_hide_that_the_file_is_there(
-    session: DocumentSession, path: Path, monkeypatch
+    session: EditedDocument, path: Path, monkeypatch
 ) -> None:
     def fail(_directory: Path) -> None:
         raise OSError(22, "Invalid argument")
 
-    monkeypatch.setattr("visualhfsm.project._session.files._sync_directory", fail)
+    monkeypatch.setattr("visualhfsm.project._editing.files._sync_directory", fail)
     session.do(rename("a"))
     session.save()
     assert not session.dirty
@@ -268,7 +268,7 @@ def test_a_directory_that_cannot_be_synced_does_not_hide_that_the_file_is_there(
     assert not session.is_changed_outside()
 
 
-def test_saving_that_fails_leaves_the_old_file(session: DocumentSession, path: Path, monkeypatch) -> None:
+def test_saving_that_fails_leaves_the_old_file(session: EditedDocument, path: Path, monkeypatch) -> None:
     original = path.read_bytes()
     session.do(rename("a"))
 
@@ -283,7 +283,7 @@ def test_saving_that_fails_leaves_the_old_file(session: DocumentSession, path: P
     assert [each.name for each in path.parent.glob(".*")] == []
 
 
-def test_saving_as_asks_before_it_overwrites(session: DocumentSession, tmp_path: Path) -> None:
+def test_saving_as_asks_before_it_overwrites(session: EditedDocument, tmp_path: Path) -> None:
     other = tmp_path / "other.xml"
     other.write_text("mine")
     with pytest.raises(EditError, match="the file exists"):
@@ -297,7 +297,7 @@ def test_saving_as_asks_before_it_overwrites(session: DocumentSession, tmp_path:
 def test_an_old_dialect_opens_and_is_saved_elsewhere(tmp_path: Path) -> None:
     old = tmp_path / "old.xml"
     old.write_text(SPANISH)
-    session = DocumentSession.open(old, journals=tmp_path / "journals")
+    session = EditedDocument.open(old, journals=tmp_path / "journals")
     assert session.dialect == "Spanish (2013)"
     session.do(rename("dos"))
     with pytest.raises(OldFormatError, match="another file"):
@@ -316,7 +316,7 @@ def test_a_recovered_document_of_an_old_format_is_not_replaced_unasked(
 ) -> None:
     old = tmp_path / "old.xml"
     old.write_text(SPANISH)
-    session = DocumentSession.open(old, journals=tmp_path / "journals")
+    session = EditedDocument.open(old, journals=tmp_path / "journals")
     if choice is not None:
         old.write_text(SPANISH.replace("uno", "one"))
         session.resolve(choice)
@@ -324,7 +324,7 @@ def test_a_recovered_document_of_an_old_format_is_not_replaced_unasked(
     session.do(rename("dos"))
     session.abandon()
     (found,) = find_abandoned(tmp_path / "journals")
-    recovered = DocumentSession.recover(found.file)
+    recovered = EditedDocument.recover(found.file)
     with pytest.raises(OldFormatError, match="another file"):
         recovered.save()
     assert old.read_text() == written
@@ -335,7 +335,7 @@ def test_a_recovered_document_of_an_old_format_is_not_replaced_unasked(
 
 
 def test_a_new_document_needs_a_file(tmp_path: Path) -> None:
-    session = DocumentSession.new(tree(), "untitled", journals=tmp_path / "journals")
+    session = EditedDocument.new(tree(), "untitled", journals=tmp_path / "journals")
     assert session.dirty
     with pytest.raises(EditError, match="no file yet"):
         session.save()
@@ -353,12 +353,12 @@ def test_what_is_no_document_does_not_open(tmp_path: Path, content: str | None, 
     if content is not None:
         file.write_text(content)
     with pytest.raises(EditError, match=why):
-        DocumentSession.open(file)
+        EditedDocument.open(file)
     with pytest.raises(EditError, match="it is not a file"):
-        DocumentSession.open(tmp_path)
+        EditedDocument.open(tmp_path)
 
 
-def test_a_file_that_another_program_changed_is_not_overwritten(session: DocumentSession, path: Path) -> None:
+def test_a_file_that_another_program_changed_is_not_overwritten(session: EditedDocument, path: Path) -> None:
     session.do(rename("mine"))
     assert not session.is_changed_outside()
     os.utime(path, (1, 1))
@@ -370,7 +370,7 @@ def test_a_file_that_another_program_changed_is_not_overwritten(session: Documen
     assert "theirs" in path.read_text()
 
 
-def test_changes_on_both_sides_are_merged(session: DocumentSession, path: Path) -> None:
+def test_changes_on_both_sides_are_merged(session: EditedDocument, path: Path) -> None:
     session.do(rename("mine"))
     path.write_text(path.read_text().replace(">work<", ">theirs<"))
     resolution = session.resolve(Choice.MERGE)
@@ -383,7 +383,7 @@ def test_changes_on_both_sides_are_merged(session: DocumentSession, path: Path) 
     assert [state.name for state in session.document.automata[0].states] == ["mine", "work"]
 
 
-def test_one_takes_theirs_or_keeps_mine(session: DocumentSession, path: Path) -> None:
+def test_one_takes_theirs_or_keeps_mine(session: EditedDocument, path: Path) -> None:
     session.do(rename("mine"))
     path.write_text(path.read_text().replace(">wait<", ">theirs<"))
     session.resolve(Choice.THEIRS)
@@ -396,7 +396,7 @@ def test_one_takes_theirs_or_keeps_mine(session: DocumentSession, path: Path) ->
     assert "<name>mine</name>" in path.read_text()
 
 
-def test_a_file_that_was_removed_is_written_again(session: DocumentSession, path: Path) -> None:
+def test_a_file_that_was_removed_is_written_again(session: EditedDocument, path: Path) -> None:
     path.unlink()
     assert session.is_changed_outside()
     with pytest.raises(ChangedOutsideError, match="deleted"):
@@ -408,7 +408,7 @@ def test_a_file_that_was_removed_is_written_again(session: DocumentSession, path
 
 
 def test_closing_asks_for_changes_and_leaves_no_journal(path: Path, tmp_path: Path) -> None:
-    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session = EditedDocument.open(path, journals=tmp_path / "journals")
     session.do(rename("a"))
     assert len(list((tmp_path / "journals").iterdir())) == 1
     with pytest.raises(EditError, match="not saved"):
@@ -420,9 +420,9 @@ def test_closing_asks_for_changes_and_leaves_no_journal(path: Path, tmp_path: Pa
 CRASH = """
 import sys, os, signal
 from pathlib import Path
-from visualhfsm.project._session.session import DocumentSession
+from visualhfsm.project._editing.edited_document import EditedDocument
 from visualhfsm._document.commands.states import AddState, RenameState
-session = DocumentSession.open(Path(sys.argv[1]), journals=Path(sys.argv[2]))
+session = EditedDocument.open(Path(sys.argv[1]), journals=Path(sys.argv[2]))
 session.do(RenameState(automaton=1, state=1, name="a"))
 session.save()
 session.do(AddState(automaton=1, x=0.1, y=2.0))
@@ -451,12 +451,12 @@ def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
             assert find_abandoned(journals) == [], "it is alive"
             (file,) = journals.iterdir()
             with pytest.raises(EditError, match="open in another process"):
-                DocumentSession.recover(file)
+                EditedDocument.recover(file)
         finally:
             process.send_signal(signal.SIGKILL)
     (found,) = find_abandoned(journals)
     assert (found.path, found.name) == (path, "waver")
-    recovered = DocumentSession.recover(found.file)
+    recovered = EditedDocument.recover(found.file)
     assert [state.name for state in recovered.document.automata[0].states] == ["a", "work", "bc"]
     assert step_names(recovered.undo_steps) == ["Rename “state 3”", "Add a state", "Rename “wait”"]
     assert step_names(recovered.redo_steps) == ["Rename “work”"]
@@ -473,7 +473,7 @@ def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
 
 def test_a_new_document_that_was_saved_is_found_under_the_name_of_its_file(tmp_path: Path) -> None:
     journals = tmp_path / "journals"
-    session = DocumentSession.new(tree(), "untitled", journals=journals)
+    session = EditedDocument.new(tree(), "untitled", journals=journals)
     session.do(rename("a"))
     session.save(tmp_path / "walk.xml")
     session.do(rename("b"))
@@ -483,17 +483,17 @@ def test_a_new_document_that_was_saved_is_found_under_the_name_of_its_file(tmp_p
 
 
 def test_a_journal_that_was_cut_off_gives_what_it_has(path: Path, tmp_path: Path) -> None:
-    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session = EditedDocument.open(path, journals=tmp_path / "journals")
     for name in ("a", "b"):
         session.do(rename(name))
     session.abandon()
     (file,) = (tmp_path / "journals").iterdir()
     file.write_bytes(file.read_bytes()[:-20])
-    recovered = DocumentSession.recover(file)
+    recovered = EditedDocument.recover(file)
     assert recovered.document.automata[0].states[0].name == "a"
     recovered.do(rename("c"))
     recovered.abandon()
-    again = DocumentSession.recover(file)
+    again = EditedDocument.recover(file)
     assert again.document.automata[0].states[0].name == "c"
     again.close(discard=True)
 
@@ -501,7 +501,7 @@ def test_a_journal_that_was_cut_off_gives_what_it_has(path: Path, tmp_path: Path
 def test_a_journal_that_means_nothing_from_some_entry_on_is_continued_there(
     path: Path, tmp_path: Path
 ) -> None:
-    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session = EditedDocument.open(path, journals=tmp_path / "journals")
     session.do(rename("a"))
     session.abandon()
     (file,) = (tmp_path / "journals").iterdir()
@@ -510,13 +510,13 @@ def test_a_journal_that_means_nothing_from_some_entry_on_is_continued_there(
         b"?\n",
     ):
         file.write_bytes(file.read_bytes() + lost + b'{"entry":"undo"}\n')
-        recovered = DocumentSession.recover(file)
+        recovered = EditedDocument.recover(file)
         assert step_names(recovered.undo_steps) == ["Rename “wait”"]
         recovered.abandon()
-    recovered = DocumentSession.recover(file)
+    recovered = EditedDocument.recover(file)
     recovered.do(rename("b", 2))
     recovered.abandon()
-    again = DocumentSession.recover(file)
+    again = EditedDocument.recover(file)
     assert step_names(again.undo_steps) == ["Rename “work”", "Rename “wait”"]
     again.close(discard=True)
 
@@ -531,8 +531,8 @@ def test_a_journal_recovers_from_a_full_disk(path: Path, tmp_path: Path, monkeyp
             raise OSError(28, "No space left on device")
         return real(descriptor, content)
 
-    monkeypatch.setattr("visualhfsm.project._session.journal.os.write", write)
-    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    monkeypatch.setattr("visualhfsm.project._editing.journal.os.write", write)
+    session = EditedDocument.open(path, journals=tmp_path / "journals")
     full = True
     session.do(rename("a"))
     full = False
@@ -548,7 +548,7 @@ def test_a_journal_recovers_from_a_full_disk(path: Path, tmp_path: Path, monkeyp
     expected = session.document
     session.abandon()
     (file,) = (tmp_path / "journals").iterdir()
-    recovered = DocumentSession.recover(file)
+    recovered = EditedDocument.recover(file)
     assert recovered.document == expected
     recovered.close(discard=True)
 
@@ -560,12 +560,14 @@ def test_a_journal_that_has_grown_large_begins_anew_and_loses_nothing(
     journals = tmp_path / "journals"
     content = path.read_bytes()
     header = Header(str(path), path.stem, content, read_file(path)[1].digest)
-    session = DocumentSession(
+    session = EditedDocument(
         parse_file(content, path), Journal(journals, header, largest=3000), read_file(path)[1], len(content)
     )
     largest = 0
     for number in range(200):
-        session.do(SetAutomatonCode(automaton=1, part="functions", text=f"n = {number}\n" * 40))
+        session.do(
+            SetText(place=Place(kind="automaton", automaton=1, part="functions"), text=f"n = {number}\n" * 40)
+        )
         session.do(rename(f"s{number}"))
         if (saves == "at the beginning" and number == 0) or (saves == "between" and number % 7 == 3):
             session.save()
@@ -586,7 +588,7 @@ def test_a_journal_that_has_grown_large_begins_anew_and_loses_nothing(
         return
     (found,) = find_abandoned(journals)
     assert (found.path, found.name) == (path, path.stem)
-    recovered = DocumentSession.recover(found.file)
+    recovered = EditedDocument.recover(found.file)
     assert recovered.document == expected
     assert recovered.dirty
     assert not recovered.is_changed_outside()
@@ -595,7 +597,7 @@ def test_a_journal_that_has_grown_large_begins_anew_and_loses_nothing(
     recovered.do(rename("end"))
     last = recovered.document
     recovered.abandon()
-    again = DocumentSession.recover(found.file)
+    again = EditedDocument.recover(found.file)
     assert again.document == last
     assert path.read_bytes() == saved
     again.save()
@@ -611,9 +613,9 @@ def test_a_journal_begins_anew_once_there_is_room_for_it(path: Path, tmp_path: P
         return real(name, flags, *rest, **options)
 
     header = Header(None, "untitled", written(tree()).encode(), "")
-    session = DocumentSession(tree(), Journal(tmp_path / "journals", header, largest=1), None, 1000)
+    session = EditedDocument(tree(), Journal(tmp_path / "journals", header, largest=1), None, 1000)
     session.do(rename("a"))
-    monkeypatch.setattr("visualhfsm.project._session.journal.os.open", open_)
+    monkeypatch.setattr("visualhfsm.project._editing.journal.os.open", open_)
     full = True
     session.do(rename("b", 2))
     full = False
@@ -621,17 +623,17 @@ def test_a_journal_begins_anew_once_there_is_room_for_it(path: Path, tmp_path: P
     session.undo()
     session.abandon()
     (found,) = find_abandoned(tmp_path / "journals")
-    recovered = DocumentSession.recover(found.file)
+    recovered = EditedDocument.recover(found.file)
     assert [each.name for each in recovered.document.automata[0].states[:2]] == ["a", "b"]
     recovered.close(discard=True)
 
 
-def test_a_crash_right_after_saving_leaves_nothing_to_save(session: DocumentSession, path: Path) -> None:
+def test_a_crash_right_after_saving_leaves_nothing_to_save(session: EditedDocument, path: Path) -> None:
     session.do(rename("a"))
     path.write_text(session.text())  # and the process dies before it is in the journal
     session.abandon()
     (found,) = find_abandoned(path.parent / "journals")
-    recovered = DocumentSession.recover(found.file)
+    recovered = EditedDocument.recover(found.file)
     assert not recovered.dirty
     assert not recovered.is_changed_outside()
     recovered.undo()
@@ -639,14 +641,14 @@ def test_a_crash_right_after_saving_leaves_nothing_to_save(session: DocumentSess
     recovered.close()
 
 
-def test_the_only_copy_of_a_file_that_was_removed_is_recovered(session: DocumentSession, path: Path) -> None:
+def test_the_only_copy_of_a_file_that_was_removed_is_recovered(session: EditedDocument, path: Path) -> None:
     path.unlink()
     session.resolve(Choice.MINE)
     with pytest.raises(EditError, match="not saved"):
         session.close()
     session.abandon()
     (found,) = find_abandoned(path.parent / "journals")
-    recovered = DocumentSession.recover(found.file)
+    recovered = EditedDocument.recover(found.file)
     assert recovered.document == tree()
     recovered.close(discard=True)
 
@@ -656,12 +658,12 @@ def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
     file.write_bytes(b"{}\nand more")
     assert find_abandoned(tmp_path) == []
     with pytest.raises(EditError, match="it contains no document"):
-        DocumentSession.recover(file)
+        EditedDocument.recover(file)
     assert file.read_bytes() == b"{}\nand more"
 
 
 def test_an_undone_session_is_not_kept(path: Path, tmp_path: Path) -> None:
-    session = DocumentSession.open(path, journals=tmp_path / "journals")
+    session = EditedDocument.open(path, journals=tmp_path / "journals")
     session.do(rename("a"))
     session.undo()
     session.abandon()
@@ -671,7 +673,7 @@ def test_an_undone_session_is_not_kept(path: Path, tmp_path: Path) -> None:
 def test_what_another_process_closes_in_the_same_moment_is_not_recovered(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    session = DocumentSession.open(path, journals=tmp_path)
+    session = EditedDocument.open(path, journals=tmp_path)
     session.do(AddState(automaton=1, x=0, y=0))
     session.abandon()
     (found,) = find_abandoned(tmp_path)
@@ -681,4 +683,4 @@ def test_what_another_process_closes_in_the_same_moment_is_not_recovered(
 
     monkeypatch.setattr("fcntl.flock", lock)
     with pytest.raises(EditError, match="recovered already"):
-        DocumentSession.recover(found.file)
+        EditedDocument.recover(found.file)

@@ -1,7 +1,7 @@
 """Keep every change of a document on disk until it is closed, so that a crash loses nothing.
 
 A journal is a file of JSON lines: the document as it was opened, then every command. It is locked while its
-session lives, and the system releases the lock when the process dies, for whatever reason. A power failure
+document is open, and the system releases the lock when the process dies, for whatever reason. A power failure
 may lose the last seconds. A file that grows large is replaced by one that begins with the document as it was
 saved, and as it is now: a day of typing takes no more than that.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import fcntl
 import logging
+import mmap
 import os
 import secrets
 import shutil
@@ -29,12 +30,11 @@ from zenoh_ice.application.directories import state_directory
 
 _logger = logging.getLogger(__name__)
 
-_VERSION: Final = 1
+_VERSION: Final = 2
 _SUFFIX: Final = ".journal"
 _UNREADABLE: Final = ".unreadable"
 LARGEST_JOURNAL: Final = 64 << 20
 """Bytes beyond which a journal restarts."""
-_BLOCK: Final = 1 << 16  # bytes
 
 
 class Header(msgspec.Struct, frozen=True, tag="open", tag_field="entry"):
@@ -79,7 +79,7 @@ _SAVED: Final = b'{"entry":"saved"'
 
 @dataclass(frozen=True, slots=True)
 class Abandoned:
-    """The journal of a session that ended without closing; times are in s since 1970."""
+    """The journal of a document that was never closed; times are in s since 1970."""
 
     file: Path
     path: Path | None
@@ -93,7 +93,7 @@ def journal_directory() -> Path:
 
 
 class Journal:
-    """The journal of one session; its file is created with the first entry."""
+    """The journal of one open document; its file is created with the first entry."""
 
     def __init__(self, directory: Path, header: Header, largest: int = LARGEST_JOURNAL) -> None:
         self._directory = directory
@@ -108,7 +108,7 @@ class Journal:
     def take_over(cls, file: Path) -> tuple[Journal, Iterator[tuple[Entry, int]]]:
         """Return a journal to be continued, and its entries, each with its place for `cut`.
 
-        Raises EditError when it cannot be read, or belongs to a session that is alive.
+        Raises EditError when it cannot be read, or another process has its document open.
         """
         what = Message("Cannot recover from {file}", file=file.name)
         try:
@@ -134,7 +134,7 @@ class Journal:
                 raise EditError(
                     what,
                     Message("it is of version {version}", version=header.version),
-                    Message("open it with a newer release"),
+                    Message("open it with the release that wrote it"),
                 )
             # A line that was cut off by the crash is removed, so that the next one does not continue it.
             os.ftruncate(descriptor, _end_of_lines(descriptor))
@@ -249,7 +249,7 @@ class Journal:
 
 
 def find_abandoned(directory: Path) -> list[Abandoned]:
-    """Return the journals in a directory whose sessions are dead, the latest first."""
+    """Return the journals in a directory that no process has open, the latest first."""
     found: list[Abandoned] = []
     for file in directory.glob(f"*{_SUFFIX}"):
         try:
@@ -296,14 +296,8 @@ def _reader(descriptor: int) -> BinaryIO:
 
 def _end_of_lines(descriptor: int) -> int:
     """Return where the last whole line of a file ends; the size of one without any, which holds a header."""
-    size = end = os.fstat(descriptor).st_size
-    while end:
-        begin = max(0, end - _BLOCK)
-        place = os.pread(descriptor, end - begin, begin).rfind(b"\n")
-        if place >= 0:
-            return begin + place + 1
-        end = begin
-    return size
+    with mmap.mmap(descriptor, 0, access=mmap.ACCESS_READ) as content:
+        return content.rfind(b"\n") + 1 or len(content)
 
 
 def _write(descriptor: int, content: bytes) -> None:

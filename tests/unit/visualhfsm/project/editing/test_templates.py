@@ -8,7 +8,7 @@ import pytest
 
 from visualhfsm._base.errors import EditError
 from visualhfsm._processes.robots import find_worlds
-from visualhfsm.project._session.templates import find_templates, make_template
+from visualhfsm.project._editing.templates import find_templates, make_template
 
 
 def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -> None:

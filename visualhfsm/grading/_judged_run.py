@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, ChangeKind
+from visualhfsm.trials._trial import place_of
 
 if TYPE_CHECKING:
     from hfsm_runtime.virtual import Call
@@ -35,7 +35,7 @@ class Moment:
     """Where balls and boxes of the simulated world are, x, y and z in m."""
 
 
-class Run:
+class JudgedRun:
     """A trial as judges see it, while it runs and afterwards. Implements `Witness`."""
 
     def __init__(self, plan: Plan) -> None:
@@ -109,7 +109,7 @@ class Run:
         if not behavior.has_robot:
             return
         robot = behavior.robot
-        place, heading = _place(behavior)
+        place, heading = place_of(behavior)
         stage = robot.device.stage
         things = {} if stage is None else stage.truth().objects
         self.moments.append(
@@ -138,15 +138,3 @@ class _Changes(Observer):
     def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Report it."""
         self._note(now / 1e9)
-
-
-def _place(behavior: Behavior) -> tuple[tuple[float, float] | None, float]:
-    """Return where the robot is on the floor, and which way it faces."""
-    device = behavior.robot.device
-    if device.stage is not None:
-        torso = device.stage.truth().torso
-        return (torso.position[0], torso.position[1]), torso.heading
-    if device.walker is not None:
-        odometry = device.walker.odometry()
-        return (odometry.x, odometry.y), odometry.heading
-    return None, math.nan

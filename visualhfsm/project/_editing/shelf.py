@@ -20,8 +20,7 @@ from codegen.hfsm import parse_document, resolve, write_document
 from codegen.hfsm.document import Document, Parameter
 from codegen.hfsm.document import Shelf as ShelfEntry
 from codegen.messages import NO_MESSAGE, Message
-from codegen.reasons import reason
-from visualhfsm._base.errors import EditError, MissingError
+from visualhfsm._base.errors import EditError, MissingError, VisualHfsmError
 from zenoh_ice.text import printable
 
 from .imports import with_functions
@@ -90,14 +89,6 @@ class _File(NamedTuple):
     version: tuple[int, int]
     shown: ReadyState
     content: str
-
-
-class _UnusableError(Exception):
-    """Why a file cannot be used."""
-
-    def __init__(self, message: Message) -> None:
-        super().__init__(message)
-        self.message = message
 
 
 class _Folder(NamedTuple):
@@ -200,7 +191,7 @@ def _read(folder: _Folder, path: Path, id: str, version: tuple[int, int]) -> _Fi
     )
     try:
         document = _document(folder, path)
-    except _UnusableError as error:
+    except VisualHfsmError as error:
         return _File(version, msgspec.structs.replace(named, trouble=error.message), "")
     content = write_document(document)
     postures = tuple(dict.fromkeys(_POSTURE.findall(content)))
@@ -209,15 +200,13 @@ def _read(folder: _Folder, path: Path, id: str, version: tuple[int, int]) -> _Fi
 
 
 def _document(folder: _Folder, path: Path) -> Document:
-    """Return the document in a file, with all that it imports. Raises _UnusableError."""
+    """Return the document in a file, with all that it imports. Raises VisualHfsmError."""
     if not _is_inside(path, folder):
-        raise _UnusableError(Message("it is a link that leads out of the project"))
-    try:
+        raise VisualHfsmError(Message("it is a link that leads out of the project"))
+    with VisualHfsmError.in_place_of(OSError, "it cannot be read: {reason}"):
         content = read_regular(path.resolve(), _LARGEST_FILE + 1)
-    except OSError as error:
-        raise _UnusableError(Message("it cannot be read: {reason}", reason=reason(error))) from error
     if len(content) > _LARGEST_FILE:
-        raise _UnusableError(Message("it is larger than {limit} MiB", limit=_LARGEST_FILE >> 20))
+        raise VisualHfsmError(Message("it is larger than {limit} MiB", limit=_LARGEST_FILE >> 20))
     diagnostics = Diagnostics()
     document = parse_document(content, path, diagnostics)
     if document is not None and not diagnostics.has_errors:
@@ -225,13 +214,13 @@ def _document(folder: _Folder, path: Path) -> Document:
     if document is None or diagnostics.has_errors:
         found = diagnostics.errors[0]
         if found.location.line:
-            raise _UnusableError(
+            raise VisualHfsmError(
                 Message("line {line}: {problem}", line=found.location.line, problem=found.message)
             )
-        raise _UnusableError(found.message)
+        raise VisualHfsmError(found.message)
     root = document.root
     if root is None or not root.states:
-        raise _UnusableError(Message("it has no root automaton with states"))
+        raise VisualHfsmError(Message("it has no root automaton with states"))
     whole = with_functions(root, document.functions)
     return replace(document, automata=(whole, *(each for each in document.automata if each is not root)))
 

@@ -201,7 +201,7 @@ class Resolution:
     conflicts: tuple[str, ...] = ()
 
 
-class DocumentSession:
+class EditedDocument:
     """An open document with undo, redo, file and journal. All calls come from one thread.
 
     `revision` counts changes. `dialect` is the format of the file that it was opened from: in one that is not
@@ -234,7 +234,7 @@ class DocumentSession:
     @classmethod
     def open(
         cls, path: Path, *, journals: Path | None = None, clock: Callable[[], float] = time.monotonic
-    ) -> DocumentSession:
+    ) -> EditedDocument:
         """Open a document in any dialect. `journals` is the directory of the autosave journals.
 
         Raises EditError.
@@ -244,9 +244,9 @@ class DocumentSession:
         document = parse_file(content, path)
         header = Header(str(path), path.stem, content, version.digest)
         journal = Journal(journals or journal_directory(), header)
-        session = cls(document, journal, version, len(content) * 2, clock)
-        session._keep_original(document, content)
-        return session
+        edited = cls(document, journal, version, len(content) * 2, clock)
+        edited._keep_original(document, content)
+        return edited
 
     @classmethod
     def new(
@@ -256,19 +256,19 @@ class DocumentSession:
         *,
         journals: Path | None = None,
         kept: bool = False,
-    ) -> DocumentSession:
+    ) -> EditedDocument:
         """Begin with a document that has no file yet; `kept` says that it is kept elsewhere as it is."""
         content = written(document).encode()
         journal = Journal(journals or journal_directory(), Header(None, name, content, ""))
-        session = cls(document, journal, None, len(content))
-        session._saved = document if kept else None
-        return session
+        edited = cls(document, journal, None, len(content))
+        edited._saved = document if kept else None
+        return edited
 
     @classmethod
-    def recover(cls, file: Path) -> DocumentSession:
-        """Open the document of a session that ended without closing, with all its steps.
+    def recover(cls, file: Path) -> EditedDocument:
+        """Open a document again that was open when its process ended, with all its steps.
 
-        Raises EditError when its journal cannot be read, or its session is alive.
+        Raises EditError when its journal cannot be read, or another process has it open.
         """
         journal, entries = Journal.take_over(file)
         header = journal.header
@@ -279,12 +279,12 @@ class DocumentSession:
             journal.close(keep=True)
             raise
         version = None if path is None else FileVersion(0, len(header.content), header.digest)
-        session = cls(document, journal, version, MAX_SIZE)
-        session._keep_original(document, header.content)
-        session._replay(entries)
-        session._steps.seal()
-        session._notice_saved()
-        return session
+        edited = cls(document, journal, version, MAX_SIZE)
+        edited._keep_original(document, header.content)
+        edited._replay(entries)
+        edited._steps.seal()
+        edited._notice_saved()
+        return edited
 
     @property
     def document(self) -> Document:
@@ -460,7 +460,7 @@ class DocumentSession:
         return Resolution(change, conflicts)
 
     def close(self, *, discard: bool = False) -> None:
-        """End the session and remove its journal. Raises EditError when changes would be lost.
+        """Close the document and remove its journal. Raises EditError when changes would be lost.
 
         `discard` allows that.
         """
@@ -473,7 +473,7 @@ class DocumentSession:
         self._journal.close()
 
     def abandon(self) -> None:
-        """End the session and keep its journal, so that its changes can be recovered."""
+        """Close the document and keep its journal, so that its changes can be recovered."""
         self._journal.close(keep=self.dirty)
 
     def _may_save_over(self, target: Path, *, overwrite: bool) -> None:
