@@ -252,7 +252,7 @@ IS_THERE = """async () => {
     const entry = document.querySelector('script[src$="/app.js"]').src;
     const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
     const {scrubbing} = await import(entry.replace('shell/app.js', 'run/scrubbing.js'));
-    const {component} = await monitor.control('at', {time: scrubbing.time});
+    const {component} = await monitor.ask('moment', {time: scrubbing.time});
     return component.time === monitor.looking?.component.time;
 }"""
 """Whether the moment that was chosen is shown."""

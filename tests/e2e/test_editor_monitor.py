@@ -491,7 +491,7 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
       const entry = document.querySelector('script[src$="/app.js"]').src;
       const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
       const {scrubbing} = await import(entry.replace('shell/app.js', 'run/scrubbing.js'));
-      const {component} = await monitor.control('at', {time: scrubbing.time});
+      const {component} = await monitor.ask('moment', {time: scrubbing.time});
       return component.time === monitor.looking?.component.time;
     }"""
 

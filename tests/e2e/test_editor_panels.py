@@ -467,10 +467,10 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
 class Graph(NoService):
     """A graph of ROS, and a realm in which a robot serves its head and a camera."""
 
-    async def control(self, component: str, action: str, arguments: object) -> object:
-        if action == "identities":
-            return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
-        assert action == "ros"
+    async def identities(self) -> object:
+        return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
+
+    async def ros_graph(self) -> object:
         twist, scan = "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
         return {
             "topics": {"/base/cmd_vel": [twist], "/scan": [scan]},

@@ -129,7 +129,7 @@ class Page:
         return await self.service.attach("walker")
 
     async def do(self, action: str, **arguments: object) -> Any:
-        return await self.service.control("walker", action, arguments)
+        return await self.service.steer("walker", action, arguments)
 
     async def snapshot(self, matches: Callable[[LiveSnapshot], object] = lambda _: True) -> LiveSnapshot:
         push = await self.pushes.next(Snapshot, lambda push: matches(push.value))
@@ -183,7 +183,7 @@ def test_a_component_that_does_not_run_is_not_followed(robot: ServedRobot, runni
         ):
             await opened.service.attach("walkr")
         with pytest.raises(VisualHfsmError, match="not followed"):
-            await opened.service.control("walkr", "pause", {})
+            await opened.service.steer("walkr", "pause", {})
 
     on_page(robot, go)
 
@@ -212,11 +212,11 @@ def test_a_change_of_state_is_reported_at_once_and_can_be_scrubbed_back_to(
         changed = await opened.snapshot(lambda live: live.component.automata[0].state == 2)
         assert changed.component.automata[1].ghost
         entered = changed.component.automata[0].enteredAt
-        timeline = await opened.do("timeline")
+        timeline = (await opened.service.past("walker")).timeline
         assert (entered, 1, 1, 2, 1) in timeline.changes
-        before = msgspec.convert(await opened.do("at", time=entered - 1e-6), LiveSnapshot)
+        before = msgspec.convert(await opened.service.moment("walker", entered - 1e-6), LiveSnapshot)
         assert before.component.automata[0].state == 1
-        series = await opened.do("series", names=["1.beats", "1:lastCycle"])
+        series = await opened.service.series("walker", ["1.beats", "1:lastCycle"], 0.0, 1e12, 1000)
         beats = [value for value in series["values"]["1.beats"] if value is not None]
         assert beats == sorted(beats)
         assert len(series["times"]) == len(series["values"]["1:lastCycle"])
@@ -290,15 +290,8 @@ def test_transitions_are_forced_explained_and_variables_set(robot: ServedRobot, 
     ("action", "arguments", "reason"),
     [
         ("forceTransition", {"automaton": 9, "transition": 1}, "9"),
-        ("setVariable", {"automaton": 1, "name": "beats", "value": "{}", "more": 1}, "more"),
         ("setVariable", {"automaton": 1, "name": "nothing", "value": "1"}, "nothing"),
         ("sendEvent", {"name": "nap", "data": ""}, "<event><name>nap</name></event>"),
-        ("step", {"automaton": "1"}, "int"),
-        ("step", {}, "automaton"),
-        ("getStructure", {}, "getStructure"),
-        ("dance", {}, "dance"),
-        ("at", {}, "time"),
-        ("series", {"names": [1]}, "str"),
     ],
 )
 def test_what_makes_no_sense_is_refused(
@@ -421,7 +414,7 @@ def test_the_red_button_stops_the_robot_without_any_component(robot: ServedRobot
             head = client.proxy(PoseHeadPrx, "Head")
             head.setPose(1.5, 0.0, 0.02)
             eventually(lambda: head.getPose().panSpeed > 0.1)
-            report = await opened.service.control("", "emergencyStop", {})
+            report = await opened.service.emergency_stop()
             assert report.failed == {}
             assert report.stopped == ["Body", "Head", "Motors"]
             eventually(lambda: abs(head.getPose().panSpeed) < 0.01)
@@ -434,10 +427,10 @@ def test_a_stopped_robot_takes_no_command_until_it_is_reset_from_the_page(robot:
     async def go(opened: Page) -> None:
         with robot.client() as client:
             head = client.proxy(PoseHeadPrx, "Head")
-            await opened.service.control("", "emergencyStop", {})
+            await opened.service.emergency_stop()
             with pytest.raises(CommandRefusedException, match="STOP"):
                 head.setPose(0.5, 0.0, 0.5)
-            await opened.service.control("", "resetEmergencyStop", {})
+            await opened.service.reset_robot()
             head.setPose(0.5, 0.0, 0.5)
 
     on_page(robot, go)
@@ -447,9 +440,9 @@ def test_a_reset_waits_for_a_stop_that_is_still_repeated() -> None:
     robot = Coasting()
 
     async def go(opened: Page) -> None:
-        stop = asyncio.create_task(opened.service.control("", "emergencyStop", {}))
+        stop = asyncio.create_task(opened.service.emergency_stop())
         await asyncio.to_thread(eventually, lambda: safety.getSafetyState().stopped)
-        reset = asyncio.create_task(opened.service.control("", "resetEmergencyStop", {}))
+        reset = asyncio.create_task(opened.service.reset_robot())
         since = robot.reads
         await asyncio.to_thread(eventually, lambda: robot.reads > since + 10)
         assert not stop.done()
@@ -486,7 +479,7 @@ def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None
         )
         try:
             with pytest.raises(VisualHfsmError, match="Safety"):
-                await service.control("", "resetEmergencyStop", {})
+                await service.reset_robot()
         finally:
             await service.close()
 
@@ -496,7 +489,7 @@ def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None
 def test_the_red_button_stops_the_component_too(robot: ServedRobot, running: Walker) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
-        report = await opened.do("emergencyStop")
+        report = await opened.service.emergency_stop()
         assert set(report.stopped) | set(report.failed) >= {"Head", "Body", "walker"}
 
     on_page(robot, go)
@@ -509,9 +502,9 @@ def test_the_robot_is_part_of_the_snapshots(robot: ServedRobot, running: Walker)
         live = await opened.snapshot(lambda live: live.robot.joints and live.robot.health)
         assert len(live.robot.joints) == 26
         assert live.robot.pan is not None
-        facts = await opened.service.control("", "facts", {})
+        facts = await opened.service.facts()
         assert "Camera" in facts.cameras
-        found = await opened.service.control("", "identities", {})
+        found = await opened.service.identities()
         assert "::nao::PoseHead" in found["Head"]
         assert {limit.name for limit in facts.limits} == set(live.robot.joints)
 
@@ -530,7 +523,7 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
         return found
 
     async def go(opened: Page) -> None:
-        while "Camera" not in (await opened.service.control("", "facts", {})).cameras:
+        while "Camera" not in (await opened.service.facts()).cameras:
             await asyncio.sleep(0.01)
         for each in await asyncio.gather(frames(opened, 3), frames(opened, 3)):
             with Image.open(io.BytesIO(each[0])) as image:
@@ -543,7 +536,7 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
 
 async def described_body(opened: Page, named: str) -> Any:
     """Return the robot of a name in the poses, as the page asks for it."""
-    return json.loads(bytes(await opened.service.control("", "body", {"hash": named})))
+    return json.loads(bytes(await opened.service.body(named)))
 
 
 def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
@@ -575,7 +568,7 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
         assert math.hypot(*state["objects"]["BallGreen"][:2]) == pytest.approx(1.0, abs=0.01)
         await stream.aclose()
         with pytest.raises(VisualHfsmError, match="no simulation"):
-            await opened.service.control("", "pushRobot", {})
+            await opened.service.set_scene("pushRobot", {})
 
     on_page(robot, go)
 
@@ -633,16 +626,14 @@ def test_the_page_shows_another_robot_when_that_has_replaced_the_first(robot: Se
             adapter.activate()
             other = await names("Booster T1")
         assert {link["joint"] for link in other["links"] if "joint" in link} == {*find_body("T1").joint_names}
-        with pytest.raises(VisualHfsmError, match="cannot be requested like this"):
-            await opened.service.control("", "body", {"hash": 7})
-        assert await opened.service.control("", "body", {"hash": "unknown"}) is None
+        assert await opened.service.body("unknown") is None
 
     on_page(robot, go)
 
 
 def test_the_wheels_of_a_cart_have_no_limits_and_its_head_pans() -> None:
     async def go(opened: Page) -> None:
-        while not (facts := await opened.service.control("", "facts", {})).limits:
+        while not (facts := await opened.service.facts()).limits:
             await asyncio.sleep(0.01)
         limits = {each["name"]: each for each in json.loads(msgspec.json.encode(facts))["limits"]}
         wheels = cart.groups.wheels
@@ -717,7 +708,7 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
 
     async def go(opened: Page) -> None:
         async def change(action: str, **arguments: object) -> None:
-            await opened.service.control("", action, arguments)
+            await opened.service.set_scene(action, arguments)
 
         stream = opened.service.poses("en")
         await anext(stream)
@@ -738,19 +729,16 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
                 break
         with pytest.raises(VisualHfsmError, match="no room"):
             await change("placeObject", name="Ball", position={"x": 1.5, "y": 1.2, "z": 0.1})
-        for wrong in ({"seconds": "long"}, {"power": 9000}):
-            with pytest.raises(VisualHfsmError, match="the simulation cannot be asked to pushRobot"):
-                await change("pushRobot", **wrong)
 
         await change("sayToRobot", text="hello")
         with pytest.raises(VisualHfsmError, match="there is nothing to hear"):
             await change("sayToRobot", text=" ")
 
         push = {"force": {"x": 90.0, "y": 0.0, "z": 0.0}, "seconds": 0.3}
-        await change("emergencyStop")
+        await opened.service.emergency_stop()
         with pytest.raises(VisualHfsmError, match="STOP was pressed"):
             await change("pushRobot", **push)
-        await change("resetEmergencyStop")
+        await opened.service.reset_robot()
         await change("pushRobot", **push)
         async for frame in frames:
             if frame["torso"][2] < 0.2:
@@ -796,12 +784,12 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
         assert first.component.time - 0.2 <= timeline.start < timeline.end
         (change,) = timeline.changes
         assert change[1:] == (1, 1, 2, 1)
-        past = await opened.service.control(name, "at", {"time": moved.component.time})
+        past = await opened.service.moment(name, moved.component.time)
         then = msgspec.convert(past, LiveSnapshot)
         assert then.component.automata[0].variables == moved.component.automata[0].variables
         assert then.robot.joints == pytest.approx(moved.robot.joints, abs=0.5)
         assert found["cameras"] == ["Camera", "CameraBottom"]
-        picture = await opened.service.control(name, "picture", {"camera": "Camera", "at": then.at + 0.3})
+        picture = await opened.service.picture(name, "Camera", then.at + 0.3)
         with Image.open(io.BytesIO(picture)) as image:
             assert (image.format, image.size) == ("JPEG", (320, 240))
 
@@ -815,7 +803,7 @@ def test_a_run_has_pictures_of_all_cameras_from_its_beginning_though_no_window_s
         await opened.attach()
         first = await opened.snapshot()
         for camera in ("Camera", "CameraBottom"):
-            while (jpeg := await opened.do("picture", camera=camera, at=first.at + OLDEST)) is None:
+            while (jpeg := await opened.service.picture("walker", camera, first.at + OLDEST)) is None:
                 await opened.snapshot()
             with Image.open(io.BytesIO(jpeg)) as image:
                 assert image.size == (320, 240)
@@ -857,7 +845,7 @@ def test_without_a_robot_what_a_nao_serves_can_be_declared() -> None:
         settings = Settings(realm="test-nobody", connect=(free_endpoint(),), timeout=CALL_LIMIT)
         service = Monitoring(Pushes(), settings)
         try:
-            return await service.control("", "identities", {})
+            return await service.identities()
         finally:
             await service.close()
 
@@ -874,7 +862,7 @@ def test_who_follows_while_another_window_lets_go_follows(
         await opened.snapshot()
         await opened.service.record("walker", tmp_path / "run.mcap", "", 0)
         await asyncio.gather(opened.service.detach("walker"), opened.service.attach("walker"))
-        await opened.do("timeline")
+        await opened.service.past("walker")
         await opened.snapshot()
 
     on_page(robot, go)
@@ -902,16 +890,16 @@ def test_who_followed_last_follows_and_every_recording_ends_whatever_is_asked_me
         def record(number: int) -> Callable[[], Awaitable[object]]:
             return partial(opened.service.record, "walker", folder / f"{number}.mcap", "", 0)
 
-        end, show = partial(opened.service.end_record, "walker"), partial(opened.do, "timeline")
+        end, show = partial(opened.service.end_record, "walker"), partial(opened.service.past, "walker")
         await interleave(
             chance, [attach, detach, record(1), show, end, attach, record(2), detach, show, attach, record(3)]
         )
         if follows:
             await opened.snapshot()
-            await opened.do("timeline")
+            await opened.service.past("walker")
         else:
             with pytest.raises(VisualHfsmError, match="not followed"):
-                await opened.do("timeline")
+                await opened.service.past("walker")
 
     async def go(seeds: range, opened: Page) -> None:
         for seed in seeds:

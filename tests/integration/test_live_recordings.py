@@ -341,9 +341,9 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             opened = await service.recording(file)
             name = opened["component"]
             assert opened["document"] == DOCUMENT
-            moment = await service.control(name, "at", {"time": 0.1})
+            moment = await service.moment(name, 0.1)
             assert msgspec.convert(moment, LiveSnapshot).component.automata[0].state == 1
-            timeline = await service.control(name, "timeline", {})
+            timeline = (await service.past(name)).timeline
             assert len(timeline.changes) == 1
             page, _ = content(
                 await service.exported(name, parse(DOCUMENT, messages.Message("Cannot read")), [])
@@ -354,7 +354,7 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
                 await service.recording(tmp_path / "missing.mcap")
             await service.detach(name)
             with pytest.raises(VisualHfsmError, match="not followed"):
-                await service.control(name, "timeline", {})
+                await service.past(name)
             with pytest.raises(VisualHfsmError, match="not followed"):
                 await service.exported(name, None, [])
         finally:
@@ -377,8 +377,8 @@ def test_many_open_recordings_stay_open_and_those_asked_for_last_in_memory(
             past = [(await service.past(name)).timeline.changes for name in names]
             assert past == [past[0]] * 7
             assert (
-                await asyncio.gather(*(service.control(name, "at", {"time": 0.1}) for name in names))
-                == [await service.control(names[0], "at", {"time": 0.1})] * 7
+                await asyncio.gather(*(service.moment(name, 0.1) for name in names))
+                == [await service.moment(names[0], 0.1)] * 7
             )
             file.rename(tmp_path / "away.mcap")
             answers = await asyncio.gather(*map(service.past, names), return_exceptions=True)

@@ -77,12 +77,12 @@ def test_a_component_is_run_followed_and_reloaded_with_its_state(source: Source)
         await page.snapshot(
             lambda live: int(live.component.automata[0].variables["beats"]) > 0
         )  # it has begun
-        await page.services.live.control("walker", "sendEvent", {"name": "go", "data": ""})
+        await page.services.live.steer("walker", "sendEvent", {"name": "go", "data": ""})
         before = await page.snapshot(lambda live: live.component.automata[0].state == 2)
 
         edited = SetStateCode(automaton=1, state=2, part="code", text="beats -= 1").apply(source.document)
         await page.services.running.generate(Source(1, 2, edited, source.path, True))
-        report = await page.services.live.control("walker", "reload", {})
+        report = await page.services.live.steer("walker", "reload", {})
         assert getattr(report, "generation", None) == 1
         after = await page.snapshot(lambda live: int(live.component.automata[0].variables["beats"]) < 0)
         assert after.component.automata[0].state == 2
@@ -123,7 +123,7 @@ def test_the_red_button_ends_what_was_started_here(source: Source) -> None:
     async def go(page: Page) -> None:
         await page.services.running.run(source, [])
         await page.follow("walker")
-        report = await page.services.live.control("walker", "emergencyStop", {})
+        report = await page.services.live.emergency_stop()
         assert getattr(report, "stopped", None) == ["walker"]
         end = await page.pushes.until(
             lambda: next((p for p in page.pushes.of(RunPush) if p.status == "ended"), None)

@@ -505,10 +505,13 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
             return gate.wait(FOREVER)
 
     class Steered(NoService):
-        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
             if action == "explain":
                 await asyncio.to_thread(gate.wait, FOREVER)
             return action
+
+        async def emergency_stop(self) -> object:
+            return "emergencyStop"
 
     limits = Limits(concurrent_operations=1)
     found = make_services(SlowHelp(), live=Steered())
@@ -517,11 +520,11 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
         running.window() as window,
     ):
         helping = window.send("interfaces")
-        assert window.ask("control", component="", action="reload") == "reload"
-        explaining = window.send("control", component="", action="explain")
+        assert window.ask("reload", component="") == "reload"
+        explaining = window.send("explain", component="", automaton=1)
         with pytest.raises(Refused, match="under way"):
-            window.ask("control", component="", action="reload")
-        assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
+            window.ask("reload", component="")
+        assert window.ask("emergencyStop") == "emergencyStop"
         gate.set()
         assert [window.answer(helping), window.answer(explaining)] == [True, "explain"]
 
@@ -535,8 +538,11 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         return undo(session)
 
     class Steered(NoService):
-        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
             return action
+
+        async def emergency_stop(self) -> object:
+            return "emergencyStop"
 
     monkeypatch.setattr(DocumentSession, "undo", slow)
     found = make_services(live=Steered())
@@ -544,9 +550,9 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         window.ask("open", path="robot.xml")
         window.ask("do", tab=1, command=ADD_STATE)
         undoing = window.send("undo", tab=1)
-        steering = window.send("control", component="", action="pause")
+        steering = window.send("pause", component="")
         waiting = [window.send("hello") for _ in range(20)]
-        assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
+        assert window.ask("emergencyStop") == "emergencyStop"
         assert not window.answers
         gate.set()
         assert window.answer(undoing)["name"] == "Add a state"
@@ -586,10 +592,10 @@ def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of
     let_go, still, ended = threading.Event(), threading.Event(), threading.Event()
 
     class Repeated(NoService):
-        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        async def emergency_stop(self) -> object:
             await asyncio.to_thread(let_go.wait, FOREVER)
             still.set()
-            return action
+            return None
 
     class Running(NoService):
         async def stop_all(self) -> None:
@@ -602,7 +608,7 @@ def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of
     ):
         steps.callback(let_go.set)
         with running.window() as window:
-            window.send("control", component="", action="emergencyStop")
+            window.send("emergencyStop")
             assert ended.wait(EVENT_LIMIT)
         let_go.set()
         assert still.wait(EVENT_LIMIT)
@@ -693,8 +699,8 @@ class FakeLive(NoService):
         content = path.read_text() if path.exists() else ""
         return {"component": f"recording:{path.name}", "content": content, "document": content}
 
-    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
-        if action == "crash":
+    async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        if action == "resume":
             raise RuntimeError("a secret")
         if action == "reload":
             return {"generation": 1}
@@ -818,7 +824,7 @@ def test_a_document_is_changed_until_its_component_is_reloaded(served: Editor) -
         assert not after("undo", tab=1)
         assert after("redo", tab=1)
         assert after("generate", tab=1)
-        assert not after("control", component="robot", action="reload")
+        assert not after("reload", component="robot")
 
 
 def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list[Services]) -> None:
@@ -946,17 +952,17 @@ def test_what_takes_too_long_is_answered(root: Path, services: list[Services]) -
     limits = Limits(operation_seconds=0.01)  # a greeting might take longer on a busy machine: there is none
     with serving(root, services, limits) as running, running.socket() as socket:
         with pytest.raises(Refused) as refused:
-            Window(socket).ask("control", component="dance", action="wait")
+            Window(socket).ask("pause", component="dance")
         assert refused.value.kind == "timeout"
 
 
 def test_what_takes_long_holds_up_nobody_and_what_fails_is_answered(served: Editor) -> None:
     with served.window() as window:
-        slow = window.send("control", component="dance", action="wait")
+        slow = window.send("pause", component="dance")
         assert window.ask("listFiles")
         assert slow not in window.answers
         with pytest.raises(Refused) as refused:
-            window.ask("control", component="dance", action="crash")
+            window.ask("resume", component="dance")
         assert refused.value.kind == "internal"
         assert "secret" not in str(refused.value)
 

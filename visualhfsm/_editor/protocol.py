@@ -15,6 +15,8 @@ import msgspec
 
 from codegen.diagnostics import Severity
 from codegen.messages import NO_MESSAGE, Message
+from interfaces.hfsm import Breakpoint
+from interfaces.nao import Vector3
 from visualhfsm._base.errors import ErrorKind
 from visualhfsm._base.languages import ENGLISH, encoder
 from visualhfsm._document.commands import AnyCommand
@@ -35,6 +37,7 @@ ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 Revision = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
+Time = Annotated[float, msgspec.Meta(ge=-1e12, le=1e12)]
 Name = Annotated[str, msgspec.Meta(max_length=1000)]
 Path = Annotated[str, msgspec.Meta(max_length=4096)]
 Code = Annotated[str, msgspec.Meta(max_length=1_000_000)]
@@ -412,16 +415,153 @@ class Detach(_Request):
     component: Name
 
 
-EMERGENCY_STOP: Final = "emergencyStop"
-"""The action of `Control` that stops everything, whatever the component."""
-
-
-class Control(_Request):
-    """Steer a running component: pause, step, force a transition and the like."""
+class Steering(_Request):
+    """An operation of the monitor of a component that is followed, in `interfaces/hfsm.idl`."""
 
     component: Name
-    action: Name
-    arguments: dict[Name, Any] = {}
+
+
+class Pause(Steering):
+    """Let running cycles end, and start none."""
+
+
+class Resume(Steering):
+    """Go on after a pause."""
+
+
+class Step(Steering):
+    """Run one cycle of one automaton, or of all with 0, while paused."""
+
+    automaton: ElementId
+
+
+class SetBreakpoints(Steering):
+    """Replace all breakpoints."""
+
+    breakpoints: Annotated[list[Breakpoint], msgspec.Meta(max_length=100_000)]
+
+
+class ForceTransition(Steering):
+    """Fire a transition in the next cycle."""
+
+    automaton: ElementId
+    transition: ElementId
+
+
+class SetVariable(Steering):
+    """Set a variable of an automaton, or with 0 a parameter, to a value in JSON."""
+
+    automaton: ElementId
+    name: Name
+    value: Code
+
+
+class SendEvent(Steering):
+    """Send an event, with data in JSON or blank."""
+
+    name: Name
+    data: Code
+
+
+class SetSpeed(Steering):
+    """Let time pass faster or slower in a dry run: seconds in one of wall time."""
+
+    speed: float
+
+
+class Explain(Steering):
+    """Ask why each transition out of the current state has not fired: an `Explanation`."""
+
+    automaton: ElementId
+
+
+class Reload(Steering):
+    """Load the component's file again, and go on in it: a `ReloadReport`."""
+
+
+class StopPresent(_Request):
+    """Stop a component that is followed, whoever started it."""
+
+    component: Name
+
+
+class Moment(_Request):
+    """Ask for the snapshot of a component, or a recording, at a component time in s."""
+
+    component: Name
+    time: Time
+
+
+class Series(_Request):
+    """Ask for numbers over time, by their names: at most `points`, so that no peak is lost."""
+
+    component: Name
+    names: Annotated[list[Name], msgspec.Meta(max_length=32)]
+    start: Time = 0.0
+    end: Time = 1e12
+    points: Annotated[int, msgspec.Meta(ge=2, le=10_000)] = 1000
+
+
+class Picture(_Request):
+    """Ask for the picture of a camera at a wall time, as JPEG; null if that was not kept."""
+
+    component: Name
+    camera: Name
+    at: Time
+
+
+class EmergencyStop(_Request):
+    """Stop the robot and all components, whoever started them: a `StopReport`."""
+
+
+class ResetEmergencyStop(_Request):
+    """Let the robot accept commands again."""
+
+
+class StandRobot(_Request):
+    """Put a simulated robot on its feet where it is."""
+
+
+class SceneRequest(_Request):
+    """An operation of a simulation's world, in `interfaces/nao.idl`."""
+
+
+class PlaceObject(SceneRequest):
+    """Put something somewhere, at rest."""
+
+    name: Name
+    position: Vector3
+
+
+class PushRobot(SceneRequest):
+    """Push the torso with a force in N; refused as a command of the robot is."""
+
+    force: Vector3
+    seconds: float
+
+
+class SayToRobot(SceneRequest):
+    """Say something to the robot; the answer is what programs recognized in it."""
+
+    text: Name
+
+
+class Facts(_Request):
+    """Ask for the constants of the robot: `RobotFacts`."""
+
+
+class Body(_Request):
+    """Ask for a robot as it is drawn, by the hash of its description; null if it is not known any more."""
+
+    hash: Annotated[str, msgspec.Meta(max_length=64)]
+
+
+class Identities(_Request):
+    """Ask for the servants of the realm, each with the type ids of its interfaces."""
+
+
+class RosGraph(_Request):
+    """Ask for the graph of ROS, which takes a second."""
 
 
 class Share(_Request):
@@ -469,7 +609,7 @@ else:
         found
         for found in [*globals().values()]
         if isinstance(found, type) and issubclass(found, _Request) and not found.__name__.startswith("_")
-        if found is not TabEdit
+        if found not in (SceneRequest, Steering, TabEdit)
     ]
     Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
     """Any request."""
@@ -562,7 +702,7 @@ class Closed(Push):
     tab: int
 
 
-class Step(msgspec.Struct, frozen=True):
+class UndoStep(msgspec.Struct, frozen=True):
     """A step that can be undone or redone, and the revision of the document to which that leads."""
 
     name: str
@@ -577,8 +717,8 @@ class DocumentPush(Push, tag="document"):
 
     tab: int
     revision: int
-    undo: tuple[Step, ...]
-    redo: tuple[Step, ...]
+    undo: tuple[UndoStep, ...]
+    redo: tuple[UndoStep, ...]
     dirty: bool
     full: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
     patch: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET

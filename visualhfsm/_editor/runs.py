@@ -122,9 +122,9 @@ class Runs:
         tab.generated = source.document
         return generated
 
-    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
-        """Steer a component, or ask for its past."""
-        result = await self._services.live.control(component, action, arguments)
+    async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        """Steer a component that is followed."""
+        result = await self._services.live.steer(component, action, arguments)
         if action == "reload":
             for tab in self._tabs:
                 if tab.is_running and tab.component == component:
@@ -146,7 +146,7 @@ class Runs:
         """
         services = self._services
         services.running.announce_stop(by)
-        stopping = self._stop(services.live.control("", "emergencyStop", {}))
+        stopping = self._stop(services.live.emergency_stop())
         try:
             await asyncio.wait({stopping}, timeout=self._end_limit)
         finally:

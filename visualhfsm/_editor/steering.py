@@ -30,11 +30,21 @@ async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]
     return await workspace.runs.run(tab, request.arguments, record=request.record, dry_run=dry_run)
 
 
-async def control(workspace: Workspace, window: Window, request: p.Control) -> object:
-    """Steer a running component, or stop everything."""
-    if request.action == p.EMERGENCY_STOP:
-        return await workspace.runs.emergency_stop(window.kind)
-    return await workspace.runs.control(request.component, request.action, request.arguments)
+async def steer(workspace: Workspace, _: Window, request: p.Steering) -> object:
+    """Call an operation of a component's monitor, which has the name of the request."""
+    operation, arguments = _operation(request)
+    return await workspace.runs.steer(arguments.pop("component"), operation, arguments)
+
+
+async def set_scene(workspace: Workspace, _: Window, request: p.SceneRequest) -> object:
+    """Call an operation of the world of a simulation, which has the name of the request."""
+    return await workspace.services.live.set_scene(*_operation(request))
+
+
+def _operation(request: p.Request) -> tuple[str, dict[str, Any]]:
+    """Return the name of a request and its fields."""
+    arguments = {name: getattr(request, name) for name in request.__struct_fields__ if name != "id"}
+    return str(request.__struct_config__.tag), arguments
 
 
 async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> dict[str, str]:

@@ -36,7 +36,7 @@ from visualhfsm._monitor.messages import (
 )
 from visualhfsm.project._session import session as sessions
 
-from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, Step, encode
+from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, UndoStep, encode
 from .tab import Tab
 
 _SHOWN: Final = 1.0
@@ -205,8 +205,8 @@ class Window:
         )
 
 
-def _steps(steps: Iterable[sessions.Step]) -> tuple[Step, ...]:
-    return tuple(Step(name=each.name, revision=each.revision) for each in steps)
+def _steps(steps: Iterable[sessions.Step]) -> tuple[UndoStep, ...]:
+    return tuple(UndoStep(name=each.name, revision=each.revision) for each in steps)
 
 
 def full(version: Sent) -> msgspec.Raw:

@@ -143,7 +143,7 @@ export type Recording = Followed & {
   body: string;
 };
 
-/** The answers by request; `codeHelp` and `control` answer what is asked for. */
+/** The answers by request; `codeHelp` answers what is asked for. */
 export interface Answers {
   hello: Greeting;
   do: Done;
@@ -199,15 +199,12 @@ export interface Answers {
   endRobot: null;
   attach: Followed;
   detach: null;
-  control: unknown;
   recording: Recording;
-}
-
-/** What each action of the request `control` answers. */
-export interface Controls {
   facts: RobotFacts;
+  identities: Record<string, string[]>;
+  rosGraph: unknown;
   body: Described | null;
-  at: LiveSnapshot | null;
+  moment: LiveSnapshot | null;
   explain: protocol.Explanation;
   pause: null;
   resume: null;
@@ -218,7 +215,9 @@ export interface Controls {
   forceTransition: null;
   sendEvent: null;
   setSpeed: null;
-  stop: null;
+  stopPresent: null;
+  standRobot: null;
+  resetEmergencyStop: null;
   placeObject: null;
   pushRobot: null;
   sayToRobot: string;

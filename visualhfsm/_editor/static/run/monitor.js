@@ -4,8 +4,8 @@
  * One component, or one recording, is followed at a time. `shown.js` has what views read of it, `followed.js` what is
  * known of it, `starts.js` what this window has started.
  *
- * @import {Answers, Controls, Followed as Reported} from "../data/messages.js"
- * @import {LiveSnapshot, LiveStructure, RunPush} from "../data/protocol.js"
+ * @import {Answers, FieldsOf, Followed as Reported} from "../data/messages.js"
+ * @import {LiveSnapshot, LiveStructure, Requests, RunPush} from "../data/protocol.js"
  * @import {MonitorEvents} from "./shown.js"
  */
 
@@ -176,46 +176,43 @@ class Monitor extends Shown {
 
   /** Request the constants of a present robot, unless they are known. @param {string[]} [joints] that it has */
   async learnRobot(joints) {
-    if (await this.robot.complete(joints, () => this.control("facts"))) this.#emit("structure");
+    if (await this.robot.complete(joints, () => store.request("facts"))) this.#emit("structure");
   }
 
   /**
-   * Send a control request to the component.
+   * Send a request about the component.
    *
-   * @template {keyof Controls} Action
-   * @param {Action} action
-   * @param {Record<string, unknown>} args
-   * @returns {Promise<Controls[Action]>} its result; rejected with a RequestError
+   * @template {keyof Requests} Op
+   * @param {Op} op
+   * @param {FieldsOf<Omit<Requests[Op], "component">>} fields
    */
-  control(action, args = {}) {
-    return /** @type {Promise<Controls[typeof action]>} */ (
-      store.request("control", {component: this.component, action, arguments: args})
-    );
+  ask(op, ...[fields]) {
+    const all = /** @type {FieldsOf<Requests[Op]>} */ ([{component: this.component, ...fields}]);
+    return store.request(op, ...all);
   }
 
   /**
-   * The same for an action of the user, with refusals shown.
+   * The same for an action of the user, with refusals shown; answered with undefined then.
    *
-   * @template {keyof Controls} Action
-   * @param {Action} action
-   * @param {Record<string, unknown>} args
-   * @returns {Promise<Controls[Action] | null | undefined>} undefined then
+   * @template {keyof Requests} Op
+   * @param {Op} op
+   * @param {FieldsOf<Omit<Requests[Op], "component">>} fields
    */
-  async steer(action, args = {}) {
+  async steer(op, ...fields) {
     if (!this.steers) return undefined;
     try {
-      const done = (await this.control(action, args)) ?? null;
-      clearErrors(`control ${action}`);
+      const done = (await this.ask(op, ...fields)) ?? null;
+      clearErrors(`steer ${op}`);
       return done;
     } catch (error) {
-      notifyError(error, {about: `control ${action}`});
+      notifyError(error, {about: `steer ${op}`});
       return undefined;
     }
   }
 
   /** End the component, which somebody else has started. */
   async stop() {
-    if ((await this.steer("stop")) !== undefined) this.end(t("it was stopped"));
+    if ((await this.steer("stopPresent")) !== undefined) this.end(t("it was stopped"));
   }
 
   /** @param {Reported} reported */

@@ -2,6 +2,7 @@
 
 import {clearErrors, messageOf, notify} from "../kit/notices.js";
 import {runs} from "../data/runs.js";
+import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
@@ -29,7 +30,7 @@ export async function stopRobot() {
     confirmed = report(what);
   }, LATE);
   try {
-    const {stopped, failed} = await monitor.control("emergencyStop");
+    const {stopped, failed} = await store.request("emergencyStop");
     const problems = [];
     for (const [name, reason] of Object.entries(failed)) {
       const problem = `${name}: ${reason}`;

@@ -347,7 +347,7 @@ function stoppedBanner() {
 
 async function resetStop() {
   try {
-    await store.request("control", {component: "", action: "resetEmergencyStop", arguments: {}});
+    await store.request("resetEmergencyStop");
   } catch (error) {
     notifyError(error);
   }
