@@ -18,7 +18,7 @@ from tests.support.monitor import (
     DOCUMENT,
     comes_true,
     monitor_page,
-    patient_services,
+    patient_parts,
     robot_and_editor,
     run,
     status,
@@ -298,8 +298,8 @@ def test_the_editor_shows_a_recording_among_its_files(browser: Browser, tmp_path
     writer = RecordingWriter.watching(file, "walk", DOCUMENT)
     writer.put(Entry("/automata/walk", 1, Change(1, "walk", 1, "wait", "entered", 0)))
     writer.close()
-    services = patient_services(Settings(listen=(), connect=(), clock="wall"))
-    with editor(root, file, make_services=services) as running, monitor_page(browser, running) as shown:
+    parts = patient_parts(Settings(listen=(), connect=(), clock="wall"))
+    with editor(root, file, make_parts=parts) as running, monitor_page(browser, running) as shown:
         expect(status(shown)).to_have_text("Recording")
 
 

@@ -45,20 +45,20 @@ from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.soak import repeated
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._monitor.messages import Components, ServiceLimits, Snapshot, Stale, Structure
+from visualhfsm._monitor.followers import Followers
+from visualhfsm._monitor.messages import PartLimits, Present, Snapshot, Stale, Structure
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, Silence
 from visualhfsm._monitor.realm.pictures import OLDEST
 from visualhfsm._monitor.realm.robot import RobotMonitor, RobotState
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from visualhfsm._monitor.recordings import open_recording
-from visualhfsm._monitor.service import Monitoring
 from zenoh_ice import Current, Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
 
 
-LIMITS = ServiceLimits(component_end=0.1)
+LIMITS = PartLimits(component_end=0.1)
 """The components here have the process of the test, and do not end before it ends them."""
 
 
@@ -121,12 +121,12 @@ def start(robot: ServedRobot, component: Component) -> Iterator[Runtime]:
 class Page:
     """What a page has: the service, and what it published."""
 
-    service: Monitoring
+    service: Followers
     pushes: Pushes
 
     async def attach(self) -> Any:
-        await self.pushes.until(lambda: any(c.running for c in self.pushes.of(Components)) or None)
-        return await self.service.attach("walker")
+        await self.pushes.until(lambda: any(c.components for c in self.pushes.of(Present)) or None)
+        return await self.service.follow("walker")
 
     async def do(self, action: str, **arguments: object) -> Any:
         return await self.service.steer("walker", action, arguments)
@@ -140,7 +140,7 @@ class Page:
 @asynccontextmanager
 async def page(robot: ServedRobot) -> AsyncIterator[Page]:
     pushes = Pushes()
-    service = Monitoring(
+    service = Followers(
         pushes,
         Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT),
         limits=LIMITS,
@@ -168,9 +168,9 @@ def state_names(opened: Page) -> set[str]:
 def test_components_come_and_go(robot: ServedRobot, component: Component) -> None:
     async def go(opened: Page) -> None:
         with start(robot, component):
-            await opened.pushes.next(Components, lambda push: push.running == [{"component": "walker"}])
-            await opened.service.attach("walker")
-        await opened.pushes.next(Components, lambda push: push.running == [])
+            await opened.pushes.next(Present, lambda push: push.components == [{"component": "walker"}])
+            await opened.service.follow("walker")
+        await opened.pushes.next(Present, lambda push: push.components == [])
 
     on_page(robot, go)
 
@@ -181,7 +181,7 @@ def test_a_component_that_does_not_run_is_not_followed(robot: ServedRobot, runni
         with pytest.raises(
             VisualHfsmError, match=r"no component walkr runs in realm .*; did you mean walker"
         ):
-            await opened.service.attach("walkr")
+            await opened.service.follow("walkr")
         with pytest.raises(VisualHfsmError, match="not followed"):
             await opened.service.steer("walkr", "pause", {})
 
@@ -472,7 +472,7 @@ def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None
     pair.adapter.add(CalculatorI(), "Calculator")
 
     async def go() -> None:
-        service = Monitoring(
+        service = Followers(
             Pushes(),
             # What is not there is waited for a tenth of that, where something else is.
             Settings(realm=pair.server.realm, connect=(pair.endpoint,), clock="wall", timeout=5.0),
@@ -536,7 +536,9 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
 
 async def described_body(opened: Page, named: str) -> Any:
     """Return the robot of a name in the poses, as the page asks for it."""
-    return json.loads(bytes(await opened.service.body(named)))
+    found = await opened.service.body(named)
+    assert found is not None
+    return json.loads(bytes(found))
 
 
 def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
@@ -751,7 +753,7 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
 
 def recorded_names(opened: Page) -> list[object]:
     """Return the names of the files that the page sees being written."""
-    running = opened.pushes.of(Components)[-1].running
+    running = opened.pushes.of(Present)[-1].components
     return [each["recording"] for each in running if "recording" in each]
 
 
@@ -790,6 +792,7 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
         assert then.robot.joints == pytest.approx(moved.robot.joints, abs=0.5)
         assert found["cameras"] == ["Camera", "CameraBottom"]
         picture = await opened.service.picture(name, "Camera", then.at + 0.3)
+        assert picture is not None
         with Image.open(io.BytesIO(picture)) as image:
             assert (image.format, image.size) == ("JPEG", (320, 240))
 
@@ -823,9 +826,9 @@ def test_a_recording_ends_with_the_run_and_with_who_follows_it(
             await opened.service.record("walker", file, "", 0)  # waits until it knows the component
             await opened.pushes.until(lambda: recorded_names(opened) or None)
             if ends == "window":
-                await opened.service.detach("walker")
+                await opened.service.unfollow("walker")
         if ends == "component":
-            await opened.pushes.until(lambda: not opened.pushes.of(Components)[-1].running or None)
+            await opened.pushes.until(lambda: not opened.pushes.of(Present)[-1].components or None)
         if ends != "editor":
             await opened.pushes.until(lambda: complete(file) or None)
 
@@ -843,7 +846,7 @@ def complete(file: Path) -> bool:
 def test_without_a_robot_what_a_nao_serves_can_be_declared() -> None:
     async def go() -> Any:
         settings = Settings(realm="test-nobody", connect=(free_endpoint(),), timeout=CALL_LIMIT)
-        service = Monitoring(Pushes(), settings)
+        service = Followers(Pushes(), settings)
         try:
             return await service.identities()
         finally:
@@ -861,7 +864,7 @@ def test_who_follows_while_another_window_lets_go_follows(
         await opened.attach()
         await opened.snapshot()
         await opened.service.record("walker", tmp_path / "run.mcap", "", 0)
-        await asyncio.gather(opened.service.detach("walker"), opened.service.attach("walker"))
+        await asyncio.gather(opened.service.unfollow("walker"), opened.service.follow("walker"))
         await opened.service.past("walker")
         await opened.snapshot()
 
@@ -880,12 +883,12 @@ def test_who_followed_last_follows_and_every_recording_ends_whatever_is_asked_me
         async def attach() -> None:
             nonlocal follows
             follows = True
-            await opened.service.attach("walker")
+            await opened.service.follow("walker")
 
         async def detach() -> None:
             nonlocal follows
             follows = False
-            await opened.service.detach("walker")
+            await opened.service.unfollow("walker")
 
         def record(number: int) -> Callable[[], Awaitable[object]]:
             return partial(opened.service.record, "walker", folder / f"{number}.mcap", "", 0)

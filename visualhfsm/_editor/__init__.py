@@ -16,7 +16,7 @@
 | `check_scheduler`, `code_questions` | checks in the background; help with code that is typed |
 | `imports`, `trials` | parts of other documents; trials from the page |
 | `viewers`, `refusal` | who only looks on; the page that refuses access |
-| `services`, `limits` | the services beside the documents; what one client may use |
+| `parts`, `limits` | the parts beside the documents; what one client may use |
 
 Its modules need the packages of the extra `web`.
 """

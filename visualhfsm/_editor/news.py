@@ -1,4 +1,4 @@
-"""What the services and the project report, passed on to tabs and windows."""
+"""What the parts and the project report, passed on to tabs and windows."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from visualhfsm._monitor.messages import (
-    Components,
     Failed,
     Output,
+    Present,
     Push,
     Robot,
-    RunPush,
     Snapshot,
     Stale,
+    StartedPush,
     Structure,
 )
 from visualhfsm._processes.test_results import TestsPush
@@ -38,7 +38,7 @@ _logger = logging.getLogger(__name__)
 class Realm:
     """The realm as it was reported last."""
 
-    components: Components
+    present: Present
     robot: Robot
 
 
@@ -55,11 +55,11 @@ class News:
         self._changed = changed
         self._loop = asyncio.get_running_loop()
 
-    def publish(self, news: Components | Failed | Push) -> None:
+    def publish(self, news: Present | Failed | Push) -> None:
         """Take a message of a service."""
         self._call_soon(self._publish, news)
 
-    def hear(self, event: Event) -> None:
+    def publish_event(self, event: Event) -> None:
         """Take an event of the project; the tabs hear of changes by themselves."""
         if isinstance(event, Checked | FileChanged):
             self._call_soon(self._take, event)
@@ -90,10 +90,10 @@ class News:
         if (problems := tab.problems) is not None:
             self._windows.push(problems)
 
-    def _publish(self, news: Components | Failed | Push) -> None:
+    def _publish(self, news: Present | Failed | Push) -> None:
         match news:
-            case Components():
-                self._realm.components = news
+            case Present():
+                self._realm.present = news
                 self._changed()
             case Robot():
                 self._realm.robot = news
@@ -113,13 +113,13 @@ class News:
                 tab = self._tabs.get(number)
                 tab.failures.append(news)
                 self._show_problems(tab)
-            case RunPush(tab=number) if number in self._tabs:
+            case StartedPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 if news.status == "generating":
                     tab.output.clear()
                     tab.failures.clear()
                     self._show_problems(tab)
-                tab.run = news
+                tab.started = news
                 self._changed()  # first: a window follows the run by the name that the tab has now
                 self._windows.push(news)
             case _:

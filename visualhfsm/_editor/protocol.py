@@ -2,7 +2,7 @@
 
 The page sends requests, `{"id": 1, "op": "undo", "tab": 2}`, and gets one answer for each, `{"re": 1, "ok":
 3}` or `{"re": 1, "error": "text", "kind": "kind"}`. Changes are sent as pushes, `{"push": "kind"}`; those of
-the services are in `visualhfsm._monitor.messages`. Fields are in camelCase. docs/reference/protocol.md
+the parts are in `visualhfsm._monitor.messages`. Fields are in camelCase. docs/reference/protocol.md
 explains all of them with examples.
 """
 
@@ -269,7 +269,7 @@ class Generate(_TabRequest):
     """Generate the component's Python."""
 
 
-class Run(_TabRequest):
+class Start(_TabRequest):
     """Generate and start the component as a process; `arguments` are those of its command line.
 
     With `record`, the run is recorded into a new file below the root, which the answer names. A `dry_run` has
@@ -284,7 +284,7 @@ class Run(_TabRequest):
     beside: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
-class StopRun(_TabRequest):
+class Stop(_TabRequest):
     """Stop the process of a component that was started here."""
 
 
@@ -292,7 +292,7 @@ class LookAtTrials(_TabRequest):
     """Ask for the plan of a document's trials, and what those that were run say: the push `trials`."""
 
 
-class RunTrials(_TabRequest):
+class StartTrials(_TabRequest):
     """Run those trials of a document that were not run yet; the push `trials` reports what they say.
 
     Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
@@ -320,7 +320,7 @@ class LookAtTests(_TabRequest):
     """Ask for the tests of a document: the push `tests` names them."""
 
 
-class RunTests(_TabRequest):
+class StartTests(_TabRequest):
     """Run the tests of a document as it was saved, or some by name; the push `tests` has the results."""
 
     names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
@@ -403,13 +403,13 @@ class EndRobot(_Request):
     """End the simulation, or the connection to the real robot, that was started here."""
 
 
-class Attach(_Request):
+class Follow(_Request):
     """Follow a running component."""
 
     component: Name
 
 
-class Detach(_Request):
+class Unfollow(_Request):
     """Stop following it; it keeps running."""
 
     component: Name
@@ -480,7 +480,7 @@ class Reload(Steering):
 
 
 class StopPresent(_Request):
-    """Stop a component that is followed, whoever started it."""
+    """Stop a component that is followed, also one that was started elsewhere."""
 
     component: Name
 
@@ -511,7 +511,7 @@ class Picture(_Request):
 
 
 class EmergencyStop(_Request):
-    """Stop the robot and all components, whoever started them: a `StopReport`."""
+    """Stop the robot and all components of the realm: a `StopReport`."""
 
 
 class ResetEmergencyStop(_Request):
@@ -687,7 +687,7 @@ class Workspace(Push):
 
     tabs: list[TabState]
     recoverable: list[Recoverable]
-    running: list[dict[str, Any]]
+    present: list[dict[str, Any]]
 
 
 class Shelf(Push):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from visualhfsm._monitor.messages import Components
+from visualhfsm._monitor.messages import Present
 from visualhfsm.project._root import Root
 from visualhfsm.project._session.journal import Abandoned
 
@@ -14,7 +14,7 @@ from .tab import Tab
 
 
 def workspace_state(
-    tabs: Iterable[Tab], recoverable: Iterable[Abandoned], components: Components, root: Root
+    tabs: Iterable[Tab], recoverable: Iterable[Abandoned], present: Present, root: Root
 ) -> Workspace:
     """Return the open documents, those that can be recovered, and the components of the realm."""
     return Workspace(
@@ -28,7 +28,7 @@ def workspace_state(
             )
             for each in recoverable
         ],
-        running=[dict(each) for each in components.running],
+        present=[dict(each) for each in present.components],
     )
 
 
@@ -42,7 +42,7 @@ def _tab_state(tab: Tab, root: Root) -> TabState:
         dirty=shown.dirty,
         recording=_name(tab.recording, root),
         outside="" if tab.outside is None else tab.outside.state,
-        changed=tab.differs_from_run,
+        changed=tab.differs_from_loaded,
     )
 
 

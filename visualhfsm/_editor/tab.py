@@ -18,7 +18,7 @@ from visualhfsm._base.work import retrieve
 from visualhfsm._document.diff import differ
 from visualhfsm._document.places import spots, texts_at
 from visualhfsm._document.problems import Problem
-from visualhfsm._monitor.messages import Failed, RecentLines, RunPush, Source
+from visualhfsm._monitor.messages import Failed, RecentLines, Source, StartedPush
 from visualhfsm._processes.test_results import TestsPush, version_of
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._events import Changed, Event
@@ -143,21 +143,21 @@ class Tab:
         """What the checks found last."""
         self.failures: list[Failed] = []
         """What has failed since its component was started."""
-        self.run: RunPush | None = None
+        self.started: StartedPush | None = None
         self.output = output
         self.generated: Document | None = None
         """The document as its component was generated last."""
-        self.runs: Document | None = None
+        self.loaded: Document | None = None
         """The document as its running component has loaded it."""
         self.trials: Dated[TrialsPush] = Dated()
         self.tests = DatedTests()
-        self._from_run = _Difference()
+        self._from_loaded = _Difference()
         self._imports = Imports()
         self._threads = threads
         self._changed = changed
         self._lock = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
-        document.subscribe(self._hear)
+        document.subscribe(self._take_event)
         self.shown = document.version
 
     @property
@@ -184,14 +184,16 @@ class Tab:
         return self._imports.within(self.shown.document)
 
     @property
-    def is_running(self) -> bool:
+    def is_started(self) -> bool:
         """Whether a component was started from it and has not ended."""
-        return self.run is not None and self.run.status != "ended"
+        return self.started is not None and self.started.status != "ended"
 
     @property
     def component(self) -> str:
         """The name of the component that was started from it and runs, or else of the one it would become."""
-        return self.run.component if self.run is not None and self.is_running else self.shown.component
+        return (
+            self.started.component if self.started is not None and self.is_started else self.shown.component
+        )
 
     async def look_at_imports(self) -> bool:
         """Read the imported files, and return whether they have changed since this was done before."""
@@ -206,14 +208,14 @@ class Tab:
 
     def take_generated(self) -> None:
         """Remember that the running component has loaded the last generated document."""
-        self.runs = self.generated
+        self.loaded = self.generated
 
     @property
-    def differs_from_run(self) -> bool:
+    def differs_from_loaded(self) -> bool:
         """Whether the document differs from what its component runs, except in positions."""
-        if self.runs is None or not self.is_running:
+        if self.loaded is None or not self.is_started:
             return False
-        return self._from_run.between(self.runs, self.shown.document)
+        return self._from_loaded.between(self.loaded, self.shown.document)
 
     async def edit(
         self, work: Callable[Concatenate[OpenDocument, P], R], *args: P.args, **kwargs: P.kwargs
@@ -233,7 +235,7 @@ class Tab:
         future.add_done_callback(lambda _: self._lock.release())
         return await asyncio.shield(future)
 
-    def _hear(self, event: Event) -> None:
+    def _take_event(self, event: Event) -> None:
         """Show a change, in the order of events: before the caller of `edit` continues."""
         if isinstance(event, Changed):
             with suppress(RuntimeError):  # the loop is closed: nothing is shown any more

@@ -28,9 +28,9 @@ from visualhfsm._monitor.messages import (
     Output,
     Push,
     RecentLines,
-    RunPush,
     Snapshot,
     Stale,
+    StartedPush,
     Stopper,
     Structure,
 )
@@ -115,7 +115,7 @@ class Window:
         if isinstance(push, Output):
             self._add_output(push)
         else:
-            if isinstance(push, RunPush) and push.status == "generating":
+            if isinstance(push, StartedPush) and push.status == "generating":
                 # What waits is of the former run.
                 self._add_output(Output(tab=push.tab, lines=[], whole=True))
             about = (
@@ -170,7 +170,7 @@ class Window:
         pushes, self._pushes = self._pushes, {}
         messages: list[Push] = []
         for news in pushes.values():
-            if isinstance(news, RunPush) and news.status == "ended" and news.tab in self._output:
+            if isinstance(news, StartedPush) and news.status == "ended" and news.tab in self._output:
                 messages.append(self._take_output(news.tab))  # its last lines say why it ended
             messages.append(self._document(news) if isinstance(news, Tab) else news)
         return [*(encode(each, self.language) for each in messages), *answers]

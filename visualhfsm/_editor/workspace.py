@@ -11,19 +11,19 @@ from types import TracebackType
 from typing import Final, Self
 
 from visualhfsm._editor.own_robots import OwnRobots
-from visualhfsm._monitor.messages import Components, Output, Robot
+from visualhfsm._monitor.messages import Output, Present, Robot
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._project import Project
 from visualhfsm.project._session.journal import Abandoned
 
 from .check_scheduler import CheckScheduler
 from .code_questions import CodeQuestions
+from .components import Components
 from .limits import Limits
 from .news import News, Realm
+from .parts import MakeParts, Parts
 from .protocol import Shelf
 from .protocol import Workspace as WorkspacePush
-from .runs import Runs
-from .services import MakeServices, Services
 from .state import workspace_state
 from .tab import Tab, Threads
 from .tabs import Tabs
@@ -39,20 +39,20 @@ class Workspace:
     """A project as the windows see it. Used on one event loop, as an asynchronous context.
 
     Every window gets what changes. Leaving it ends running components, and keeps unsaved changes for
-    recovery. The project gets the services that check and read code.
+    recovery. The project gets the parts that check and read code.
     """
 
-    services: Services
+    parts: Parts
     project: Project
     code_questions: CodeQuestions
-    runs: Runs
+    components: Components
     own_robots: OwnRobots
 
     def __init__(
         self,
         limits: Limits,
-        make_services: MakeServices,
-        make_project: Callable[[Services], Project],
+        make_parts: MakeParts,
+        make_project: Callable[[Parts], Project],
         *,
         demo: bool = False,
         share: Callable[[bool], str] = lambda _: "",
@@ -63,12 +63,12 @@ class Workspace:
         self.threads = Threads(limits.threads)
         self.tabs = Tabs()
         self.windows = Windows()
-        self.realm = Realm(Components([]), Robot())
-        self.run_id = secrets.token_hex(8)
+        self.realm = Realm(Present([]), Robot())
+        self.instance = secrets.token_hex(8)
         """Distinguishes this run of the server from others, whose tabs had the same numbers."""
         self.clipboard = ""
         """The states that any window has copied last."""
-        self._make_services = make_services
+        self._make_parts = make_parts
         self._make_project = make_project
         self._demo = demo
         self._recording = ""
@@ -80,13 +80,13 @@ class Workspace:
 
     async def __aenter__(self) -> Self:
         news = News(self.tabs, self.windows, self.realm, self.publish_state)
-        self.services = self._make_services(news.publish)
-        self.project = self._make_project(self.services)
-        self.project.subscribe(news.hear)
+        self.parts = self._make_parts(news.publish)
+        self.project = self._make_project(self.parts)
+        self.project.subscribe(news.publish_event)
         self.code_questions = CodeQuestions(self.project.code_help)
         self.own_robots = OwnRobots(self.project.root)
-        self.runs = Runs(
-            self.services,
+        self.components = Components(
+            self.parts,
             tabs=self.tabs,
             windows=self.windows,
             threads=self.threads,
@@ -112,8 +112,8 @@ class Workspace:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await asyncio.to_thread(self.project.end_processes)
         await self._checks.close()
-        services = self.services
-        for service in (services.tests, services.trials, services.running, services.robots, services.live):
+        parts = self.parts
+        for service in (parts.tests, parts.trials, parts.started, parts.robot, parts.followers):
             try:
                 async with asyncio.timeout(_CLOSE_LIMIT):
                     await service.close()
@@ -206,7 +206,7 @@ class Workspace:
                     await tab.edit(OpenDocument.refresh)
                     if await tab.imports_changed():
                         self._checks.check(tab)
-                    await self.services.tests.refresh(tab.source)
+                    await self.parts.tests.refresh(tab.source)
                 except Exception:
                     if tab.id in self.tabs:
                         _logger.exception("the files of %s cannot be watched", tab.shown.title)
@@ -222,7 +222,7 @@ class Workspace:
         window.push(self.realm.robot)
         for tab in self.tabs:
             window.show(tab)
-            for push in (tab.problems, tab.outside, tab.run, tab.trials.now, tab.tests.now):
+            for push in (tab.problems, tab.outside, tab.started, tab.trials.now, tab.tests.now):
                 if push is not None:
                     window.push(push)
             output = tab.output
@@ -231,7 +231,7 @@ class Workspace:
     async def leave(self, window: Window) -> None:
         """Forget a window; components that no other window follows are detached."""
         self.windows.remove(window)
-        await self.runs.leave(window)
+        await self.components.leave(window)
 
     def publish_state(self) -> None:
         """Send all windows the state of the workspace, if it changed."""
@@ -241,4 +241,4 @@ class Workspace:
             self.windows.push(state)
 
     def _state(self) -> WorkspacePush:
-        return workspace_state(self.tabs, self._recoverable, self.realm.components, self.project.root)
+        return workspace_state(self.tabs, self._recoverable, self.realm.present, self.project.root)

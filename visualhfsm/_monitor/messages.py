@@ -31,7 +31,7 @@ from zenoh_ice.settings import ENVIRONMENT_PREFIX, host_and_port, is_loopback
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServiceLimits:
+class PartLimits:
     """How long the services wait for a robot and for components, in s of wall time."""
 
     refreshment: float = 0.1
@@ -54,7 +54,7 @@ class ServiceLimits:
     """The joints are still after a confirmed stop."""
 
 
-USUAL_LIMITS: Final = ServiceLimits()
+USUAL_LIMITS: Final = PartLimits()
 """The limits of a machine that does little else."""
 
 
@@ -92,10 +92,10 @@ class Failed:
 
 
 @dataclass(frozen=True, slots=True)
-class Components:
+class Present:
     """The components that run in the realm: their names."""
 
-    running: Sequence[Mapping[str, Any]]
+    components: Sequence[Mapping[str, Any]]
 
 
 def tag(class_name: str) -> str:
@@ -158,7 +158,7 @@ Stopper = Literal["window", "viewer"]
 """Who asks for the end of a run: a window of the editor, or a viewer."""
 
 
-class RunPush(Push, tag="run"):
+class StartedPush(Push, tag="started"):
     """The status of a component that was started here.
 
     `component` is its name, under which it can be followed some time after its process has `started`. The
@@ -242,7 +242,7 @@ class Stale(Push):
     since: float
 
 
-Publish = Callable[[Components | Failed | Push], None]
+Publish = Callable[[Present | Failed | Push], None]
 """Send a message to the page; of two values of the same thing the older may be dropped, but never output."""
 
 

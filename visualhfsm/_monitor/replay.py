@@ -209,20 +209,20 @@ async def _run_in_process(
     await process.start(
         [sys.executable, "-P", "-m", "hfsm_runtime._replay", *arguments], child_environment(include)
     )
-    heard = time.monotonic()
+    reported_at = time.monotonic()
     try:
         while not stop.is_set():
             try:
                 line = await asyncio.wait_for(lines.get(), _CHECK_PERIOD)
             except TimeoutError:
-                if time.monotonic() - heard < _SILENCE:
+                if time.monotonic() - reported_at < _SILENCE:
                     continue
                 raise VisualHfsmError.because(
                     "the replay has sent nothing for {silence:g} s and was stopped", silence=_SILENCE
                 ) from None
             if isinstance(line, int):
                 raise VisualHfsmError(_failure(line, process))
-            heard = time.monotonic()
+            reported_at = time.monotonic()
             report(line)
             if isinstance(line, Outcome):
                 return line

@@ -16,9 +16,9 @@ from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.follower import Follower
-from visualhfsm._monitor.realm.heard import heard, heard_explanation
 from visualhfsm._monitor.realm.realm import RELOAD_PATIENCE, refusals
 from visualhfsm._monitor.realm.run_log import Intervention
+from visualhfsm._monitor.realm.translation import translate_explanation, translated
 from zenoh_ice import (
     Communicator,
     ConnectionLostException,
@@ -68,7 +68,7 @@ async def operate(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
     if action == "reload":
         monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
     found = await _call(getattr(monitor, action), arguments, Message("the component"))
-    return heard_explanation(found) if isinstance(found, Explanation) else found
+    return translate_explanation(found) if isinstance(found, Explanation) else found
 
 
 async def _call(operation: Any, arguments: Mapping[str, Any], whom: Message) -> Any:  # noqa: ANN401
@@ -77,7 +77,7 @@ async def _call(operation: Any, arguments: Mapping[str, Any], whom: Message) -> 
         with refusals(whom):
             return await asyncio.wrap_future(operation.begin(**arguments))
     except ZenohIceError as error:
-        raise VisualHfsmError(heard(str(error))) from error
+        raise VisualHfsmError(translated(str(error))) from error
 
 
 async def set_scene(communicator: Communicator, action: str, arguments: Mapping[str, Any]) -> object:
@@ -111,4 +111,4 @@ async def stand_robot(communicator: Communicator) -> None:
             "the robot cannot stand here: {reason}", reason=printable(error.what)
         ) from error
     except ZenohIceError as error:
-        raise VisualHfsmError(heard(str(error))) from error
+        raise VisualHfsmError(translated(str(error))) from error

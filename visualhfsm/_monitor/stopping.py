@@ -14,7 +14,7 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
-from visualhfsm._monitor.messages import USUAL_LIMITS, ServiceLimits
+from visualhfsm._monitor.messages import USUAL_LIMITS, PartLimits
 from zenoh_ice import Communicator, ObjectPrx, TimeoutException, ZenohIceError
 from zenoh_ice.application.emergency_stop import SAFETY, STILL, begin_stop
 
@@ -44,7 +44,7 @@ _STOPS: Final[Mapping[str, Callable[[ObjectPrx], Future[Any]]]] = {
 
 
 async def stop_robot(
-    communicator: Communicator, begun: float, limits: ServiceLimits = USUAL_LIMITS
+    communicator: Communicator, begun: float, limits: PartLimits = USUAL_LIMITS
 ) -> StopReport:
     """Stop a robot, again and again until it confirms its emergency stop and its joints are still.
 
@@ -85,7 +85,7 @@ async def stop_robot(
     )
 
 
-async def stop_once(communicator: Communicator, limits: ServiceLimits, known: Iterable[str] = ()) -> Outcomes:
+async def stop_once(communicator: Communicator, limits: PartLimits, known: Iterable[str] = ()) -> Outcomes:
     """Stop a robot by its emergency stop, the head, the joints and the walk, all at once.
 
     Takes a second at most. Missing servants are skipped unless they are `known` from before.
@@ -115,7 +115,7 @@ async def stop_once(communicator: Communicator, limits: ServiceLimits, known: It
     return outcomes
 
 
-async def _fastest(communicator: Communicator, limits: ServiceLimits) -> float | None:
+async def _fastest(communicator: Communicator, limits: PartLimits) -> float | None:
     """Return the speed of the fastest joint in rad/s, 0 if the robot cannot say; None if it is late."""
     body = JointsPrx.uncheckedCast(communicator.stringToProxy(_BODY))
     try:

@@ -40,9 +40,9 @@ class LastWords:
         """The errors that it reported."""
         self._in_crash = False
 
-    def hear(self, line: str, origin: Origin | None) -> list[Failure]:
+    def parse(self, line: str, origin: Origin | None) -> list[Failure]:
         """Take a line of stderr, and the code to which it refers; return the failures that it completes."""
-        found = self.failures.hear(line, origin)
+        found = self.failures.parse(line, origin)
         if _ABANDONED in line and origin is not None:
             self.abandoned = self.abandoned or self.failures.last
         if line.startswith(_CRASH):

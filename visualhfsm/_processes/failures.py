@@ -80,7 +80,7 @@ class Failures:
         self._frames: list[Origin] | None = None
         """The code that a traceback has led through; None outside of one."""
 
-    def hear(self, line: str, origin: Origin | None) -> list[Failure]:
+    def parse(self, line: str, origin: Origin | None) -> list[Failure]:
         """Take a line of stderr, and the code to which it refers; return the failures that it completes."""
         if self._frames is not None:
             return self._in_traceback(line, origin)

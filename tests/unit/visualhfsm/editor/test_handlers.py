@@ -24,7 +24,7 @@ def test_changes_of_documents_are_executed_in_order() -> None:
 def test_the_stop_of_the_operator_waits_for_nothing() -> None:
     assert HANDLERS[p.EmergencyStop].lane is Lane.STOP
     assert HANDLERS[p.Pause].lane is Lane.BESIDE
-    assert HANDLERS[p.StopRun].lane is Lane.STOP_OF_RUN
+    assert HANDLERS[p.Stop].lane is Lane.STOP_STARTED
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ SOMEWHERE = Path("walk.py")
 def words(*heard: tuple[str, Origin | None]) -> LastWords:
     made = LastWords()
     for line, origin in heard:
-        made.hear(line, origin)
+        made.parse(line, origin)
     return made
 
 

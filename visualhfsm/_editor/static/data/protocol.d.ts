@@ -703,10 +703,10 @@ export type Push =
   | OutsidePush
   | ProblemsPush
   | RobotPush
-  | RunPush
   | ShelfPush
   | SnapshotPush
   | StalePush
+  | StartedPush
   | StructurePush
   | TestsPush
   | TrialsPush
@@ -767,8 +767,6 @@ export interface Requests {
     trigger?: "condition" | "event" | "finished" | "time";
     name?: string;
   };
-  /** Follow a running component. */
-  attach: {component: string};
   /** Ask for a robot as it is drawn, by the hash of its description; null if it is not known any more. */
   body: {hash: string};
   /** Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`. */
@@ -790,8 +788,6 @@ export interface Requests {
   copy: {tab: number; automaton: number; states: number[]; annotations?: number[]};
   /** Copy, and delete. */
   cut: {tab: number; automaton: number; states: number[]; annotations?: number[]};
-  /** Stop following it; it keeps running. */
-  detach: {component: string};
   /** Compare a document with another version: a file, or `saved`. */
   diff: {tab: number; against: string};
   /** Discard the changes of such a document. */
@@ -800,7 +796,7 @@ export interface Requests {
   do: {tab: number; command: Command; base?: string | null};
   /** Copy and paste in one step, beside the clipboard. */
   duplicate: {tab: number; automaton: number; states: number[]; annotations?: number[]};
-  /** Stop the robot and all components, whoever started them: a `StopReport`. */
+  /** Stop the robot and all components of the realm: a `StopReport`. */
   emergencyStop: {};
   /** End the simulation, or the connection to the real robot, that was started here. */
   endRobot: {};
@@ -814,6 +810,8 @@ export interface Requests {
   extract: {tab: number; automaton: number; path: string};
   /** Ask for the constants of the robot: `RobotFacts`. */
   facts: {};
+  /** Follow a running component. */
+  follow: {component: string};
   /** Fire a transition in the next cycle. */
   forceTransition: {component: string; automaton: number; transition: number};
   /** Generate the component's Python. */
@@ -892,19 +890,6 @@ export interface Requests {
   resume: {component: string};
   /** Ask for the graph of ROS, which takes a second. */
   rosGraph: {};
-  /** Generate and start the component as a process; `arguments` are those of its command line. */
-  run: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string; beside?: string[]};
-  /** Run the tests of a document as it was saved, or some by name; the push `tests` has the results. */
-  runTests: {tab: number; names?: string[]};
-  /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */
-  runTrials: {
-    tab: number;
-    runs?: number | null;
-    state?: string;
-    robot?: "" | "fake" | "none" | "sim";
-    limit?: number | null;
-    again?: boolean;
-  };
   /** Save to the file that the document came from, with `overwrite` also over an older dialect. */
   save: {tab: number; overwrite?: boolean};
   /** Save to another file, which is the document's from then on. */
@@ -933,18 +918,33 @@ export interface Requests {
   simulate: {world?: string; speed?: string; balls?: boolean; body?: string};
   /** Put a simulated robot on its feet where it is. */
   standRobot: {};
+  /** Generate and start the component as a process; `arguments` are those of its command line. */
+  start: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string; beside?: string[]};
+  /** Run the tests of a document as it was saved, or some by name; the push `tests` has the results. */
+  startTests: {tab: number; names?: string[]};
+  /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */
+  startTrials: {
+    tab: number;
+    runs?: number | null;
+    state?: string;
+    robot?: "" | "fake" | "none" | "sim";
+    limit?: number | null;
+    again?: boolean;
+  };
   /** Run one cycle of one automaton, or of all with 0, while paused. */
   step: {component: string; automaton: number};
-  /** Stop a component that is followed, whoever started it. */
-  stopPresent: {component: string};
   /** Stop the process of a component that was started here. */
-  stopRun: {tab: number};
+  stop: {tab: number};
+  /** Stop a component that is followed, also one that was started elsewhere. */
+  stopPresent: {component: string};
   /** Stop the tests of a document. */
   stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
   /** Undo the last step. */
   undo: {tab: number};
+  /** Stop following it; it keeps running. */
+  unfollow: {component: string};
 }
 
 /** The `variable` of a state's automaton that takes the output `name` of one of the automata below. */
@@ -1001,19 +1001,6 @@ export interface RosInterface {
   stop: string;
 }
 
-/** The status of a component that was started here. */
-export interface RunPush {
-  push: "run";
-  tab: number;
-  component: string;
-  status: "ended" | "generating" | "started" | "starting" | "stopping";
-  exitCode: number | null;
-  message: string;
-  elsewhere: string;
-  place: Place | null;
-  line: number;
-}
-
 /** How many of some trials succeed, with the interval of the true rate. */
 export interface Share {
   successes: number;
@@ -1057,6 +1044,19 @@ export interface StalePush {
   push: "stale";
   component: string;
   since: number;
+}
+
+/** The status of a component that was started here. */
+export interface StartedPush {
+  push: "started";
+  tab: number;
+  component: string;
+  status: "ended" | "generating" | "started" | "starting" | "stopping";
+  exitCode: number | null;
+  message: string;
+  elsewhere: string;
+  place: Place | null;
+  line: number;
 }
 
 /** A state: its position on the canvas in pixels, its code, and the automata that it owns. */
@@ -1275,7 +1275,7 @@ export interface WorkspacePush {
   push: "workspace";
   tabs: TabState[];
   recoverable: Recoverable[];
-  running: Record<string, unknown>[];
+  present: Record<string, unknown>[];
 }
 
 /** A world of the simulation; `balls` says whether it has balls that can be moved. */

@@ -87,7 +87,7 @@ function pushes({name, document}) {
   const named = {tab: TAB, title, component: name, path: "", recording: name};
   /** @type {Push[]} */
   const all = [
-    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], running: []},
+    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], present: []},
   ];
   if (document) all.push({push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full: document});
   return all;

@@ -20,16 +20,16 @@ from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._monitor.messages import (
     USUAL_LIMITS,
-    Components,
+    PartLimits,
+    Present,
     Publish,
-    ServiceLimits,
     Snapshot,
     Stale,
     Structure,
 )
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
-from visualhfsm._monitor.realm.moments import heard_moment, heard_snapshot
+from visualhfsm._monitor.realm.moments import translate_moment, translate_snapshot
 from visualhfsm._monitor.realm.pictures import require_pillow
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, describe_component, missing_component
 from visualhfsm._monitor.realm.robot import RobotFacts, RobotMonitor, RobotPresence
@@ -45,7 +45,7 @@ from .poses import PoseStream
 from .recorder import Recorder
 from .ros_graph import read_ros_graph
 from .steering import operate, reset_robot, set_scene, stand_robot, steer
-from .stopping import stop_once, stop_robot
+from .stopping import StopReport, stop_once, stop_robot
 
 _POLL_INTERVAL: Final = 0.01  # s
 _NEWS_LIMIT: Final = 5.0
@@ -82,7 +82,7 @@ def _interfaces_of_nao() -> dict[str, list[str]]:
         return _read_interfaces_of_nao()
 
 
-class Monitoring:
+class Followers:
     """Follows and steers components. Create it on the event loop; it listens until `close`.
 
     The past of an open recording is requested by the name that `recording` returned. Everything raises
@@ -95,7 +95,7 @@ class Monitoring:
         settings: Settings,
         observe: Callable[[RobotPresence], None] = lambda _: None,
         *,
-        limits: ServiceLimits = USUAL_LIMITS,
+        limits: PartLimits = USUAL_LIMITS,
     ) -> None:
         self._limits = limits
         self._publish = publish
@@ -108,18 +108,19 @@ class Monitoring:
         self._followers: dict[str, Follower] = {}
         self._recordings: Final = OpenRecordings()
         self._recorders: dict[str, Recorder] = {}
-        self._stops: Final[set[asyncio.Task[object]]] = set()
-        self._published: Components | None = None
+        self._stops: Final[set[asyncio.Task[StopReport]]] = set()
+        self._published: Present | None = None
         self._tasks = {
             asyncio.create_task(self._keep(), name="monitoring"),
             asyncio.create_task(self._keep_pictures(), name="pictures"),
         }
 
-    async def attach(self, component: str) -> dict[str, Any]:
-        """Follow a component; return its structure and timeline as far as known."""
+    async def follow(self, component: str, *, awaited: bool = False) -> dict[str, Any]:
+        """Follow a component, if it is present or `awaited`; return what is known of it."""
         follower = self._followers.get(component)
         if follower is None:
-            if (missing := missing_component(self._communicator, component)) is not None:
+            missing = None if awaited else missing_component(self._communicator, component)
+            if missing is not None:
                 raise missing
             follower = self._followers[component] = Follower(
                 self._communicator,
@@ -143,7 +144,7 @@ class Monitoring:
             lambda: [describe_component(self._communicator, each) for each in names]
         )
 
-    async def detach(self, component: str) -> None:
+    async def unfollow(self, component: str) -> None:
         """Stop following and recording it, or close a recording."""
         self._recordings.close(component)
         follower = self._followers.pop(component, None)  # at once: who follows from now on gets another one
@@ -161,11 +162,11 @@ class Monitoring:
 
     async def moment(self, component: str, time: float) -> object:
         """Return the snapshot at a component time in s of a component that is followed, or of a recording."""
-        return heard_moment((await self._log(component)).at(time))
+        return translate_moment((await self._log(component)).at(time))
 
     async def series(
         self, component: str, names: Sequence[str], start: float, end: float, points: int
-    ) -> object:
+    ) -> dict[str, Any]:
         """Return numbers over time, as `RunLog.series` does."""
         return await asyncio.to_thread((await self._log(component)).series, names, start, end, points)
 
@@ -176,7 +177,7 @@ class Monitoring:
             return self._cameras.former.at(camera, at)
         return await asyncio.to_thread(run.pictures.at, camera, at)
 
-    async def emergency_stop(self) -> object:
+    async def emergency_stop(self) -> StopReport:
         """Stop the robot until it is still, and end all components. The stop goes on without its caller."""
         stop = asyncio.create_task(self._emergency_stop(), name="emergency stop")
         self._stops.add(stop)
@@ -229,7 +230,7 @@ class Monitoring:
         return {
             "component": name,
             "structure": LiveStructure(run.structure, 1),
-            "snapshot": heard_moment(run.log.at(0.0)),
+            "snapshot": translate_moment(run.log.at(0.0)),
             "timeline": run.log.timeline(),
             "document": run.document,
             "shortened": run.shortened,
@@ -292,7 +293,7 @@ class Monitoring:
                     {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
                     for name in components(self._communicator)
                 ]
-                news = Components(running)
+                news = Present(running)
                 if news != self._published:
                     self._published = news
                     self._publish(news)
@@ -318,7 +319,7 @@ class Monitoring:
                 recorder.take(news)
             match news:
                 case LiveSnapshot():
-                    self._publish(Snapshot(component=component, value=heard_snapshot(news)))
+                    self._publish(Snapshot(component=component, value=translate_snapshot(news)))
                 case LiveStructure():
                     self._publish(Structure(component=component, value=news))
                 case Silence(since):
@@ -367,7 +368,7 @@ class Monitoring:
         found = (each.page for each in shown if each is not None and each.hash == wanted)
         return next(map(msgspec.Raw, found), None)
 
-    async def _emergency_stop(self) -> object:
+    async def _emergency_stop(self) -> StopReport:
         """Stop the robot and all components at once, and the robot until it is still when they have ended.
 
         A component may be in the middle of a cycle that commands the robot after the first stop.

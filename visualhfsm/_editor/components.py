@@ -1,4 +1,4 @@
-"""Components and the robot, as the windows run, follow, record and stop them."""
+"""Components and the robot, as the windows start, follow, record and stop them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from visualhfsm._monitor.messages import Stopper
 from visualhfsm.project._root import Root
 
 from .news import Realm
-from .services import Services
+from .parts import Parts
 from .tab import Tab, Threads
 from .tabs import Tabs
 from .window import Window
@@ -26,7 +26,7 @@ _RECORDINGS: Final = "recordings"  # directory below the root for recordings fro
 _LEAVING_PERIOD: Final = 0.1  # s
 
 
-class Runs:
+class Components:
     """The components of the realm and those that were started here. Used on the event loop only.
 
     `changed` is called when the state of a tab or of the realm is new. At STOP, components have `end_limit` s
@@ -35,7 +35,7 @@ class Runs:
 
     def __init__(
         self,
-        services: Services,
+        parts: Parts,
         *,
         tabs: Tabs,
         windows: Windows,
@@ -47,7 +47,7 @@ class Runs:
         changed: Callable[[], None],
     ) -> None:
         self._realm = realm
-        self._services = services
+        self._parts = parts
         self._tabs = tabs
         self._windows = windows
         self._threads = threads
@@ -59,7 +59,7 @@ class Runs:
 
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
-        if names := [str(each["component"]) for each in self._realm.components.running]:
+        if names := [str(each["component"]) for each in self._realm.present.components]:
             raise VisualHfsmError.because(
                 "stop {names} first: it would drive the real robot at once", names=", ".join(names)
             )
@@ -69,12 +69,12 @@ class Runs:
 
         They count only for a document that uses a robot.
         """
-        ours = {each.run.component for each in self._tabs if each.run is not None}
-        names = [str(each["component"]) for each in self._realm.components.running]
+        ours = {each.started.component for each in self._tabs if each.started is not None}
+        names = [str(each["component"]) for each in self._realm.present.components]
         others = [name for name in names if name not in ours and name not in accepted]
         if not others or not tab.shown.document.interfaces:
             return
-        found = await self._services.live.described(others)
+        found = await self._parts.followers.described(others)
         raise SharedRobotError.because(
             "{components} runs on this robot, and was started in another editor or a terminal. Two "
             "components that move the same joints work against each other. The list of what runs, beside "
@@ -84,13 +84,19 @@ class Runs:
 
     # ---------------------------------------------------------------------------------------- components
 
-    async def run(
-        self, tab: Tab, arguments: Sequence[str], *, record: bool = False, dry_run: str | None = None
+    async def start(
+        self,
+        window: Window,
+        tab: Tab,
+        arguments: Sequence[str],
+        *,
+        record: bool = False,
+        dry_run: str | None = None,
     ) -> dict[str, Any]:
-        """Start the component of a tab; refused when one of its name runs that was not started here.
+        """Start the component of a tab, which the window follows from then on, before it is present.
 
-        With `record`, its run is recorded with the images that it sees; a `dry_run` needs no robot: it
-        names the body of a fake one.
+        It is refused when one of its name runs that was not started here. With `record`, its run is recorded
+        with the images that it sees; a `dry_run` needs no robot: it names the body of a fake one.
         """
         name = tab.shown.component
         try:
@@ -109,32 +115,32 @@ class Runs:
             file = await self._threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
             recording = {"recording": self._root.name(file)}
-        started = await self._services.running.run(source, arguments, dry_run=dry_run)
+        started = await self._parts.started.start(source, arguments, dry_run=dry_run)
         tab.generated = source.document
         tab.take_generated()
         self._changed()
-        return {**started, **recording}
+        return {**started, **recording, **await self.follow(window, name, awaited=True)}
 
     async def generate(self, tab: Tab) -> object:
         """Generate the component of a tab, also for one that runs and is to be reloaded."""
         source = tab.source
-        generated = await self._services.running.generate(source)
+        generated = await self._parts.started.generate(source)
         tab.generated = source.document
         return generated
 
     async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
         """Steer a component that is followed."""
-        result = await self._services.live.steer(component, action, arguments)
+        result = await self._parts.followers.steer(component, action, arguments)
         if action == "reload":
             for tab in self._tabs:
-                if tab.is_running and tab.component == component:
+                if tab.is_started and tab.component == component:
                     tab.take_generated()
             self._changed()
         return result
 
     def _runs_elsewhere(self, name: str) -> bool:
-        return any(each["component"] == name for each in self._realm.components.running) and not any(
-            tab.is_running and tab.component == name for tab in self._tabs
+        return any(each["component"] == name for each in self._realm.present.components) and not any(
+            tab.is_started and tab.component == name for tab in self._tabs
         )
 
     # ---------------------------------------------------------------------------------------- stopping
@@ -144,13 +150,13 @@ class Runs:
 
         The window that asked for it may close: it is repeated until the robot is still.
         """
-        services = self._services
-        services.running.announce_stop(by)
-        stopping = self._stop(services.live.emergency_stop())
+        parts = self._parts
+        parts.started.announce_stop(by)
+        stopping = self._stop(parts.followers.emergency_stop())
         try:
             await asyncio.wait({stopping}, timeout=self._end_limit)
         finally:
-            self._stop(services.running.stop_all())
+            self._stop(parts.started.stop_all())
         return await asyncio.shield(stopping)
 
     def _stop(self, work: Coroutine[Any, Any, object]) -> asyncio.Task[object]:
@@ -163,22 +169,22 @@ class Runs:
 
     async def record(self, component: str, pictures: int | None) -> dict[str, str] | None:
         """Record a followed component, with its document if that is open; None ends the recording."""
-        live = self._services.live
+        followers = self._parts.followers
         if pictures is None:
-            await live.end_record(component)
+            await followers.end_record(component)
             return None
         tab = self._tabs.of_component(component)
         text = ""
         if tab is not None:
-            document = (tab.is_running and tab.runs) or tab.shown.document
+            document = (tab.is_started and tab.loaded) or tab.shown.document
             text = await self._threads.do(lambda: written(document))
         file = await self._threads.do(lambda: self._new_recording(component))
-        await live.record(component, file, text, pictures)
+        await followers.record(component, file, text, pictures)
         return {"recording": self._root.name(file)}
 
     async def open_recording(self, window: Window, recording: Path) -> dict[str, Any]:
-        """Open a recording, which is closed when the window leaves or detaches."""
-        found = await self._services.live.recording(recording)
+        """Open a recording, which is closed when the window leaves or follows it no more."""
+        found = await self._parts.followers.recording(recording)
         self._windows.follow(window, found["component"])
         return found
 
@@ -202,19 +208,19 @@ class Runs:
 
     # ---------------------------------------------------------------------------------------- following
 
-    async def follow(self, window: Window, component: str) -> object:
-        """Send a window what a component does from now on; raises VisualHfsmError."""
+    async def follow(self, window: Window, component: str, *, awaited: bool = False) -> dict[str, Any]:
+        """Send a window what a component does from now on, if it is present or `awaited`."""
         self._windows.follow(window, component)
         try:
-            return await self._services.live.attach(component)
+            return await self._parts.followers.follow(component, awaited=awaited)
         except BaseException:
-            self._windows.lose(window, component)
+            self._windows.unfollow(window, component)
             raise
 
     async def unfollow(self, window: Window, component: str) -> None:
-        """Stop sending a window the data of a component, which is detached when nobody follows it."""
-        if self._windows.lose(window, component):
-            await self._services.live.detach(component)
+        """Stop sending a window the data of a component, which is not followed any more when nobody does."""
+        if self._windows.unfollow(window, component):
+            await self._parts.followers.unfollow(component)
 
     async def leave(self, window: Window) -> None:
         """Stop sending a window anything."""
