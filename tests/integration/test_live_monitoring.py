@@ -27,7 +27,7 @@ from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
-from interfaces.nao import Description, PoseHeadPrx, SafetyPrx, SoundsPrx, SpeechPrx
+from interfaces.nao import Description, PoseHeadPrx, SafetyPrx, SoundsPrx, SpeechPrx, Vector3
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
@@ -725,18 +725,18 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
         assert frame["torso"][:2] == pytest.approx([0.0, 0.0], abs=0.05)
         assert math.hypot(*frame["torso"][3:]) == pytest.approx(1.0, abs=1e-3)
 
-        await change("placeObject", name="Ball", position={"x": 0.5, "y": -1.0, "z": 0.05})
+        await change("placeObject", name="Ball", position=Vector3(0.5, -1.0, 0.05))
         async for frame in frames:
             if frame["objects"]["Ball"][:2] == pytest.approx([0.5, -1.0], abs=0.01):
                 break
         with pytest.raises(VisualHfsmError, match="no room"):
-            await change("placeObject", name="Ball", position={"x": 1.5, "y": 1.2, "z": 0.1})
+            await change("placeObject", name="Ball", position=Vector3(1.5, 1.2, 0.1))
 
         await change("sayToRobot", text="hello")
         with pytest.raises(VisualHfsmError, match="there is nothing to hear"):
             await change("sayToRobot", text=" ")
 
-        push = {"force": {"x": 90.0, "y": 0.0, "z": 0.0}, "seconds": 0.3}
+        push = {"force": Vector3(90.0, 0.0, 0.0), "seconds": 0.3}
         await opened.service.emergency_stop()
         with pytest.raises(VisualHfsmError, match="STOP was pressed"):
             await change("pushRobot", **push)

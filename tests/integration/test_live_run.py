@@ -17,7 +17,7 @@ from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm._document.commands.states import SetStateCode
 from visualhfsm._editor.parts import Parts, make_parts
-from visualhfsm._monitor.messages import Present, Snapshot, Source, Stale, StartedPush
+from visualhfsm._monitor.messages import Present, Snapshot, Source, Stale, StartedPush, Structure
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from zenoh_ice import Settings
 
@@ -88,6 +88,19 @@ def test_a_component_is_run_followed_and_reloaded_with_its_state(source: Source)
         assert after.component.automata[0].state == 2
         assert after.component.time > before.component.time
         assert Path(source.path or "").read_text() == TEXT
+
+    asyncio.run(opened(go))
+
+
+def test_a_component_is_followed_from_its_start_on_before_it_is_present(source: Source) -> None:
+    async def go(page: Page) -> None:
+        await page.parts.started.start(source, [])
+        known = await page.parts.followers.follow("walker", awaited=True)
+        assert (known["structure"], known["snapshot"], known["since"]) == (None, None, 0.0)
+        structure = await page.pushes.until(lambda: next(iter(page.pushes.of(Structure)), None))
+        assert structure.value.structure.name == "walker"
+        await page.snapshot(bool)
+        assert page.pushes.of(Stale) == []  # what has not begun is not silent
 
     asyncio.run(opened(go))
 

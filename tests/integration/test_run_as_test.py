@@ -199,8 +199,6 @@ def test_what_was_refused_is_forgotten_and_what_was_not_answered_is_not_sure(
         for action, arguments in (
             ("step", {"automaton": 9}),
             ("setVariable", {"automaton": 1, "name": "x", "value": "1"}),
-            ("setVariable", {"automaton": 1, "name": "x"}),
-            ("fly", {}),
         ):
             with pytest.raises(VisualHfsmError):
                 await editor.do(action, **arguments)

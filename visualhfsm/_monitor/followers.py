@@ -128,6 +128,7 @@ class Followers:
                 self._robot,
                 self._publisher(component),
                 silence=self._limits.silence,
+                awaited=awaited,
             )
             follower.update()
         return {

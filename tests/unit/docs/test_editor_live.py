@@ -25,8 +25,7 @@ def test_every_request_that_steers_has_its_row_with_its_fields() -> None:
         p.Body,
     }
     assert p.Pause in steering
-    for request in {
-        *steering,
+    steering |= {
         p.StopPresent,
         p.EmergencyStop,
         p.ResetEmergencyStop,
@@ -34,7 +33,8 @@ def test_every_request_that_steers_has_its_row_with_its_fields() -> None:
         p.Identities,
         p.RosGraph,
         p.Facts,
-    }:
+    }
+    for request in steering:
         name = str(request.__struct_config__.tag)
         assert name in rows
         for field in {*request.__struct_fields__} - {"id", "component"}:

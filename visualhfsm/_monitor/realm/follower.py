@@ -61,6 +61,7 @@ class Follower:
         publish: Callable[[News], object] = lambda _: None,
         *,
         silence: float = 1.0,
+        awaited: bool = False,
     ) -> None:
         self.component: Final = component
         self.identity: Final = f"{MONITOR_PREFIX}{component}"
@@ -77,7 +78,7 @@ class Follower:
         self._log = RunLog()
         self._received = time.monotonic()
         self._received_at = time.time()
-        self._was_present = False
+        self._was_present = not awaited
         self._silent = False
         self._longest_silence = silence
         self._order = threading.Lock()  # of snapshots and silences: the last published one is valid

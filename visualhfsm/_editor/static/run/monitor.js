@@ -7,7 +7,7 @@
  * @import {Answers, FieldsOf, Followed as Reported, Workspace} from "../data/messages.js"
  * @import {LiveSnapshot, LiveStructure, Requests, StartedPush} from "../data/protocol.js"
  * @import {MonitorEvents} from "./shown.js"
- * @typedef {{component: string, asked: boolean, tab?: number, structure?: LiveStructure}} Next
+ * @typedef {{component: string, awaited?: boolean, tab?: number, structure?: LiveStructure}} Next
  */
 
 import {notify, notifyError, clearErrors} from "../kit/notices.js";
@@ -40,7 +40,7 @@ class Monitor extends Shown {
   follows = false;
 
   /**
-   * What is followed next: it was `asked` for, or is as soon as it is present again. The component of a `tab` is known
+   * What is followed next: it was asked for, or is `awaited`, until it is present again. The component of a `tab` is known
    * when that starts; a structure may come before the answer.
    *
    * @type {Next | undefined}
@@ -70,9 +70,9 @@ class Monitor extends Shown {
    */
   async start(tab, request) {
     const {online, workspace} = store;
-    const answer = await this.#turn({component: "", asked: true, tab}, request);
+    const answer = await this.#turn({component: "", tab}, request);
     const {component = ""} = workspace.tabs.find((each) => each.tab === tab) ?? {};
-    if (!answer && online && !store.online) this.#next = {component, asked: false}; // it may have started
+    if (!answer && online && !store.online) this.#next = {component, awaited: true}; // it may have started
     return answer;
   }
 
@@ -83,7 +83,7 @@ class Monitor extends Shown {
    */
   async follow(component) {
     if (this.component === component && !this.recording) return true;
-    await this.#turn({component, asked: true}, () => store.request("follow", {component}).catch(notifyError));
+    await this.#turn({component}, () => store.request("follow", {component}).catch(notifyError));
     return this.component === component;
   }
 
@@ -297,9 +297,9 @@ class Monitor extends Shown {
    */
   #look(former = {tabs: [], present: []}) {
     const next = this.#next;
-    if (next && !next.asked && this.present.includes(next.component)) {
+    if (next?.awaited && this.present.includes(next.component)) {
       const failed = () => this.#emit("mode", "shown");
-      this.#turn({...next, asked: true}, () => store.request("follow", {component: next.component}).catch(failed));
+      this.#turn({...next, awaited: false}, () => store.request("follow", {component: next.component}).catch(failed));
     } else if (viewing.on && (!this.component || this.since || this.ended)) {
       const known = shown(former);
       const begun = shown(store.workspace).find((component) => !known.includes(component));
@@ -317,7 +317,7 @@ class Monitor extends Shown {
     this.starts.forget(); // components may end unseen while offline
     if (this.component) {
       this.followed.since ||= Date.now() / 1000;
-      this.#next = {component: this.component, asked: false};
+      this.#next = {component: this.component, awaited: true};
       this.#emit("mode", "shown");
     }
   }
