@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
+from collections.abc import Collection, Coroutine, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from codegen.messages import joined
 from codegen.reasons import reason
 from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
 from visualhfsm._document.serialization import written
 from visualhfsm._monitor.messages import Stopper
-from visualhfsm.project._root import Root
 
-from .news import Realm
-from .parts import Parts
-from .tab import Tab, Threads
-from .tabs import Tabs
+from .tab import Tab
 from .window import Window
-from .windows import Windows
+
+if TYPE_CHECKING:
+    from .workspace import Workspace
 
 _RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
 _LEAVING_PERIOD: Final = 0.1  # s
@@ -29,37 +27,17 @@ _LEAVING_PERIOD: Final = 0.1  # s
 class Components:
     """The components of the realm and those that were started here. Used on the event loop only.
 
-    `changed` is called when the state of a tab or of the realm is new. At STOP, components have `end_limit` s
-    to end before their processes are ended.
+    At STOP, components have some time to end before their processes are ended.
     """
 
-    def __init__(
-        self,
-        parts: Parts,
-        *,
-        tabs: Tabs,
-        windows: Windows,
-        threads: Threads,
-        root: Root,
-        realm: Realm,
-        end_limit: float,
-        leaving_limit: float,
-        changed: Callable[[], None],
-    ) -> None:
-        self._realm = realm
-        self._parts = parts
-        self._tabs = tabs
-        self._windows = windows
-        self._threads = threads
-        self._root = root
-        self._end_limit = end_limit
-        self._leaving_limit = leaving_limit
-        self._changed = changed
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
+        self._parts = workspace.parts
         self._stops: set[asyncio.Task[object]] = set()
 
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
-        if names := [str(each["component"]) for each in self._realm.present.components]:
+        if names := [str(each["component"]) for each in self._workspace.realm.present.components]:
             raise VisualHfsmError.because(
                 "stop {names} first: it would drive the real robot at once", names=", ".join(names)
             )
@@ -69,8 +47,8 @@ class Components:
 
         They count only for a document that uses a robot.
         """
-        ours = {each.started.component for each in self._tabs if each.started is not None}
-        names = [str(each["component"]) for each in self._realm.present.components]
+        ours = {each.started.component for each in self._workspace.tabs if each.started is not None}
+        names = [str(each["component"]) for each in self._workspace.realm.present.components]
         others = [name for name in names if name not in ours and name not in accepted]
         if not others or not tab.shown.document.interfaces:
             return
@@ -100,7 +78,8 @@ class Components:
         """
         name = tab.shown.component
         try:
-            async with asyncio.timeout(self._leaving_limit):  # one that has just ended may still be listed
+            # One that has just ended may still be listed.
+            async with asyncio.timeout(self._workspace.limits.component_leaving_seconds):
                 while self._runs_elsewhere(name):
                     await asyncio.sleep(_LEAVING_PERIOD)
         except TimeoutError:
@@ -112,13 +91,13 @@ class Components:
         source = tab.source
         recording: dict[str, str] = {}
         if record:
-            file = await self._threads.do(lambda: self._new_recording(name))
+            file = await self._workspace.threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
-            recording = {"recording": self._root.name(file)}
+            recording = {"recording": self._workspace.project.root.name(file)}
         started = await self._parts.started.start(source, arguments, dry_run=dry_run)
         tab.generated = source.document
         tab.take_generated()
-        self._changed()
+        self._workspace.publish_state()
         return {**started, **recording, **await self.follow(window, name, awaited=True)}
 
     async def generate(self, tab: Tab) -> object:
@@ -132,15 +111,16 @@ class Components:
         """Steer a component that is followed."""
         result = await self._parts.followers.steer(component, action, arguments)
         if action == "reload":
-            for tab in self._tabs:
+            for tab in self._workspace.tabs:
                 if tab.is_started and tab.component == component:
                     tab.take_generated()
-            self._changed()
+            self._workspace.publish_state()
         return result
 
     def _runs_elsewhere(self, name: str) -> bool:
-        return any(each["component"] == name for each in self._realm.present.components) and not any(
-            tab.is_started and tab.component == name for tab in self._tabs
+        present = self._workspace.realm.present.components
+        return any(each["component"] == name for each in present) and not any(
+            tab.is_started and tab.component == name for tab in self._workspace.tabs
         )
 
     # ---------------------------------------------------------------------------------------- stopping
@@ -154,7 +134,7 @@ class Components:
         parts.started.announce_stop(by)
         stopping = self._stop(parts.followers.emergency_stop())
         try:
-            await asyncio.wait({stopping}, timeout=self._end_limit)
+            await asyncio.wait({stopping}, timeout=self._workspace.limits.component_end_seconds)
         finally:
             self._stop(parts.started.stop_all())
         return await asyncio.shield(stopping)
@@ -173,31 +153,31 @@ class Components:
         if pictures is None:
             await followers.end_record(component)
             return None
-        tab = self._tabs.of_component(component)
+        tab = self._workspace.tabs.of_component(component)
         text = ""
         if tab is not None:
             document = (tab.is_started and tab.loaded) or tab.shown.document
-            text = await self._threads.do(lambda: written(document))
-        file = await self._threads.do(lambda: self._new_recording(component))
+            text = await self._workspace.threads.do(lambda: written(document))
+        file = await self._workspace.threads.do(lambda: self._new_recording(component))
         await followers.record(component, file, text, pictures)
-        return {"recording": self._root.name(file)}
+        return {"recording": self._workspace.project.root.name(file)}
 
     async def open_recording(self, window: Window, recording: Path) -> dict[str, Any]:
         """Open a recording, which is closed when the window leaves or follows it no more."""
         found = await self._parts.followers.recording(recording)
-        self._windows.follow(window, found["component"])
+        self._workspace.windows.follow(window, found["component"])
         return found
 
     async def recordings(self) -> Path:
         """Return the directory of recordings, which exists. Raises VisualHfsmError."""
-        return await self._threads.do(self._recordings)
+        return await self._workspace.threads.do(self._recordings)
 
     def _new_recording(self, component: str) -> Path:
         """Return the path of a file for a recording, in a directory that exists. Raises VisualHfsmError."""
         return self._recordings() / f"{component}-{time.strftime('%Y%m%d-%H%M%S')}.mcap"
 
     def _recordings(self) -> Path:
-        folder = self._root.resolve(_RECORDINGS)
+        folder = self._workspace.project.root.resolve(_RECORDINGS)
         try:
             folder.mkdir(exist_ok=True)
         except OSError as error:
@@ -210,19 +190,19 @@ class Components:
 
     async def follow(self, window: Window, component: str, *, awaited: bool = False) -> dict[str, Any]:
         """Send a window what a component does from now on, if it is present or `awaited`."""
-        self._windows.follow(window, component)
+        self._workspace.windows.follow(window, component)
         try:
             return await self._parts.followers.follow(component, awaited=awaited)
         except BaseException:
-            self._windows.unfollow(window, component)
+            self._workspace.windows.unfollow(window, component)
             raise
 
     async def unfollow(self, window: Window, component: str) -> None:
         """Stop sending a window the data of a component, which is not followed any more when nobody does."""
-        if self._windows.unfollow(window, component):
+        if self._workspace.windows.unfollow(window, component):
             await self._parts.followers.unfollow(component)
 
     async def leave(self, window: Window) -> None:
         """Stop sending a window anything."""
-        for component in self._windows.followed_by(window):
+        for component in self._workspace.windows.followed_by(window):
             await self.unfollow(window, component)

@@ -7,7 +7,7 @@ import contextlib
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from visualhfsm._monitor.messages import (
     Failed,
@@ -26,8 +26,9 @@ from visualhfsm.trials._messages import TrialsPush
 
 from .protocol import Outside, Problems
 from .tab import Tab
-from .tabs import Tabs
-from .windows import Windows
+
+if TYPE_CHECKING:
+    from .workspace import Workspace
 
 Item = TypeVar("Item")
 
@@ -43,20 +44,15 @@ class Realm:
 
 
 class News:
-    """Takes reports in any thread, and passes them on on the event loop where it was made.
+    """Takes reports in any thread, and passes them on on the event loop where it was made."""
 
-    `changed` is called when the state of the workspace may be new.
-    """
-
-    def __init__(self, tabs: Tabs, windows: Windows, realm: Realm, changed: Callable[[], None]) -> None:
-        self._tabs = tabs
-        self._windows = windows
-        self._realm = realm
-        self._changed = changed
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
+        self._tabs, self._windows = workspace.tabs, workspace.windows
         self._loop = asyncio.get_running_loop()
 
     def publish(self, news: Present | Failed | Push) -> None:
-        """Take a message of a service."""
+        """Take a message of a part of the server."""
         self._call_soon(self._publish, news)
 
     def publish_event(self, event: Event) -> None:
@@ -84,7 +80,7 @@ class News:
                 outside = Outside(tab=tab.id, state=state, message=message)
                 tab.outside = outside if state in {"changed", "deleted"} else None
                 self._windows.push(outside)
-                self._changed()
+                self._workspace.publish_state()
 
     def _show_problems(self, tab: Tab) -> None:
         if (problems := tab.problems) is not None:
@@ -93,10 +89,10 @@ class News:
     def _publish(self, news: Present | Failed | Push) -> None:
         match news:
             case Present():
-                self._realm.present = news
-                self._changed()
+                self._workspace.realm.present = news
+                self._workspace.publish_state()
             case Robot():
-                self._realm.robot = news
+                self._workspace.realm.robot = news
                 self._windows.push(news)
             case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
                 self._windows.push_to_followers(component, news)
@@ -120,7 +116,7 @@ class News:
                     tab.failures.clear()
                     self._show_problems(tab)
                 tab.started = news
-                self._changed()  # first: a window follows the run by the name that the tab has now
+                self._workspace.publish_state()  # first: a window gets a tab's name before what is started
                 self._windows.push(news)
             case _:
                 _logger.debug("no window is left for %s", type(news).__name__)

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Concatenate, Final, Generic, ParamSpec, TypeVar
+from typing import Concatenate, Final, Generic, ParamSpec, Self, TypeVar
 
-from msgspec.structs import replace
+import msgspec
 
 from codegen.diagnostics import Severity
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Automaton, Document
 from visualhfsm._base.work import retrieve
 from visualhfsm._document.diff import differ
+from visualhfsm._document.imported_places import ImportedPlaces
 from visualhfsm._document.places import spots, texts_at
 from visualhfsm._document.problems import Problem
 from visualhfsm._monitor.messages import Failed, RecentLines, Source, StartedPush
@@ -25,7 +27,6 @@ from visualhfsm.project._events import Changed, Event
 from visualhfsm.project._version import Version
 from visualhfsm.trials._messages import TrialsPush
 
-from .imports import Imports
 from .protocol import Outside, Problems
 
 FAILED: Final = "run"
@@ -55,6 +56,49 @@ class Threads:
     async def close(self) -> None:
         """Drop what has not begun and wait for what has."""
         await asyncio.to_thread(self._pool.shutdown, cancel_futures=True)
+
+
+_Stamp = tuple[int, int] | None
+"""Time of the last change and size of a file; None where there is none."""
+
+
+@dataclass(frozen=True)
+class Imports:
+    """The automata that a document imports; `number` counts the changes."""
+
+    automata: Mapping[int, Automaton] = field(default_factory=dict)
+    stamps: Mapping[Path, _Stamp] = field(default_factory=dict)
+    number: int = 0
+
+    @classmethod
+    def read(cls, places: ImportedPlaces, former: Self) -> Self:
+        """Read the imported files; return the former imports if they are the same."""
+        before = {file: _stamp(file) for file in places.files}
+        automata = {each.id: each for each in places.whole.automata if each.path is not None}
+        if automata == former.automata and before == former.stamps:
+            return former
+        return cls(automata, before, former.number + 1)
+
+    def differ(self) -> bool:
+        """Return whether a file is another one than when it was read."""
+        return any(_stamp(file) != stamp for file, stamp in self.stamps.items())
+
+    def within(self, document: Document) -> Document:
+        """Return a document with the imported automata."""
+        if not self.automata:
+            return document
+        written = {each.id for each in document.automata if each.imported is None}
+        own = (each for each in document.automata if each.id in written or each.id not in self.automata)
+        imported = (each for each in self.automata.values() if each.id not in written)
+        return replace(document, automata=(*own, *imported))
+
+
+def _stamp(file: Path) -> _Stamp:
+    try:
+        status = file.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
 
 
 class _Difference:
@@ -88,7 +132,7 @@ class Dated(Generic[Report]):
         """
         self._reported = reported
         differs = self.of is not None and self._difference.between(self.of, document)
-        self.now = replace(
+        self.now = msgspec.structs.replace(
             self._present(reported, content or document), outdated=reported.outdated or differs
         )
         return self.now
@@ -115,7 +159,7 @@ class DatedTests(Dated[TestsPush]):
         wanted = {each.place for each in report.code}
         versions = {place: version_of(text or "") for place, text, _, _ in spots(document) if place in wanted}
         code = (each for each in report.code if versions.get(each.place) == each.version)
-        return replace(report, code=tuple(code))
+        return msgspec.structs.replace(report, code=tuple(code))
 
 
 class Tab:
@@ -176,7 +220,7 @@ class Tab:
         failed = [*map(_problem, present)]
         counts = Counter(findings.counts) + Counter(each.severity for each in failed)
         items = [*failed, *findings.items]
-        return replace(findings, items=items, counts=counts, imports=self._imports.number)
+        return msgspec.structs.replace(findings, items=items, counts=counts, imports=self._imports.number)
 
     @property
     def content(self) -> Document:

@@ -22,9 +22,8 @@ from .components import Components
 from .limits import Limits
 from .news import News, Realm
 from .parts import MakeParts, Parts
-from .protocol import Shelf
+from .protocol import Recoverable, Shelf, TabState
 from .protocol import Workspace as WorkspacePush
-from .state import workspace_state
 from .tab import Tab, Threads
 from .tabs import Tabs
 from .window import Window
@@ -79,23 +78,13 @@ class Workspace:
         self._tasks: list[asyncio.Task[None]] = []
 
     async def __aenter__(self) -> Self:
-        news = News(self.tabs, self.windows, self.realm, self.publish_state)
+        news = News(self)
         self.parts = self._make_parts(news.publish)
         self.project = self._make_project(self.parts)
         self.project.subscribe(news.publish_event)
         self.code_questions = CodeQuestions(self.project.code_help)
         self.own_robots = OwnRobots(self.project.root)
-        self.components = Components(
-            self.parts,
-            tabs=self.tabs,
-            windows=self.windows,
-            threads=self.threads,
-            root=self.project.root,
-            realm=self.realm,
-            end_limit=self.limits.component_end_seconds,
-            leaving_limit=self.limits.component_leaving_seconds,
-            changed=self.publish_state,
-        )
+        self.components = Components(self)
         await self.look_for_recoverable()
         await self._look_at_shelf()
         self._tasks = [
@@ -241,4 +230,32 @@ class Workspace:
             self.windows.push(state)
 
     def _state(self) -> WorkspacePush:
-        return workspace_state(self.tabs, self._recoverable, self.realm.present, self.project.root)
+        return WorkspacePush(
+            tabs=[self._tab_state(tab) for tab in self.tabs],
+            recoverable=[
+                Recoverable(
+                    journal=each.file.name,
+                    name=each.name,
+                    path=self._name(each.path),
+                    changed_at=each.changed_at,
+                )
+                for each in self._recoverable
+            ],
+            present=[dict(each) for each in self.realm.present.components],
+        )
+
+    def _tab_state(self, tab: Tab) -> TabState:
+        shown = tab.shown
+        return TabState(
+            tab=tab.id,
+            title=shown.title,
+            path=self._name(shown.path),
+            component=tab.component,
+            dirty=shown.dirty,
+            recording=self._name(tab.recording),
+            outside="" if tab.outside is None else tab.outside.state,
+            changed=tab.differs_from_loaded,
+        )
+
+    def _name(self, path: Path | None) -> str:
+        return "" if path is None else self.project.root.name(path)
