@@ -124,7 +124,7 @@ def cut_at_the_answer(shown: EditorPage, op: str) -> None:
 
 
 def test_a_run_whose_answer_is_lost_with_the_connection_is_watched(shown: EditorPage) -> None:
-    cut_at_the_answer(shown, "run")
+    cut_at_the_answer(shown, "start")
     run(shown)
     notice(shown, "The connection was lost before the answer came.")
     expect_current(shown, "wait")

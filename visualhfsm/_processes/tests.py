@@ -30,8 +30,7 @@ from visualhfsm._base.languages import decode_message
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Source
-from visualhfsm._processes.test_reasons import reason_of
-from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView
+from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView, reason_of
 from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 
