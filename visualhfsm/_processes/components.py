@@ -40,8 +40,7 @@ from visualhfsm._monitor.messages import (
     own_listener,
 )
 from visualhfsm._processes.bodies import body_option, require_body
-from visualhfsm._processes.ending import LastWords, describe_end
-from visualhfsm._processes.failures import Failure
+from visualhfsm._processes.failures import Failure, LastWords, describe_end
 from zenoh_ice import Settings
 from zenoh_ice.application import last_cycle
 
