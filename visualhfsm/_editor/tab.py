@@ -206,7 +206,7 @@ class Tab:
 
     @property
     def source(self) -> Source:
-        """The document as the service that runs components gets it."""
+        """The document as those parts of the server get it that start something for it."""
         shown = self.shown
         return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty, shown.title)
 

@@ -29,7 +29,7 @@ from .tabs import Tabs
 from .window import Window
 from .windows import Windows
 
-_CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
+_CLOSE_LIMIT: Final = 20.0  # s that a part may take to close: a real robot crouches first
 
 _logger = logging.getLogger(__name__)
 
@@ -102,12 +102,12 @@ class Workspace:
         await asyncio.to_thread(self.project.end_processes)
         await self._checks.close()
         parts = self.parts
-        for service in (parts.tests, parts.trials, parts.started, parts.robot, parts.followers):
+        for part in (parts.tests, parts.trials, parts.started, parts.robot, parts.followers):
             try:
                 async with asyncio.timeout(_CLOSE_LIMIT):
-                    await service.close()
+                    await part.close()
             except Exception:
-                _logger.exception("%s did not close", type(service).__name__)
+                _logger.exception("%s did not close", type(part).__name__)
         for tab in self.tabs:
             try:
                 await tab.edit(OpenDocument.abandon)
@@ -218,7 +218,7 @@ class Workspace:
             window.push(Output(tab=tab.id, lines=list(output.lines), dropped=output.dropped, whole=True))
 
     async def leave(self, window: Window) -> None:
-        """Forget a window; components that no other window follows are detached."""
+        """Forget a window; components that no other window follows are followed no more."""
         self.windows.remove(window)
         await self.components.leave(window)
 

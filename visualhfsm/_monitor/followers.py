@@ -111,7 +111,7 @@ class Followers:
         self._stops: Final[set[asyncio.Task[StopReport]]] = set()
         self._published: Present | None = None
         self._tasks = {
-            asyncio.create_task(self._keep(), name="monitoring"),
+            asyncio.create_task(self._keep(), name="followers"),
             asyncio.create_task(self._keep_pictures(), name="pictures"),
         }
 

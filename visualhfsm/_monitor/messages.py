@@ -1,6 +1,6 @@
-"""Types that the editor's server shares with its services: running, live data and code completion.
+"""Types that the editor's server shares with its parts, which start, follow and complete.
 
-A service publishes events as messages of this module, which are sent to the page as they are; `publish` may
+A part publishes events as messages of this module, which are sent to the page as they are; `publish` may
 be called from any thread and never blocks. Its methods run on the server's event loop and do not block it;
 their results are sent to the page as JSON, a VisualHfsmError as its text. They are cancelled when they take
 too long.
@@ -32,7 +32,7 @@ from zenoh_ice.settings import ENVIRONMENT_PREFIX, host_and_port, is_loopback
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartLimits:
-    """How long the services wait for a robot and for components, in s of wall time."""
+    """How long the parts of the server wait for a robot and for components, in s of wall time."""
 
     refreshment: float = 0.1
     """What is known of the robot and of the components is looked at again."""
