@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 from visualhfsm._monitor.messages import (
@@ -33,14 +32,6 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 
 _logger = logging.getLogger(__name__)
-
-
-@dataclass(slots=True)
-class Realm:
-    """The realm as it was reported last."""
-
-    present: Present
-    robot: Robot
 
 
 class News:
@@ -89,10 +80,10 @@ class News:
     def _publish(self, news: Present | Failed | Push) -> None:
         match news:
             case Present():
-                self._workspace.realm.present = news
+                self._workspace.present = news
                 self._workspace.publish_state()
             case Robot():
-                self._workspace.realm.robot = news
+                self._workspace.robot = news
                 self._windows.push(news)
             case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
                 self._windows.push_to_followers(component, news)

@@ -20,7 +20,7 @@ from .check_scheduler import CheckScheduler
 from .code_questions import CodeQuestions
 from .components import Components
 from .limits import Limits
-from .news import News, Realm
+from .news import News
 from .parts import MakeParts, Parts
 from .protocol import Recoverable, Shelf, TabState
 from .protocol import Workspace as WorkspacePush
@@ -62,7 +62,8 @@ class Workspace:
         self.threads = Threads(limits.threads)
         self.tabs = Tabs()
         self.windows = Windows()
-        self.realm = Realm(Present([]), Robot())
+        self.present = Present([])
+        self.robot = Robot()
         self.instance = secrets.token_hex(8)
         """Distinguishes this run of the server from others, whose tabs had the same numbers."""
         self.clipboard = ""
@@ -159,7 +160,7 @@ class Workspace:
     def begin_demo(self) -> bool:
         """Return whether a window is to run the demo: the first one, where neither document nor robot is."""
         wanted, self._demo = self._demo, False
-        return wanted and not self.tabs and self.realm.robot.status == "none"
+        return wanted and not self.tabs and self.robot.status == "none"
 
     def offer_recording(self, path: str) -> None:
         """Let the first window that comes show a recording."""
@@ -208,7 +209,7 @@ class Workspace:
         window.greet(language)
         window.push(self._state())
         window.push(self._shelf)
-        window.push(self.realm.robot)
+        window.push(self.robot)
         for tab in self.tabs:
             window.show(tab)
             for push in (tab.problems, tab.outside, tab.started, tab.trials.now, tab.tests.now):
@@ -241,7 +242,7 @@ class Workspace:
                 )
                 for each in self._recoverable
             ],
-            present=[dict(each) for each in self.realm.present.components],
+            present=[dict(each) for each in self.present.components],
         )
 
     def _tab_state(self, tab: Tab) -> TabState:
