@@ -64,8 +64,8 @@ class Pupil:
     def run(self) -> None:
         """Run the behavior and follow it."""
         tab = self.window.ask("open", path=BEHAVIOR)["tab"]
-        self.window.ask("run", tab=tab)
-        self.window.wait_for_push("run", tab=tab, status="started")
+        self.window.ask("start", tab=tab)
+        self.window.wait_for_push("started", tab=tab, status="started")
 
     def processes(self) -> list[psutil.Process]:
         """Return the Jupyter server and all below it."""

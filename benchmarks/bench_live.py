@@ -25,9 +25,9 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Library, State, Text, Transition
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm._document.generate import generate_component
+from visualhfsm._monitor.followers import Followers
 from visualhfsm._monitor.messages import Snapshot
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
-from visualhfsm._monitor.service import Monitoring
 from zenoh_ice import Settings
 
 AUTOMATA: Final = 20
@@ -90,13 +90,13 @@ class Measurement:
 async def follow(endpoint: str, *, poses: bool) -> tuple[Measurement, float]:
     """Follow the component; return the measurement and the share of a core that it took."""
     measurement = Measurement()
-    service = Monitoring(measurement.publish, Settings(connect=(endpoint,), clock="wall"))
+    service = Followers(measurement.publish, Settings(connect=(endpoint,), clock="wall"))
     task = asyncio.create_task(watch_poses(service)) if poses else None
     try:
         async with asyncio.timeout(20):
             while True:
                 try:
-                    await service.attach("crowd")
+                    await service.follow("crowd")
                     break
                 except Exception:  # noqa: BLE001 - not running yet
                     await asyncio.sleep(0.1)
@@ -114,7 +114,7 @@ async def follow(endpoint: str, *, poses: bool) -> tuple[Measurement, float]:
         await service.close()
 
 
-async def watch_poses(service: Monitoring) -> None:
+async def watch_poses(service: Followers) -> None:
     """Watch the robot in 3D and both cameras, like a page with all its panels."""
 
     async def drain(name: str) -> None:

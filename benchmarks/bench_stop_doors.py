@@ -81,7 +81,7 @@ def page_door(folder: Path) -> Iterator[Door]:
             @contextmanager
             def link() -> Iterator[Stop]:
                 with page(address, cookie, "/ws") as window:
-                    yield lambda: ask(window, "control", component="", action="emergencyStop", arguments={})
+                    yield lambda: ask(window, "emergencyStop")
 
             with page(address, cookie, "/ws") as window:
                 shared = ask(window, "share")["address"]

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 from tests.support.browser import EditorPage, new_window, saved
 from tests.support.editor import DOCUMENT, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, patient_services, status
+from tests.support.monitor import expect_current, patient_parts, status
 from tests.support.ports import free_port
 from tests.support.processes import free_endpoint
 from tests.support.reverse_proxy import Mount, reverse_proxy
@@ -33,7 +33,7 @@ def behind(browser: Browser, root: Path, path: str, *, keeps_path: bool) -> Iter
             root / "walk.xml",
             base_path=path,
             port=free_port(),
-            make_services=patient_services(settings),
+            make_parts=patient_parts(settings),
         ) as running,
         reverse_proxy({path: Mount(running.port, keeps_path=keeps_path)}) as host,
     ):

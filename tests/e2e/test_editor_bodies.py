@@ -13,7 +13,7 @@ from tests.support.arm import ARM, ARM_TOML
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import comes_true, patient_services, status
+from tests.support.monitor import comes_true, patient_parts, status
 from tests.support.processes import children, free_endpoint
 from zenoh_ice import Settings
 
@@ -37,7 +37,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     (robots / "faulty.toml").write_text('model = "arm.urdf"\nmounted = 7\n')
     settings = Settings(realm="test-bodies", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        editor(tmp_path, make_services=patient_services(settings, folder=tmp_path)) as running,
+        editor(tmp_path, make_parts=patient_parts(settings, folder=tmp_path)) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown

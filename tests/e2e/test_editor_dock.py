@@ -18,7 +18,7 @@ from tests.support.monitor import (
     DOCUMENT,
     comes_true,
     monitor_page,
-    patient_services,
+    patient_parts,
     robot_and_editor,
     run,
     status,
@@ -252,7 +252,7 @@ IS_THERE = """async () => {
     const entry = document.querySelector('script[src$="/app.js"]').src;
     const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
     const {scrubbing} = await import(entry.replace('shell/app.js', 'run/scrubbing.js'));
-    const {component} = await monitor.control('at', {time: scrubbing.time});
+    const {component} = await monitor.ask('moment', {time: scrubbing.time});
     return component.time === monitor.looking?.component.time;
 }"""
 """Whether the moment that was chosen is shown."""
@@ -298,8 +298,8 @@ def test_the_editor_shows_a_recording_among_its_files(browser: Browser, tmp_path
     writer = RecordingWriter.watching(file, "walk", DOCUMENT)
     writer.put(Entry("/automata/walk", 1, Change(1, "walk", 1, "wait", "entered", 0)))
     writer.close()
-    services = patient_services(Settings(listen=(), connect=(), clock="wall"))
-    with editor(root, file, make_services=services) as running, monitor_page(browser, running) as shown:
+    parts = patient_parts(Settings(listen=(), connect=(), clock="wall"))
+    with editor(root, file, make_parts=parts) as running, monitor_page(browser, running) as shown:
         expect(status(shown)).to_have_text("Recording")
 
 

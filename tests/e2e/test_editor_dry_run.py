@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, patient_services, status
+from tests.support.monitor import expect_current, patient_parts, status
 from tests.support.processes import free_endpoint
 from zenoh_ice import Settings
 
@@ -57,7 +57,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     path.write_text(DOCUMENT)
     settings = Settings(realm="test-dry-run", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        editor(tmp_path, path, make_services=patient_services(settings)) as running,
+        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown

@@ -129,8 +129,8 @@ def test_a_stop_that_is_not_confirmed_says_so_until_it_is(shown: EditorPage) -> 
     shown.page.evaluate(
         """async () => {
             const entry = document.querySelector("script[src$='/app.js']").src;
-            const {monitor} = await import(entry.replace("shell/app.js", "run/monitor.js"));
-            monitor.control = () => new Promise((answer) => Object.assign(window, {answer}));
+            const {store} = await import(entry.replace("shell/app.js", "data/store.js"));
+            store.request = () => new Promise((answer) => Object.assign(window, {answer}));
         }"""
     )
     shown.page.clock.install()

@@ -124,7 +124,7 @@ def cut_at_the_answer(shown: EditorPage, op: str) -> None:
 
 
 def test_a_run_whose_answer_is_lost_with_the_connection_is_watched(shown: EditorPage) -> None:
-    cut_at_the_answer(shown, "run")
+    cut_at_the_answer(shown, "start")
     run(shown)
     notice(shown, "The connection was lost before the answer came.")
     expect_current(shown, "wait")
@@ -491,7 +491,7 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
       const entry = document.querySelector('script[src$="/app.js"]').src;
       const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
       const {scrubbing} = await import(entry.replace('shell/app.js', 'run/scrubbing.js'));
-      const {component} = await monitor.control('at', {time: scrubbing.time});
+      const {component} = await monitor.ask('moment', {time: scrubbing.time});
       return component.time === monitor.looking?.component.time;
     }"""
 

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Locator, expect
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, patient_services, status
+from tests.support.monitor import expect_current, patient_parts, status
 from tests.support.panels import add, edit
 from tests.support.processes import free_endpoint
 from zenoh_ice import Settings
@@ -67,7 +67,7 @@ def path(tmp_path: Path) -> Path:
 def shown(browser: Browser, tmp_path: Path, path: Path) -> Iterator[EditorPage]:
     settings = Settings(realm="test-outputs", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        editor(tmp_path, path, make_services=patient_services(settings)) as running,
+        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown

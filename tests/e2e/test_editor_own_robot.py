@@ -14,7 +14,7 @@ from tests.support.arm import ARM, ARM_TOML
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import comes_true, patient_services
+from tests.support.monitor import comes_true, patient_parts
 from tests.support.processes import children, free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Settings, initialize
@@ -38,7 +38,7 @@ def shown(browser: Browser, tmp_path: Path, settings: Settings) -> Iterator[Edit
     (tmp_path / "robots" / "arm.urdf").write_text(ARM)
     (tmp_path / "elsewhere.urdf").write_text(ARM)
     with (
-        editor(tmp_path, make_services=patient_services(settings, folder=tmp_path)) as running,
+        editor(tmp_path, make_parts=patient_parts(settings, folder=tmp_path)) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown

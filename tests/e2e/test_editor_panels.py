@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, WebSocketRoute, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
-from tests.support.editor import Editor, NoService, editor, services
+from tests.support.editor import Editor, NoPart, editor, parts
 from tests.support.limits import FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, show_list, undo_names
 from visualhfsm.project._code_help.service import CodeHelp
@@ -288,7 +288,7 @@ def test_two_windows_type_into_the_same_code_at_once(
 def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path: Path) -> None:
     path.write_text(DOCUMENT.replace("</VisualHFSM>", CAMERA + "</VisualHFSM>"))
     with (
-        editor(path.parent, path, make_services=lambda _: services(code_help=CodeHelp(RUN_LIMIT))) as running,
+        editor(path.parent, path, make_parts=lambda _: parts(code_help=CodeHelp(RUN_LIMIT))) as running,
         editor_page(browser, running) as shown,
     ):
         shown.state("wait").wait_for()
@@ -464,13 +464,13 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
     assert panel_violations(shown) == []
 
 
-class Graph(NoService):
+class Graph(NoPart):
     """A graph of ROS, and a realm in which a robot serves its head and a camera."""
 
-    async def control(self, component: str, action: str, arguments: object) -> object:
-        if action == "identities":
-            return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
-        assert action == "ros"
+    async def identities(self) -> object:
+        return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
+
+    async def ros_graph(self) -> object:
         twist, scan = "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
         return {
             "topics": {"/base/cmd_vel": [twist], "/scan": [scan]},
@@ -484,7 +484,7 @@ def test_what_the_robot_and_the_graph_of_ros_have_is_declared_by_a_click(
     browser: Browser, path: Path
 ) -> None:
     with (
-        editor(path.parent, path, make_services=lambda _: services(live=Graph())) as running,
+        editor(path.parent, path, make_parts=lambda _: parts(followers=Graph())) as running,
         editor_page(browser, running) as shown,
     ):
         code = edit(shown, "wait")

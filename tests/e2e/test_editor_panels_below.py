@@ -12,11 +12,11 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import Editor, NoCodeHelp, editor, services
+from tests.support.editor import Editor, NoCodeHelp, editor, parts
 from tests.support.limits import CALL_LIMIT, FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
-from visualhfsm._processes.components import RunningComponents
+from visualhfsm._processes.components import StartedComponents
 from visualhfsm.project._code_help.service import CodeHelp
 from zenoh_ice import Settings
 
@@ -281,7 +281,7 @@ def opened(
         editor(
             path.parent,
             path,
-            make_services=lambda publish: services(code_help, RunningComponents(publish, settings)),
+            make_parts=lambda publish: parts(code_help, StartedComponents(publish, settings)),
         ) as running,
         editor_page(browser, running) as shown,
     ):

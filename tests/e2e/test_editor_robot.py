@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import patient_services
+from tests.support.monitor import patient_parts
 from tests.support.processes import children, free_endpoint
 from tests.support.robot_server import eventually
 from zenoh_ice import Settings
@@ -24,7 +24,7 @@ STARTED = RUN_LIMIT * 1000
 def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     settings = Settings(realm="test-robot", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        editor(tmp_path, make_services=patient_services(settings)) as running,
+        editor(tmp_path, make_parts=patient_parts(settings)) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown

@@ -12,7 +12,7 @@ from naoserver.fake import FakeRobot
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT
-from tests.support.monitor import patient_services
+from tests.support.monitor import patient_parts
 from tests.support.robot_server import served
 from tests.support.screen_reader import Reader
 from zenoh_ice import Settings
@@ -24,7 +24,7 @@ def shown(browser: Browser, root: Path) -> Iterator[EditorPage]:
     with served(FakeRobot()) as robot:
         settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
         with (
-            editor(root, make_services=patient_services(settings)) as running,
+            editor(root, make_parts=patient_parts(settings)) as running,
             editor_page(browser, running) as shown,
         ):
             shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, patient_services, status
+from tests.support.monitor import expect_current, patient_parts, status
 from tests.support.processes import free_endpoint
 from tests.support.waiting_trials import PLAN, WAITS
 from visualhfsm.trials import plan_of, run_trial
@@ -40,9 +40,9 @@ def path(tmp_path: Path) -> Path:
 def editor_in(browser: Browser, path: Path, *, realm: str) -> Iterator[EditorPage]:
     """Show a document in a separate editor, without a robot."""
     settings = Settings(realm=realm, connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    services = patient_services(settings, folder=path.parent)
+    parts = patient_parts(settings, folder=path.parent)
     with (
-        editor(path.parent, path, make_services=services) as running,
+        editor(path.parent, path, make_parts=parts) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown
@@ -51,7 +51,7 @@ def editor_in(browser: Browser, path: Path, *, realm: str) -> Iterator[EditorPag
 @pytest.fixture
 def edited(path: Path) -> Iterator[Editor]:
     settings = Settings(realm="test-trials", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    with editor(path.parent, path, make_services=patient_services(settings)) as running:
+    with editor(path.parent, path, make_parts=patient_parts(settings)) as running:
         yield running
 
 

@@ -131,7 +131,7 @@ def test_robots_of_two_users_do_not_meet_listen_where_only_they_may_enter_and_en
             for place in places:
                 assert place.is_absolute()  # no abstract name, which has no rights
                 assert place.parent.stat().st_mode & 0o077 == 0
-        second.ask("stopRun", tab=tabs[1])
+        second.ask("stop", tab=tabs[1])
         second.ask("endRobot")
         until(lambda: second.ask("listFiles") and not running(second), START_LIMIT)
         first.ask("listFiles")  # what was pushed before its answer has come
@@ -150,14 +150,14 @@ def run_on_a_robot(shown: Window) -> int:
     tab: int = shown.ask("open", path="walk.xml")["tab"]
     shown.ask("simulate", world="empty")
     shown.wait_for_push("robot", status="present")
-    shown.ask("run", tab=tab)
-    shown.wait_for_push("run", tab=tab, status="started")
+    shown.ask("start", tab=tab)
+    shown.wait_for_push("started", tab=tab, status="started")
     until(lambda: shown.ask("listFiles") and running(shown), START_LIMIT)
     return tab
 
 
 def running(shown: Window) -> list[str]:
-    return [each["component"] for each in shown.workspace["running"]]
+    return [each["component"] for each in shown.workspace["present"]]
 
 
 def ports(processes: list[psutil.Process]) -> set[int]:

@@ -40,11 +40,11 @@ TESTING_EDITOR = """
 import asyncio, sys
 from pathlib import Path
 from tests.faults.test_trials_of_an_editor import opened
-from visualhfsm._processes.tests import RunningTests
+from visualhfsm._processes.tests import StartedTests
 
 async def edit():
     path = Path(sys.argv[1])
-    await RunningTests(lambda push: print(push.status, flush=True), path.parent).run(opened(path))
+    await StartedTests(lambda push: print(push.status, flush=True), path.parent).run(opened(path))
     await asyncio.Event().wait()
 
 asyncio.run(edit())

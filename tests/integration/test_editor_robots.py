@@ -19,18 +19,18 @@ from tests.support.pushes import Pushes
 from tests.support.robot_server import served
 from tests.support.security import Keys, routing
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._editor.services import Services, make_services
-from visualhfsm._monitor.messages import USUAL_LIMITS, Robot, ServiceLimits, Simulation
-from visualhfsm._processes.robots import Robots, find_worlds
+from visualhfsm._editor.parts import Parts, make_parts
+from visualhfsm._monitor.messages import USUAL_LIMITS, PartLimits, Robot, Simulation
+from visualhfsm._processes.robots import StartedRobot, find_worlds
 from zenoh_ice import Settings
 
 
 class Page:
     """What the page sees of the robot, and can request."""
 
-    def __init__(self, services: Services, pushes: Pushes) -> None:
-        self.live = services.live
-        self.robots = services.robots
+    def __init__(self, parts: Parts, pushes: Pushes) -> None:
+        self.followers = parts.followers
+        self.robot = parts.robot
         self.pushes = pushes
 
     async def until(self, matches: Callable[[Robot], object]) -> Robot:
@@ -57,7 +57,7 @@ def opened(
     settings: Settings | None = None,
     folder: Path | None = None,
     *,
-    limits: ServiceLimits = USUAL_LIMITS,
+    limits: PartLimits = USUAL_LIMITS,
 ) -> None:
     """Do something as a page in a realm without a robot, or in that of one at an `endpoint`."""
     connect = (endpoint or free_endpoint(),)
@@ -65,12 +65,12 @@ def opened(
 
     async def run() -> None:
         pushes = Pushes()
-        services = make_services(chosen, folder=folder, limits=limits)(pushes)
+        parts = make_parts(chosen, folder=folder, limits=limits)(pushes)
         try:
             async with asyncio.timeout(RUN_LIMIT):
-                await go(Page(services, pushes))
+                await go(Page(parts, pushes))
         finally:
-            for service in (services.running, services.robots, services.live):
+            for service in (parts.started, parts.robot, parts.followers):
                 await service.close()
 
     asyncio.run(run())
@@ -82,19 +82,19 @@ def test_a_simulation_is_started_with_moving_balls_killed_started_again_and_ende
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     async def go(page: Page) -> None:
-        assert page.robots.state.status == "none"
-        await page.robots.simulate(Simulation(speed="2", balls=True, body="H21"))
+        assert page.robot.state.status == "none"
+        await page.robot.simulate(Simulation(speed="2", balls=True, body="H21"))
         await page.until(lambda robot: robot.status == "starting" and robot.started == "simulation")
         (simulation,) = children("naoserver_sim")
         assert {"--world=balls", "--speed=2", "--body=H21"} <= {*simulation.cmdline()}
-        await page.robots.simulate(Simulation(speed="2", balls=True, body="H21"))  # from another window
+        await page.robot.simulate(Simulation(speed="2", balls=True, body="H21"))  # from another window
         robot = await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
         assert robot.simulation == Simulation(speed="2", balls=True, body="H21")
         assert (await page.until(lambda robot: robot.title)).title == "Nao H21"
         assert children("naoserver_sim") == [simulation]
         await page.balls_are_moved()
-        await page.live.control("", "standRobot", {})
-        await page.robots.move_balls(moving=False)
+        await page.followers.stand_robot()
+        await page.robot.move_balls(moving=False)
         assert not children("ballmover")
         assert "lost" not in [robot.status for robot in page.pushes.of(Robot)]
 
@@ -103,12 +103,12 @@ def test_a_simulation_is_started_with_moving_balls_killed_started_again_and_ende
         assert lost.since > 0
         assert lost.trouble == "The simulation has ended: it was terminated by SIGKILL"
         assert lost.started == ""
-        await page.robots.simulate(Simulation(world="empty"))
+        await page.robot.simulate(Simulation(world="empty"))
         again = await page.until(lambda robot: robot.status == "present")
         assert (again.since, again.trouble) == (0.0, "")
 
         before = len(page.pushes.of(Robot))
-        await page.robots.end()
+        await page.robot.end()
         robot = await page.until(lambda robot: robot.status == "none")
         assert robot.started == ""
         assert "lost" not in [robot.status for robot in page.pushes.of(Robot)[before:]]
@@ -120,12 +120,12 @@ def test_a_simulation_is_started_with_moving_balls_killed_started_again_and_ende
 
 def test_a_client_of_a_router_starts_a_simulation_with_moving_balls_and_ends_it() -> None:
     async def go(page: Page) -> None:
-        await page.robots.simulate(Simulation(balls=True))
+        await page.robot.simulate(Simulation(balls=True))
         await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
         await page.balls_are_moved()
-        await page.live.control("", "emergencyStop", {})
+        await page.followers.emergency_stop()
         await page.until(lambda robot: robot.stopped)
-        await page.robots.end()
+        await page.robot.end()
         assert (await page.until(lambda robot: robot.status == "none")).trouble == ""
 
     endpoint = free_endpoint()
@@ -138,18 +138,16 @@ def test_a_client_of_a_router_starts_a_simulation_with_moving_balls_and_ends_it(
 
 def test_a_robot_that_a_user_of_the_router_may_not_serve_is_reported(tmp_path: Path) -> None:
     async def go(page: Page) -> None:
-        await page.robots.simulate(Simulation(world="empty"))
+        await page.robot.simulate(Simulation(world="empty"))
         robot = await page.until(lambda robot: robot.trouble)
         assert robot.status == "starting"
         assert "the router may not let this user serve a robot" in robot.trouble
-        await page.robots.end()
+        await page.robot.end()
         assert (await page.until(lambda robot: robot.status == "none")).trouble == ""
 
     keys = Keys(tmp_path / "keys")
     with routing(keys.settings("router")):
-        opened(
-            go, settings=keys.settings("operator", timeout=CALL_LIMIT), limits=ServiceLimits(appearance=0.2)
-        )
+        opened(go, settings=keys.settings("operator", timeout=CALL_LIMIT), limits=PartLimits(appearance=0.2))
 
 
 def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -> None:
@@ -157,12 +155,12 @@ def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -
         robot = await page.until(lambda robot: robot.status == "present")
         assert robot.started == ""
         with pytest.raises(VisualHfsmError, match="not started here"):
-            await page.robots.simulate(Simulation())
+            await page.robot.simulate(Simulation())
         with pytest.raises(VisualHfsmError, match="not started here"):
-            await page.robots.end()
-        await page.live.control("", "emergencyStop", {})
+            await page.robot.end()
+        await page.followers.emergency_stop()
         assert "STOP" in (await page.until(lambda robot: robot.stopped)).stopped
-        await page.live.control("", "resetEmergencyStop", {})
+        await page.followers.reset_robot()
         await page.until(lambda robot: not robot.stopped)
         leave.close()
         lost = await page.until(lambda robot: robot.status == "lost")
@@ -177,13 +175,13 @@ def test_of_different_robots_that_windows_ask_for_at_once_one_runs_and_ends() ->
     async def go(page: Page) -> None:
         async def ask(delay: float, speed: str) -> None:
             await asyncio.sleep(delay)
-            await page.robots.simulate(Simulation(speed=speed))
+            await page.robot.simulate(Simulation(speed=speed))
 
         for apart in (0.0, 0.01, 0.1):
             await asyncio.gather(*(ask(number * apart, f"{number + 1}") for number in range(3)))
             (simulation,) = children("naoserver_sim")
-            assert f"--speed={page.robots.state.simulation.speed}" in simulation.cmdline()
-        await page.robots.end()
+            assert f"--speed={page.robot.state.simulation.speed}" in simulation.cmdline()
+        await page.robot.end()
         assert not children("naoserver_sim")
 
     opened(go)
@@ -210,7 +208,7 @@ def test_a_missing_package_is_reported_with_the_command_that_installs_it(
     monkeypatch.syspath_prepend(str(tmp_path))
 
     async def go(page: Page) -> None:
-        await page.robots.simulate(Simulation())
+        await page.robot.simulate(Simulation())
         robot = await page.until(lambda robot: robot.trouble)
         assert robot.status == "none"
         expected = "mujoco is not installed; type: pip install 'visualhfsm[sim]'"
@@ -228,11 +226,11 @@ def test_a_robot_of_the_project_is_simulated_and_a_faulty_file_is_said_with_its_
     (robots / "faulty.toml").write_text('model = "arm.urdf"\nmounted = 7\n')
 
     async def go(page: Page) -> None:
-        await page.robots.simulate(Simulation(world="empty", body="robots/faulty.toml"))
+        await page.robot.simulate(Simulation(world="empty", body="robots/faulty.toml"))
         trouble = (await page.until(lambda robot: robot.trouble)).trouble
         assert "The simulation could not be started: " in trouble
         assert f"{robots}/faulty.toml:2" in trouble
-        await page.robots.simulate(Simulation(world="empty", body="robots/arm.toml"))
+        await page.robot.simulate(Simulation(world="empty", body="robots/arm.toml"))
         robot = await page.until(lambda robot: robot.status == "present" and robot.title == "An arm")
         assert robot.simulation.body == "robots/arm.toml"
 
@@ -241,7 +239,7 @@ def test_a_robot_of_the_project_is_simulated_and_a_faulty_file_is_said_with_its_
 
 def test_a_real_robot_that_is_not_there_says_so() -> None:
     async def go(page: Page) -> None:
-        await page.robots.connect("127.0.0.1:1", "leave")
+        await page.robot.connect("127.0.0.1:1", "leave")
         robot = await page.until(lambda robot: robot.status == "starting")
         assert (robot.started, robot.name) == ("real", "127.0.0.1:1")
         robot = await page.until(lambda robot: robot.trouble)
@@ -262,7 +260,7 @@ def test_a_real_robot_that_is_not_there_says_so() -> None:
 )
 def test_a_simulation_that_does_not_exist_is_refused(simulation: Simulation) -> None:
     async def go() -> None:
-        robots = Robots(lambda _: None, Settings())
+        robots = StartedRobot(lambda _: None, Settings())
         with pytest.raises(VisualHfsmError, match=r"world|speed|there is no robot"):
             await robots.simulate(simulation)
         assert robots.state.started == ""
@@ -274,7 +272,7 @@ def test_a_simulation_that_does_not_exist_is_refused(simulation: Simulation) -> 
 def test_an_address_that_is_none_is_refused(address: str) -> None:
     async def go() -> None:
         with pytest.raises(VisualHfsmError, match="not a robot address"):
-            await Robots(lambda _: None, Settings()).connect(address, "leave")
+            await StartedRobot(lambda _: None, Settings()).connect(address, "leave")
 
     asyncio.run(go())
 

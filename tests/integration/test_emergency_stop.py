@@ -33,7 +33,7 @@ from tests.support.security import Keys, routing
 from tests.support.stranger import stranger
 from tests.support.waiting import until
 from visualhfsm._monitor import stopping as editor_stop
-from visualhfsm._monitor.messages import ServiceLimits
+from visualhfsm._monitor.messages import PartLimits
 from visualhfsm._monitor.stopping import StopReport
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice._wire import ERROR_ENCODING
@@ -476,7 +476,7 @@ class TestAllRobots:
 
 
 class TestEditor:
-    PATIENT = ServiceLimits(stop_answer=CALL_LIMIT, standstill=EVENT_LIMIT)
+    PATIENT = PartLimits(stop_answer=CALL_LIMIT, standstill=EVENT_LIMIT)
     """A busy machine may answer late."""
 
     @pytest.fixture
@@ -492,7 +492,7 @@ class TestEditor:
         realm: str,
         *present: str,
         before: Callable[[], object] = lambda: None,
-        limits: ServiceLimits = PATIENT,
+        limits: PartLimits = PATIENT,
     ) -> Iterator[Future[StopReport]]:
         """Stop a robot in the background, once some servants are known and something has happened `before`."""
 

@@ -27,7 +27,7 @@ from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
-from interfaces.nao import Description, PoseHeadPrx, SafetyPrx, SoundsPrx, SpeechPrx
+from interfaces.nao import Description, PoseHeadPrx, SafetyPrx, SoundsPrx, SpeechPrx, Vector3
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
@@ -45,20 +45,20 @@ from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.soak import repeated
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._monitor.messages import Components, ServiceLimits, Snapshot, Stale, Structure
+from visualhfsm._monitor.followers import Followers
+from visualhfsm._monitor.messages import PartLimits, Present, Snapshot, Stale, Structure
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, Silence
 from visualhfsm._monitor.realm.pictures import OLDEST
 from visualhfsm._monitor.realm.robot import RobotMonitor, RobotState
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from visualhfsm._monitor.recordings import open_recording
-from visualhfsm._monitor.service import Monitoring
 from zenoh_ice import Current, Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
 
 
-LIMITS = ServiceLimits(component_end=0.1)
+LIMITS = PartLimits(component_end=0.1)
 """The components here have the process of the test, and do not end before it ends them."""
 
 
@@ -121,15 +121,15 @@ def start(robot: ServedRobot, component: Component) -> Iterator[Runtime]:
 class Page:
     """What a page has: the service, and what it published."""
 
-    service: Monitoring
+    service: Followers
     pushes: Pushes
 
     async def attach(self) -> Any:
-        await self.pushes.until(lambda: any(c.running for c in self.pushes.of(Components)) or None)
-        return await self.service.attach("walker")
+        await self.pushes.until(lambda: any(c.components for c in self.pushes.of(Present)) or None)
+        return await self.service.follow("walker")
 
     async def do(self, action: str, **arguments: object) -> Any:
-        return await self.service.control("walker", action, arguments)
+        return await self.service.steer("walker", action, arguments)
 
     async def snapshot(self, matches: Callable[[LiveSnapshot], object] = lambda _: True) -> LiveSnapshot:
         push = await self.pushes.next(Snapshot, lambda push: matches(push.value))
@@ -140,7 +140,7 @@ class Page:
 @asynccontextmanager
 async def page(robot: ServedRobot) -> AsyncIterator[Page]:
     pushes = Pushes()
-    service = Monitoring(
+    service = Followers(
         pushes,
         Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT),
         limits=LIMITS,
@@ -168,9 +168,9 @@ def state_names(opened: Page) -> set[str]:
 def test_components_come_and_go(robot: ServedRobot, component: Component) -> None:
     async def go(opened: Page) -> None:
         with start(robot, component):
-            await opened.pushes.next(Components, lambda push: push.running == [{"component": "walker"}])
-            await opened.service.attach("walker")
-        await opened.pushes.next(Components, lambda push: push.running == [])
+            await opened.pushes.next(Present, lambda push: push.components == [{"component": "walker"}])
+            await opened.service.follow("walker")
+        await opened.pushes.next(Present, lambda push: push.components == [])
 
     on_page(robot, go)
 
@@ -181,9 +181,9 @@ def test_a_component_that_does_not_run_is_not_followed(robot: ServedRobot, runni
         with pytest.raises(
             VisualHfsmError, match=r"no component walkr runs in realm .*; did you mean walker"
         ):
-            await opened.service.attach("walkr")
+            await opened.service.follow("walkr")
         with pytest.raises(VisualHfsmError, match="not followed"):
-            await opened.service.control("walkr", "pause", {})
+            await opened.service.steer("walkr", "pause", {})
 
     on_page(robot, go)
 
@@ -212,11 +212,11 @@ def test_a_change_of_state_is_reported_at_once_and_can_be_scrubbed_back_to(
         changed = await opened.snapshot(lambda live: live.component.automata[0].state == 2)
         assert changed.component.automata[1].ghost
         entered = changed.component.automata[0].enteredAt
-        timeline = await opened.do("timeline")
+        timeline = (await opened.service.past("walker")).timeline
         assert (entered, 1, 1, 2, 1) in timeline.changes
-        before = msgspec.convert(await opened.do("at", time=entered - 1e-6), LiveSnapshot)
+        before = msgspec.convert(await opened.service.moment("walker", entered - 1e-6), LiveSnapshot)
         assert before.component.automata[0].state == 1
-        series = await opened.do("series", names=["1.beats", "1:lastCycle"])
+        series = await opened.service.series("walker", ["1.beats", "1:lastCycle"], 0.0, 1e12, 1000)
         beats = [value for value in series["values"]["1.beats"] if value is not None]
         assert beats == sorted(beats)
         assert len(series["times"]) == len(series["values"]["1:lastCycle"])
@@ -290,15 +290,8 @@ def test_transitions_are_forced_explained_and_variables_set(robot: ServedRobot, 
     ("action", "arguments", "reason"),
     [
         ("forceTransition", {"automaton": 9, "transition": 1}, "9"),
-        ("setVariable", {"automaton": 1, "name": "beats", "value": "{}", "more": 1}, "more"),
         ("setVariable", {"automaton": 1, "name": "nothing", "value": "1"}, "nothing"),
         ("sendEvent", {"name": "nap", "data": ""}, "<event><name>nap</name></event>"),
-        ("step", {"automaton": "1"}, "int"),
-        ("step", {}, "automaton"),
-        ("getStructure", {}, "getStructure"),
-        ("dance", {}, "dance"),
-        ("at", {}, "time"),
-        ("series", {"names": [1]}, "str"),
     ],
 )
 def test_what_makes_no_sense_is_refused(
@@ -421,7 +414,7 @@ def test_the_red_button_stops_the_robot_without_any_component(robot: ServedRobot
             head = client.proxy(PoseHeadPrx, "Head")
             head.setPose(1.5, 0.0, 0.02)
             eventually(lambda: head.getPose().panSpeed > 0.1)
-            report = await opened.service.control("", "emergencyStop", {})
+            report = await opened.service.emergency_stop()
             assert report.failed == {}
             assert report.stopped == ["Body", "Head", "Motors"]
             eventually(lambda: abs(head.getPose().panSpeed) < 0.01)
@@ -434,10 +427,10 @@ def test_a_stopped_robot_takes_no_command_until_it_is_reset_from_the_page(robot:
     async def go(opened: Page) -> None:
         with robot.client() as client:
             head = client.proxy(PoseHeadPrx, "Head")
-            await opened.service.control("", "emergencyStop", {})
+            await opened.service.emergency_stop()
             with pytest.raises(CommandRefusedException, match="STOP"):
                 head.setPose(0.5, 0.0, 0.5)
-            await opened.service.control("", "resetEmergencyStop", {})
+            await opened.service.reset_robot()
             head.setPose(0.5, 0.0, 0.5)
 
     on_page(robot, go)
@@ -447,9 +440,9 @@ def test_a_reset_waits_for_a_stop_that_is_still_repeated() -> None:
     robot = Coasting()
 
     async def go(opened: Page) -> None:
-        stop = asyncio.create_task(opened.service.control("", "emergencyStop", {}))
+        stop = asyncio.create_task(opened.service.emergency_stop())
         await asyncio.to_thread(eventually, lambda: safety.getSafetyState().stopped)
-        reset = asyncio.create_task(opened.service.control("", "resetEmergencyStop", {}))
+        reset = asyncio.create_task(opened.service.reset_robot())
         since = robot.reads
         await asyncio.to_thread(eventually, lambda: robot.reads > since + 10)
         assert not stop.done()
@@ -479,14 +472,14 @@ def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None
     pair.adapter.add(CalculatorI(), "Calculator")
 
     async def go() -> None:
-        service = Monitoring(
+        service = Followers(
             Pushes(),
             # What is not there is waited for a tenth of that, where something else is.
             Settings(realm=pair.server.realm, connect=(pair.endpoint,), clock="wall", timeout=5.0),
         )
         try:
             with pytest.raises(VisualHfsmError, match="Safety"):
-                await service.control("", "resetEmergencyStop", {})
+                await service.reset_robot()
         finally:
             await service.close()
 
@@ -496,7 +489,7 @@ def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None
 def test_the_red_button_stops_the_component_too(robot: ServedRobot, running: Walker) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
-        report = await opened.do("emergencyStop")
+        report = await opened.service.emergency_stop()
         assert set(report.stopped) | set(report.failed) >= {"Head", "Body", "walker"}
 
     on_page(robot, go)
@@ -509,9 +502,9 @@ def test_the_robot_is_part_of_the_snapshots(robot: ServedRobot, running: Walker)
         live = await opened.snapshot(lambda live: live.robot.joints and live.robot.health)
         assert len(live.robot.joints) == 26
         assert live.robot.pan is not None
-        facts = await opened.service.control("", "facts", {})
+        facts = await opened.service.facts()
         assert "Camera" in facts.cameras
-        found = await opened.service.control("", "identities", {})
+        found = await opened.service.identities()
         assert "::nao::PoseHead" in found["Head"]
         assert {limit.name for limit in facts.limits} == set(live.robot.joints)
 
@@ -530,7 +523,7 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
         return found
 
     async def go(opened: Page) -> None:
-        while "Camera" not in (await opened.service.control("", "facts", {})).cameras:
+        while "Camera" not in (await opened.service.facts()).cameras:
             await asyncio.sleep(0.01)
         for each in await asyncio.gather(frames(opened, 3), frames(opened, 3)):
             with Image.open(io.BytesIO(each[0])) as image:
@@ -543,7 +536,9 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
 
 async def described_body(opened: Page, named: str) -> Any:
     """Return the robot of a name in the poses, as the page asks for it."""
-    return json.loads(bytes(await opened.service.control("", "body", {"hash": named})))
+    found = await opened.service.body(named)
+    assert found is not None
+    return json.loads(bytes(found))
 
 
 def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
@@ -575,7 +570,7 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
         assert math.hypot(*state["objects"]["BallGreen"][:2]) == pytest.approx(1.0, abs=0.01)
         await stream.aclose()
         with pytest.raises(VisualHfsmError, match="no simulation"):
-            await opened.service.control("", "pushRobot", {})
+            await opened.service.set_scene("pushRobot", {})
 
     on_page(robot, go)
 
@@ -633,16 +628,14 @@ def test_the_page_shows_another_robot_when_that_has_replaced_the_first(robot: Se
             adapter.activate()
             other = await names("Booster T1")
         assert {link["joint"] for link in other["links"] if "joint" in link} == {*find_body("T1").joint_names}
-        with pytest.raises(VisualHfsmError, match="cannot be requested like this"):
-            await opened.service.control("", "body", {"hash": 7})
-        assert await opened.service.control("", "body", {"hash": "unknown"}) is None
+        assert await opened.service.body("unknown") is None
 
     on_page(robot, go)
 
 
 def test_the_wheels_of_a_cart_have_no_limits_and_its_head_pans() -> None:
     async def go(opened: Page) -> None:
-        while not (facts := await opened.service.control("", "facts", {})).limits:
+        while not (facts := await opened.service.facts()).limits:
             await asyncio.sleep(0.01)
         limits = {each["name"]: each for each in json.loads(msgspec.json.encode(facts))["limits"]}
         wheels = cart.groups.wheels
@@ -717,7 +710,7 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
 
     async def go(opened: Page) -> None:
         async def change(action: str, **arguments: object) -> None:
-            await opened.service.control("", action, arguments)
+            await opened.service.set_scene(action, arguments)
 
         stream = opened.service.poses("en")
         await anext(stream)
@@ -732,25 +725,22 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
         assert frame["torso"][:2] == pytest.approx([0.0, 0.0], abs=0.05)
         assert math.hypot(*frame["torso"][3:]) == pytest.approx(1.0, abs=1e-3)
 
-        await change("placeObject", name="Ball", position={"x": 0.5, "y": -1.0, "z": 0.05})
+        await change("placeObject", name="Ball", position=Vector3(0.5, -1.0, 0.05))
         async for frame in frames:
             if frame["objects"]["Ball"][:2] == pytest.approx([0.5, -1.0], abs=0.01):
                 break
         with pytest.raises(VisualHfsmError, match="no room"):
-            await change("placeObject", name="Ball", position={"x": 1.5, "y": 1.2, "z": 0.1})
-        for wrong in ({"seconds": "long"}, {"power": 9000}):
-            with pytest.raises(VisualHfsmError, match="the simulation cannot be asked to pushRobot"):
-                await change("pushRobot", **wrong)
+            await change("placeObject", name="Ball", position=Vector3(1.5, 1.2, 0.1))
 
         await change("sayToRobot", text="hello")
         with pytest.raises(VisualHfsmError, match="there is nothing to hear"):
             await change("sayToRobot", text=" ")
 
-        push = {"force": {"x": 90.0, "y": 0.0, "z": 0.0}, "seconds": 0.3}
-        await change("emergencyStop")
+        push = {"force": Vector3(90.0, 0.0, 0.0), "seconds": 0.3}
+        await opened.service.emergency_stop()
         with pytest.raises(VisualHfsmError, match="STOP was pressed"):
             await change("pushRobot", **push)
-        await change("resetEmergencyStop")
+        await opened.service.reset_robot()
         await change("pushRobot", **push)
         async for frame in frames:
             if frame["torso"][2] < 0.2:
@@ -763,7 +753,7 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
 
 def recorded_names(opened: Page) -> list[object]:
     """Return the names of the files that the page sees being written."""
-    running = opened.pushes.of(Components)[-1].running
+    running = opened.pushes.of(Present)[-1].components
     return [each["recording"] for each in running if "recording" in each]
 
 
@@ -796,12 +786,13 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
         assert first.component.time - 0.2 <= timeline.start < timeline.end
         (change,) = timeline.changes
         assert change[1:] == (1, 1, 2, 1)
-        past = await opened.service.control(name, "at", {"time": moved.component.time})
+        past = await opened.service.moment(name, moved.component.time)
         then = msgspec.convert(past, LiveSnapshot)
         assert then.component.automata[0].variables == moved.component.automata[0].variables
         assert then.robot.joints == pytest.approx(moved.robot.joints, abs=0.5)
         assert found["cameras"] == ["Camera", "CameraBottom"]
-        picture = await opened.service.control(name, "picture", {"camera": "Camera", "at": then.at + 0.3})
+        picture = await opened.service.picture(name, "Camera", then.at + 0.3)
+        assert picture is not None
         with Image.open(io.BytesIO(picture)) as image:
             assert (image.format, image.size) == ("JPEG", (320, 240))
 
@@ -815,7 +806,7 @@ def test_a_run_has_pictures_of_all_cameras_from_its_beginning_though_no_window_s
         await opened.attach()
         first = await opened.snapshot()
         for camera in ("Camera", "CameraBottom"):
-            while (jpeg := await opened.do("picture", camera=camera, at=first.at + OLDEST)) is None:
+            while (jpeg := await opened.service.picture("walker", camera, first.at + OLDEST)) is None:
                 await opened.snapshot()
             with Image.open(io.BytesIO(jpeg)) as image:
                 assert image.size == (320, 240)
@@ -835,9 +826,9 @@ def test_a_recording_ends_with_the_run_and_with_who_follows_it(
             await opened.service.record("walker", file, "", 0)  # waits until it knows the component
             await opened.pushes.until(lambda: recorded_names(opened) or None)
             if ends == "window":
-                await opened.service.detach("walker")
+                await opened.service.unfollow("walker")
         if ends == "component":
-            await opened.pushes.until(lambda: not opened.pushes.of(Components)[-1].running or None)
+            await opened.pushes.until(lambda: not opened.pushes.of(Present)[-1].components or None)
         if ends != "editor":
             await opened.pushes.until(lambda: complete(file) or None)
 
@@ -855,9 +846,9 @@ def complete(file: Path) -> bool:
 def test_without_a_robot_what_a_nao_serves_can_be_declared() -> None:
     async def go() -> Any:
         settings = Settings(realm="test-nobody", connect=(free_endpoint(),), timeout=CALL_LIMIT)
-        service = Monitoring(Pushes(), settings)
+        service = Followers(Pushes(), settings)
         try:
-            return await service.control("", "identities", {})
+            return await service.identities()
         finally:
             await service.close()
 
@@ -873,8 +864,8 @@ def test_who_follows_while_another_window_lets_go_follows(
         await opened.attach()
         await opened.snapshot()
         await opened.service.record("walker", tmp_path / "run.mcap", "", 0)
-        await asyncio.gather(opened.service.detach("walker"), opened.service.attach("walker"))
-        await opened.do("timeline")
+        await asyncio.gather(opened.service.unfollow("walker"), opened.service.follow("walker"))
+        await opened.service.past("walker")
         await opened.snapshot()
 
     on_page(robot, go)
@@ -892,26 +883,26 @@ def test_who_followed_last_follows_and_every_recording_ends_whatever_is_asked_me
         async def attach() -> None:
             nonlocal follows
             follows = True
-            await opened.service.attach("walker")
+            await opened.service.follow("walker")
 
         async def detach() -> None:
             nonlocal follows
             follows = False
-            await opened.service.detach("walker")
+            await opened.service.unfollow("walker")
 
         def record(number: int) -> Callable[[], Awaitable[object]]:
             return partial(opened.service.record, "walker", folder / f"{number}.mcap", "", 0)
 
-        end, show = partial(opened.service.end_record, "walker"), partial(opened.do, "timeline")
+        end, show = partial(opened.service.end_record, "walker"), partial(opened.service.past, "walker")
         await interleave(
             chance, [attach, detach, record(1), show, end, attach, record(2), detach, show, attach, record(3)]
         )
         if follows:
             await opened.snapshot()
-            await opened.do("timeline")
+            await opened.service.past("walker")
         else:
             with pytest.raises(VisualHfsmError, match="not followed"):
-                await opened.do("timeline")
+                await opened.service.past("walker")
 
     async def go(seeds: range, opened: Page) -> None:
         for seed in seeds:

@@ -50,12 +50,12 @@ from tests.support.watching import content
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor import open_recordings
+from visualhfsm._monitor.followers import Followers
 from visualhfsm._monitor.open_recordings import OpenRecordings
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.robot import RobotState
 from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog
 from visualhfsm._monitor.recordings import RecordedRun, open_recording
-from visualhfsm._monitor.service import Monitoring
 from zenoh_ice import Settings, VirtualClock
 
 DOCUMENT = document(
@@ -334,16 +334,16 @@ def test_a_chunk_that_would_unpack_to_too_much_is_not(
 
 def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) -> None:
     async def go() -> None:
-        service = Monitoring(
+        service = Followers(
             Pushes(), Settings(realm="test-recording", connect=(free_endpoint(),), timeout=CALL_LIMIT)
         )
         try:
             opened = await service.recording(file)
             name = opened["component"]
             assert opened["document"] == DOCUMENT
-            moment = await service.control(name, "at", {"time": 0.1})
+            moment = await service.moment(name, 0.1)
             assert msgspec.convert(moment, LiveSnapshot).component.automata[0].state == 1
-            timeline = await service.control(name, "timeline", {})
+            timeline = (await service.past(name)).timeline
             assert len(timeline.changes) == 1
             page, _ = content(
                 await service.exported(name, parse(DOCUMENT, messages.Message("Cannot read")), [])
@@ -352,9 +352,9 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             assert page["document"]["automata"][0]["states"][0]["name"] == "walk"
             with pytest.raises(VisualHfsmError, match="cannot be read"):
                 await service.recording(tmp_path / "missing.mcap")
-            await service.detach(name)
+            await service.unfollow(name)
             with pytest.raises(VisualHfsmError, match="not followed"):
-                await service.control(name, "timeline", {})
+                await service.past(name)
             with pytest.raises(VisualHfsmError, match="not followed"):
                 await service.exported(name, None, [])
         finally:
@@ -369,7 +369,7 @@ def test_many_open_recordings_stay_open_and_those_asked_for_last_in_memory(
     """The fifth window that looked at a recording took it away from the first."""
 
     async def go() -> None:
-        service = Monitoring(
+        service = Followers(
             Pushes(), Settings(realm="test-recording", connect=(free_endpoint(),), timeout=CALL_LIMIT)
         )
         try:
@@ -377,8 +377,8 @@ def test_many_open_recordings_stay_open_and_those_asked_for_last_in_memory(
             past = [(await service.past(name)).timeline.changes for name in names]
             assert past == [past[0]] * 7
             assert (
-                await asyncio.gather(*(service.control(name, "at", {"time": 0.1}) for name in names))
-                == [await service.control(names[0], "at", {"time": 0.1})] * 7
+                await asyncio.gather(*(service.moment(name, 0.1) for name in names))
+                == [await service.moment(names[0], 0.1)] * 7
             )
             file.rename(tmp_path / "away.mcap")
             answers = await asyncio.gather(*map(service.past, names), return_exceptions=True)

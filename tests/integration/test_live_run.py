@@ -17,8 +17,8 @@ from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
-from visualhfsm._editor.services import Services, make_services
-from visualhfsm._monitor.messages import Components, RunPush, Snapshot, Source, Stale
+from visualhfsm._editor.parts import Parts, make_parts
+from visualhfsm._monitor.messages import Present, Snapshot, Source, Stale, StartedPush, Structure
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from zenoh_ice import Settings
 
@@ -33,15 +33,15 @@ TEXT = document(
 
 
 class Page:
-    def __init__(self, services: Services, pushes: Pushes) -> None:
-        self.services = services
+    def __init__(self, parts: Parts, pushes: Pushes) -> None:
+        self.parts = parts
         self.pushes = pushes
 
     async def follow(self, name: str) -> None:
         await self.pushes.until(
-            lambda: any({"component": name} in push.running for push in self.pushes.of(Components)) or None
+            lambda: any({"component": name} in push.components for push in self.pushes.of(Present)) or None
         )
-        await self.services.live.attach(name)
+        await self.parts.followers.follow(name)
 
     async def snapshot(self, matches: Callable[[LiveSnapshot], object]) -> LiveSnapshot:
         value = (await self.pushes.next(Snapshot, lambda push: matches(push.value))).value
@@ -62,30 +62,30 @@ def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Source:
 async def opened(go: Callable[[Page], object]) -> None:
     pushes = Pushes()
     settings = Settings(realm="test-live-run", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    services = make_services(settings)(pushes)
+    parts = make_parts(settings)(pushes)
     try:
         async with asyncio.timeout(RUN_LIMIT):
-            await go(Page(services, pushes))  # type: ignore[misc]
+            await go(Page(parts, pushes))  # type: ignore[misc]
     finally:
-        for service in (services.running, services.live):
+        for service in (parts.started, parts.followers):
             await service.close()
 
 
 def test_a_component_is_run_followed_and_reloaded_with_its_state(source: Source) -> None:
     async def go(page: Page) -> None:
-        await page.services.running.run(source, [])
+        await page.parts.started.start(source, [])
         await page.follow("walker")
         await page.snapshot(
             lambda live: int(live.component.automata[0].variables["beats"]) > 0
         )  # it has begun
-        await page.services.live.control("walker", "sendEvent", {"name": "go", "data": ""})
+        await page.parts.followers.steer("walker", "sendEvent", {"name": "go", "data": ""})
         before = await page.snapshot(lambda live: live.component.automata[0].state == 2)
 
         edited = SetText(place=Place(kind="state", automaton=1, id=2, part="code"), text="beats -= 1").apply(
             source.document
         )
-        await page.services.running.generate(Source(1, 2, edited, source.path, True))
-        report = await page.services.live.control("walker", "reload", {})
+        await page.parts.started.generate(Source(1, 2, edited, source.path, True))
+        report = await page.parts.followers.steer("walker", "reload", {})
         assert getattr(report, "generation", None) == 1
         after = await page.snapshot(lambda live: int(live.component.automata[0].variables["beats"]) < 0)
         assert after.component.automata[0].state == 2
@@ -95,10 +95,23 @@ def test_a_component_is_run_followed_and_reloaded_with_its_state(source: Source)
     asyncio.run(opened(go))
 
 
+def test_a_component_is_followed_from_its_start_on_before_it_is_present(source: Source) -> None:
+    async def go(page: Page) -> None:
+        await page.parts.started.start(source, [])
+        known = await page.parts.followers.follow("walker", awaited=True)
+        assert (known["structure"], known["snapshot"], known["since"]) == (None, None, 0.0)
+        structure = await page.pushes.until(lambda: next(iter(page.pushes.of(Structure)), None))
+        assert structure.value.structure.name == "walker"
+        await page.snapshot(bool)
+        assert page.pushes.of(Stale) == []  # what has not begun is not silent
+
+    asyncio.run(opened(go))
+
+
 def test_a_component_that_is_killed_is_reported_as_ended_and_silent(source: Source) -> None:
     async def go(page: Page) -> None:
         before = set(psutil.Process().children())
-        await page.services.running.run(source, [])
+        await page.parts.started.start(source, [])
         await page.follow("walker")
         await page.snapshot(bool)
         (child,) = (
@@ -107,14 +120,14 @@ def test_a_component_that_is_killed_is_reported_as_ended_and_silent(source: Sour
             if "walker.py" in " ".join(each.cmdline())
         )
         child.kill()
-        end = await page.pushes.next(RunPush, lambda push: push.status == "ended")
+        end = await page.pushes.next(StartedPush, lambda push: push.status == "ended")
         assert end.exit_code == -9
         assert end.message.startswith("it was terminated by SIGKILL, by somebody or because memory ran out, ")
         stale = await page.pushes.until(
             lambda: next((push for push in page.pushes.of(Stale) if push.since), None)
         )
         assert stale.component == "walker"
-        await page.services.running.run(source, [])
+        await page.parts.started.start(source, [])
         await page.pushes.until(
             lambda: next((push for push in page.pushes.of(Stale)[1:] if not push.since), None)
         )
@@ -124,12 +137,12 @@ def test_a_component_that_is_killed_is_reported_as_ended_and_silent(source: Sour
 
 def test_the_red_button_ends_what_was_started_here(source: Source) -> None:
     async def go(page: Page) -> None:
-        await page.services.running.run(source, [])
+        await page.parts.started.start(source, [])
         await page.follow("walker")
-        report = await page.services.live.control("walker", "emergencyStop", {})
+        report = await page.parts.followers.emergency_stop()
         assert getattr(report, "stopped", None) == ["walker"]
         end = await page.pushes.until(
-            lambda: next((p for p in page.pushes.of(RunPush) if p.status == "ended"), None)
+            lambda: next((p for p in page.pushes.of(StartedPush) if p.status == "ended"), None)
         )
         assert end.exit_code == 0
 

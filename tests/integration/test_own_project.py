@@ -32,8 +32,8 @@ from visualhfsm._commands.app import app
 from visualhfsm._commands.new import new
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import find_problems
-from visualhfsm._monitor.messages import Output, RunPush, Source
-from visualhfsm._processes.components import RunningComponents
+from visualhfsm._monitor.messages import Output, Source, StartedPush
+from visualhfsm._processes.components import StartedComponents
 from visualhfsm.project._code_help.service import CodeHelp
 from zenoh_ice import Settings
 
@@ -247,12 +247,12 @@ def endpoint(project: Path) -> Iterator[str]:
 def test_the_editor_runs_the_behavior(project: Path, endpoint: str, *, unsaved: bool) -> None:
     async def go() -> None:
         pushes = Pushes()
-        service = RunningComponents(pushes, Settings(connect=(endpoint,)))
+        service = StartedComponents(pushes, Settings(connect=(endpoint,)))
         source = replace(opened(project), dirty=unsaved)
         try:
-            await service.run(source, ["--seconds", "0.5", "--clock", "wall"])
+            await service.start(source, ["--seconds", "0.5", "--clock", "wall"])
             end = await pushes.until(
-                lambda: next((each for each in pushes.of(RunPush) if each.status == "ended"), None)
+                lambda: next((each for each in pushes.of(StartedPush) if each.status == "ended"), None)
             )
         finally:
             await service.close()
@@ -264,10 +264,10 @@ def test_the_editor_runs_the_behavior(project: Path, endpoint: str, *, unsaved: 
 def test_the_editor_tries_the_behavior_without_robot_and_lamp(project: Path) -> None:
     async def go() -> None:
         pushes = Pushes()
-        service = RunningComponents(pushes, Settings(connect=(free_endpoint(),)))
+        service = StartedComponents(pushes, Settings(connect=(free_endpoint(),)))
         try:
-            await service.run(opened(project), ["--seconds", "0.5"], dry_run="")
-            end = await pushes.next(RunPush, lambda push: push.status == "ended")
+            await service.start(opened(project), ["--seconds", "0.5"], dry_run="")
+            end = await pushes.next(StartedPush, lambda push: push.status == "ended")
         finally:
             await service.close()
         assert end.exit_code == 0, end.message

@@ -19,8 +19,8 @@ from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.soak import cases
 from visualhfsm._document.places import Place
-from visualhfsm._monitor.messages import USUAL_LIMITS, Output, RunPush, ServiceLimits, Source
-from visualhfsm._processes.components import RunningComponents
+from visualhfsm._monitor.messages import USUAL_LIMITS, Output, PartLimits, Source, StartedPush
+from visualhfsm._processes.components import StartedComponents
 from zenoh_ice import Settings
 
 CODE = Place(kind="state", automaton=2, id=5, part="code")
@@ -57,29 +57,29 @@ def end_of(
     dry_run: bool = False,
     kill: int = 0,
     stop: bool = False,
-    limits: ServiceLimits = USUAL_LIMITS,
-) -> tuple[RunPush, str]:
+    limits: PartLimits = USUAL_LIMITS,
+) -> tuple[StartedPush, str]:
     """Run a document, perhaps kill or stop it when it prints its pid; return how it ended, and its output."""
     path.write_text(content)
     found = read_document(path, Diagnostics())
     assert found is not None
 
-    async def go() -> tuple[RunPush, str]:
+    async def go() -> tuple[StartedPush, str]:
         pushes = Pushes()
 
         def output() -> str:
             return "\n".join(line.text for push in pushes.of(Output) for line in push.lines)
 
         settings = Settings(realm="test-ends", connect=(free_endpoint(),), timeout=CALL_LIMIT)
-        service = RunningComponents(pushes, settings, limits=limits)
+        service = StartedComponents(pushes, settings, limits=limits)
         try:
-            await service.run(
+            await service.start(
                 Source(1, 1, found, path, False), ["--clock", "wall"], dry_run="" if dry_run else None
             )
             if kill:
                 pid = await pushes.until(lambda: re.search(r"pid (\d+)", output()))
                 os.kill(int(pid[1]), kill)
-            ended = asyncio.create_task(pushes.next(RunPush, lambda push: push.status == "ended"))
+            ended = asyncio.create_task(pushes.next(StartedPush, lambda push: push.status == "ended"))
             if stop:
                 await pushes.until(lambda: "pid" in output())
                 await service.stop(1, "viewer")
@@ -170,7 +170,7 @@ def test_a_process_that_is_killed_leads_to_the_state_whose_cycle_was_the_last(
 
 @pytest.mark.slow
 def test_a_stop_of_code_that_lets_no_other_code_run_leads_to_its_state(path: Path) -> None:
-    limits = ServiceLimits(interruption=0.1, termination=0.1)
+    limits = PartLimits(interruption=0.1, termination=0.1)
     holds_the_interpreter = "import ctypes\nprint('pid', flush=True)\nctypes.PyDLL(None).sleep(600)"
     end, output = end_of(path, text(holds_the_interpreter), stop=True, limits=limits)
     assert end.exit_code == -signal.SIGKILL, output

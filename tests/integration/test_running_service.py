@@ -25,8 +25,8 @@ from tests.support.soak import repeated
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
-from visualhfsm._monitor.messages import Output, OutputLine, RunPush, Source
-from visualhfsm._processes.components import RunningComponents
+from visualhfsm._monitor.messages import Output, OutputLine, Source, StartedPush
+from visualhfsm._processes.components import StartedComponents
 from zenoh_ice import Settings
 
 
@@ -51,19 +51,19 @@ class ReceivedPushes(Pushes):
         return [line for push in self.of(Output) for line in push.lines]
 
     @property
-    def changes(self) -> list[RunPush]:
-        return self.of(RunPush)
+    def changes(self) -> list[StartedPush]:
+        return self.of(StartedPush)
 
     async def line(self, wanted: str) -> OutputLine:
         return await self.until(lambda: next((each for each in self.lines if wanted in each.text), None))
 
-    async def end(self) -> RunPush:
+    async def end(self) -> StartedPush:
         return await self.until(lambda: next((c for c in self.changes if c.status == "ended"), None))
 
 
 @asynccontextmanager
-async def running(pushes: ReceivedPushes) -> AsyncIterator[RunningComponents]:
-    service = RunningComponents(
+async def running(pushes: ReceivedPushes) -> AsyncIterator[StartedComponents]:
+    service = StartedComponents(
         pushes, Settings(realm="test-run", connect=(free_endpoint(),), timeout=CALL_LIMIT)
     )
     try:
@@ -95,10 +95,10 @@ def test_a_saved_document_runs_beside_its_file_and_running_again_stops_the_forme
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             document = source(tmp_path / "walk.xml", text("import os; print('pid', os.getpid())"))
-            await service.run(document, [])
+            await service.start(document, [])
             first = (await pushes.line("pid")).text
             assert (tmp_path / "walk.py").is_file()
-            await service.run(document, [])
+            await service.start(document, [])
             await pushes.until(
                 lambda: [line for line in pushes.lines if "pid" in line.text and line.text != first]
             )
@@ -122,7 +122,7 @@ def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(tmp_p
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             shown = source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False)
-            await service.run(replace(shown, title="untitled 2"), [])
+            await service.start(replace(shown, title="untitled 2"), [])
             return (await pushes.line("at /")).text.removeprefix("at ")
 
     component = Path(asyncio.run(go()))
@@ -139,7 +139,7 @@ def test_what_runs_aside_is_generated_again_there_and_closing_its_tab_leaves_nei
         async with running(pushes) as service:
             code = text("import os; print('at', __file__); print('pid', os.getpid())")
             document = replace(source(tmp_path / "new.xml", code, saved=False), title="walk_2")
-            await service.run(document, [])
+            await service.start(document, [])
             component = Path((await pushes.line("at /")).text.removeprefix("at "))
             assert component.name == "walk_2.py"
             await service.generate(replace(edited(document, "print('edited')"), title="walk_2"))
@@ -161,7 +161,7 @@ def test_nothing_runs_for_a_tab_that_is_closed_whatever_is_asked_meanwhile(tmp_p
     async def go(seed: int) -> None:
         chance = random.Random(seed)
         async with running(ReceivedPushes()) as service:
-            runs = partial(service.run, walk, [])
+            runs = partial(service.start, walk, [])
             await interleave(
                 chance,
                 [
@@ -175,7 +175,7 @@ def test_nothing_runs_for_a_tab_that_is_closed_whatever_is_asked_meanwhile(tmp_p
             )
             assert not children(str(tmp_path / "walk.py"))
             with pytest.raises(VisualHfsmError, match="the document was closed"):
-                await service.run(walk, [])
+                await service.start(walk, [])
         assert not children(str(tmp_path / "walk.py"))
 
     for seed in range(repeated(12, soak=1000)):
@@ -203,7 +203,7 @@ def test_a_component_is_announced_under_the_name_that_it_serves(tmp_path: Path) 
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             shown = source(tmp_path / "2 baile-español.xml", text("print('I am', self.automaton().name)"))
-            assert await service.run(shown, []) == {"component": "component_2_baile_espanol"}
+            assert await service.start(shown, []) == {"component": "component_2_baile_espanol"}
             await pushes.line("I am component_2_baile_espanol")
         assert {push.component for push in pushes.changes} == {"component_2_baile_espanol"}
 
@@ -215,15 +215,15 @@ def test_a_second_component_of_a_name_is_refused_in_words(tmp_path: Path) -> Non
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             first = source(tmp_path / "walk.xml", text("print('walking')"))
-            await service.run(first, [])
+            await service.start(first, [])
             await pushes.line("walking")
             (tmp_path / "other").mkdir()
             second = replace(source(tmp_path / "other" / "walk.xml", text("pass")), tab=2)
             with pytest.raises(VisualHfsmError, match="another document runs as walk: stop it first"):
-                await service.run(second, [])
+                await service.start(second, [])
             await service.stop_all()
             assert (await pushes.end()).tab == 1
-            await service.run(second, [])
+            await service.start(second, [])
 
     asyncio.run(go())
 
@@ -232,7 +232,7 @@ def test_an_error_of_the_code_is_led_back_to_the_document(tmp_path: Path) -> Non
     async def go() -> None:
         pushes = ReceivedPushes()
         async with running(pushes) as service:
-            await service.run(source(tmp_path / "walk.xml", text("\nx = 1\nx / 0\n")), [])
+            await service.start(source(tmp_path / "walk.xml", text("\nx = 1\nx / 0\n")), [])
             end = await pushes.end()
             found = await pushes.until(lambda: [line for line in pushes.lines if line.place is not None])
         assert end.exit_code == 1
@@ -254,7 +254,7 @@ def test_arguments_and_parameters_reach_the_component(tmp_path: Path) -> None:
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             document = source(tmp_path / "walk.xml", text("print('speed', self.speed)", head))
-            await service.run(document, ["--speed", "0.75", "--seconds", "0.2"])
+            await service.start(document, ["--speed", "0.75", "--seconds", "0.2"])
             assert (await pushes.end()).exit_code == 0
             assert (await pushes.line("speed")).text == "speed 0.75"
 
@@ -266,7 +266,7 @@ def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             with pytest.raises(VisualHfsmError, match="not valid Python"):
-                await service.run(source(tmp_path / "walk.xml", text("x = = 1")), [])
+                await service.start(source(tmp_path / "walk.xml", text("x = = 1")), [])
             assert pushes.changes[-1].status == "ended"
             assert not (tmp_path / "walk.py").exists()
 
@@ -295,14 +295,16 @@ def test_changes_that_are_not_saved_run_aside_and_saving_leaves_them_there_until
         (tmp_path / "walk_ext.py").write_text("class WalkExtension:\n    greeting = 'from the extension'\n")
         async with running(pushes) as service:
             saved = source(tmp_path / "walk.xml", text("print('at', __file__)"))
-            await service.run(edited(saved, "print('new', self.greeting); print('edited at', __file__)"), [])
+            await service.start(
+                edited(saved, "print('new', self.greeting); print('edited at', __file__)"), []
+            )
             await pushes.line("new from the extension")
             component = Path((await pushes.line("edited at /")).text.removeprefix("edited at "))
             assert not beside.exists()
             await service.generate(saved)
             assert not beside.exists()
             assert "print('at', __file__)" in component.read_text()
-            await service.run(saved, [])
+            await service.start(saved, [])
             assert (await pushes.line(f"at {beside}")).stream == "out"
             assert not component.exists()
 
@@ -329,7 +331,7 @@ def test_a_start_goes_on_when_the_window_that_asked_for_it_goes_away(tmp_path: P
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             window = asyncio.create_task(
-                service.run(source(tmp_path / "walk.xml", text("print('walking')")), [])
+                service.start(source(tmp_path / "walk.xml", text("print('walking')")), [])
             )
             await pushes.until(lambda: pushes.changes)
             window.cancel()

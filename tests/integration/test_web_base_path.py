@@ -28,8 +28,8 @@ from tests.support.limits import PAGE_LIMIT
 from tests.support.ports import free_port
 from tests.support.reverse_proxy import Mount, reverse_proxy
 from visualhfsm._commands.app import app
+from visualhfsm._editor.parts import make_parts
 from visualhfsm._editor.server import Options, Server, SocketError
-from visualhfsm._editor.services import make_services
 from zenoh_ice import Settings
 from zenoh_ice.settings import load_settings
 
@@ -299,7 +299,7 @@ def test_another_user_cannot_connect_to_the_socket(root: Path) -> None:
 
 
 def options(root: Path, path: Path) -> Options:
-    return Options(make_services=make_services(Settings()), root=root, socket=path)
+    return Options(make_parts=make_parts(Settings()), root=root, socket=path)
 
 
 def test_a_folder_that_others_may_enter_gets_no_socket(root: Path, private: Path) -> None:
@@ -340,11 +340,11 @@ def test_an_editor_at_a_socket_meets_its_robot_at_sockets_alone(
         monkeypatch.delenv(variable)
     meeting = private / "meeting"
     meeting.mkdir()
-    make = make_services(load_settings(), sockets=meeting)
+    make = make_parts(load_settings(), sockets=meeting)
     path = private / "socket"
     before = listening_ports()
     with (
-        editor(root, socket_path=path, make_services=make),
+        editor(root, socket_path=path, make_parts=make),
         unix_connect(str(path), uri="ws://hub.example/ws", origin=Origin("http://hub.example")) as connection,
     ):
         window = Window(connection)

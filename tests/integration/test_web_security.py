@@ -447,7 +447,7 @@ NO_REQUESTS = [
     '{"id": 1, "op": "open", "path": 7}',
     '{"id": 1, "op": "open", "path": "' + 5000 * "x" + '"}',
     '{"id": 1, "op": "goTo", "tab": 1, "revision": -1}',
-    '{"id": 1, "op": "control", "component": "c", "action": "a", "arguments": {"a": ' + 100_000 * "[",
+    '{"id": 1, "op": "setBreakpoints", "component": "c", "breakpoints": ' + 100_000 * "[",
     100_000 * '{"id":',
     '{"id": 1, "op": "hello"}\0',
 ]

@@ -26,21 +26,21 @@ from tests.support.editor import (
     DOCUMENT,
     Editor,
     NoCodeHelp,
-    NoService,
+    NoPart,
     Refused,
     Window,
     editor,
     shared_checks,
 )
-from tests.support.editor import services as make_services
+from tests.support.editor import parts as make_parts
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import parse_file
 from visualhfsm._editor.limits import Limits
-from visualhfsm._editor.services import Services
-from visualhfsm._monitor.messages import Components, Output, OutputLine, Publish, RunPush, Snapshot, Source
+from visualhfsm._editor.parts import Parts
+from visualhfsm._monitor.messages import Output, OutputLine, Present, Publish, Snapshot, Source, StartedPush
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from visualhfsm.project._editing.edited_document import Change, EditedDocument
 
@@ -506,7 +506,7 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
 
     limits = Limits(concurrent_operations=2)
     with (
-        editor(root, limits=limits, make_services=lambda _: make_services(SlowHelp())) as running,
+        editor(root, limits=limits, make_parts=lambda _: make_parts(SlowHelp())) as running,
         running.window() as window,
     ):
         waiting = [window.send("interfaces") for _ in range(2)]
@@ -524,24 +524,27 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
         def interfaces(self, _folder: Path) -> object:
             return gate.wait(FOREVER)
 
-    class Steered(NoService):
-        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+    class Steered(NoPart):
+        async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
             if action == "explain":
                 await asyncio.to_thread(gate.wait, FOREVER)
             return action
 
+        async def emergency_stop(self) -> object:
+            return "emergencyStop"
+
     limits = Limits(concurrent_operations=1)
-    found = make_services(SlowHelp(), live=Steered())
+    found = make_parts(SlowHelp(), followers=Steered())
     with (
-        editor(root, limits=limits, make_services=lambda _: found) as running,
+        editor(root, limits=limits, make_parts=lambda _: found) as running,
         running.window() as window,
     ):
         helping = window.send("interfaces")
-        assert window.ask("control", component="", action="reload") == "reload"
-        explaining = window.send("control", component="", action="explain")
+        assert window.ask("reload", component="") == "reload"
+        explaining = window.send("explain", component="", automaton=1)
         with pytest.raises(Refused, match="under way"):
-            window.ask("control", component="", action="reload")
-        assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
+            window.ask("reload", component="")
+        assert window.ask("emergencyStop") == "emergencyStop"
         gate.set()
         assert [window.answer(helping), window.answer(explaining)] == [True, "explain"]
 
@@ -554,19 +557,22 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         gate.wait(FOREVER)
         return undo(session)
 
-    class Steered(NoService):
-        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+    class Steered(NoPart):
+        async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
             return action
 
+        async def emergency_stop(self) -> object:
+            return "emergencyStop"
+
     monkeypatch.setattr(EditedDocument, "undo", slow)
-    found = make_services(live=Steered())
-    with editor(root, make_services=lambda _: found) as running, running.window() as window:
+    found = make_parts(followers=Steered())
+    with editor(root, make_parts=lambda _: found) as running, running.window() as window:
         window.ask("open", path="robot.xml")
         window.ask("do", tab=1, command=ADD_STATE)
         undoing = window.send("undo", tab=1)
-        steering = window.send("control", component="", action="pause")
+        steering = window.send("pause", component="")
         waiting = [window.send("hello") for _ in range(20)]
-        assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
+        assert window.ask("emergencyStop") == "emergencyStop"
         assert not window.answers
         gate.set()
         assert window.answer(undoing)["name"] == "Add a state"
@@ -605,24 +611,24 @@ def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of
     limits = Limits(component_end_seconds=0.1, operation_seconds=FOREVER)
     let_go, still, ended = threading.Event(), threading.Event(), threading.Event()
 
-    class Repeated(NoService):
-        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+    class Repeated(NoPart):
+        async def emergency_stop(self) -> object:
             await asyncio.to_thread(let_go.wait, FOREVER)
             still.set()
-            return action
+            return None
 
-    class Running(NoService):
+    class Running(NoPart):
         async def stop_all(self) -> None:
             ended.set()
 
-    found = make_services(live=Repeated(), running=Running())
+    found = make_parts(followers=Repeated(), started=Running())
     with (
-        editor(root, limits=limits, make_services=lambda _: found) as running,
+        editor(root, limits=limits, make_parts=lambda _: found) as running,
         contextlib.ExitStack() as steps,
     ):
         steps.callback(let_go.set)
         with running.window() as window:
-            window.send("control", component="", action="emergencyStop")
+            window.send("emergencyStop")
             assert ended.wait(EVENT_LIMIT)
         let_go.set()
         assert still.wait(EVENT_LIMIT)
@@ -651,22 +657,24 @@ def test_the_content_of_imported_automata_is_reported(running: Editor, root: Pat
         assert "<name>go</name>" in (root / "walk.xml").read_text()
 
 
-# ------------------------------------------------------------------------------------------ services
+# ------------------------------------------------------------------------------------------ parts
 
 
-class FakeRunning(NoService):
+class FakeRunning(NoPart):
     """Says hello, and ends unless it is to stay."""
 
     def __init__(self, publish: Publish) -> None:
         self._publish = publish
         self.closed = False
 
-    async def run(self, source: Source, arguments: Sequence[str], *, dry_run: bool = False) -> dict[str, Any]:
-        self._publish(RunPush(tab=source.tab, component="robot", status="starting"))
+    async def start(
+        self, source: Source, arguments: Sequence[str], *, dry_run: bool = False
+    ) -> dict[str, Any]:
+        self._publish(StartedPush(tab=source.tab, component="robot", status="starting"))
         lines = [OutputLine(text=f"line {index}") for index in range(3000)]
         self._publish(Output(tab=source.tab, lines=lines))
         if "stay" not in arguments:
-            self._publish(RunPush(tab=source.tab, component="robot", status="ended", exit_code=0))
+            self._publish(StartedPush(tab=source.tab, component="robot", status="ended", exit_code=0))
         return {"arguments": list(arguments)}
 
     async def generate(self, source: Source) -> object:
@@ -679,7 +687,7 @@ class FakeRunning(NoService):
 MOMENT = LiveSnapshot(1.0, snapshot(0.0))
 
 
-class FakeLive(NoService):
+class FakeLive(NoPart):
     """Knows one component."""
 
     def __init__(self, publish: Publish) -> None:
@@ -687,19 +695,21 @@ class FakeLive(NoService):
         self.attached: list[str] = []
         self.closed = False
         self.recorded: Any = None
-        publish(Components([{"component": "dance"}]))
+        publish(Present([{"component": "dance"}]))
 
-    async def attach(self, component: str) -> object:
+    async def follow(self, component: str, *, awaited: bool = False) -> dict[str, Any]:
+        if awaited:
+            return {}
         if component != "dance":
             raise VisualHfsmError(Message("{component} does not run", component=component))
         self.attached.append(component)
         self._publish(Snapshot(component=component, value=MOMENT))
-        return None
+        return {}
 
     async def described(self, names: Sequence[str]) -> list[Message]:
         return [Message.verbatim(f"{name} ({name}.py)") for name in names]
 
-    async def detach(self, component: str) -> None:
+    async def unfollow(self, component: str) -> None:
         self.attached.clear()
 
     async def record(self, component: str, path: Path, document: str, pictures: int) -> None:
@@ -713,8 +723,8 @@ class FakeLive(NoService):
         content = path.read_text() if path.exists() else ""
         return {"component": f"recording:{path.name}", "content": content, "document": content}
 
-    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
-        if action == "crash":
+    async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        if action == "resume":
             raise RuntimeError("a secret")
         if action == "reload":
             return {"generation": 1}
@@ -748,37 +758,37 @@ class FakeCodeHelp(NoCodeHelp):
 
 
 @pytest.fixture
-def services() -> list[Services]:
+def parts() -> list[Parts]:
     return []
 
 
 @contextlib.contextmanager
-def serving(root: Path, services: list[Services], limits: Limits) -> Iterator[Editor]:
-    def make(publish: Publish) -> Services:
-        services.append(make_services(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
-        return services[0]
+def serving(root: Path, parts: list[Parts], limits: Limits) -> Iterator[Editor]:
+    def make(publish: Publish) -> Parts:
+        parts.append(make_parts(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
+        return parts[0]
 
-    with editor(root, root / "robot.xml", limits=limits, make_services=make) as running:
+    with editor(root, root / "robot.xml", limits=limits, make_parts=make) as running:
         yield running
 
 
 @pytest.fixture
-def served(root: Path, services: list[Services]) -> Iterator[Editor]:
-    with serving(root, services, Limits(operation_seconds=FOREVER, output_lines=2000)) as running:
+def served(root: Path, parts: list[Parts]) -> Iterator[Editor]:
+    with serving(root, parts, Limits(operation_seconds=FOREVER, output_lines=2000)) as running:
         yield running
 
 
 def test_a_run_reports_its_output_before_its_end(served: Editor) -> None:
     with served.window() as window:
-        assert window.ask("run", tab=1, arguments=["--fast"]) == {"arguments": ["--fast"]}
-        ended = window.wait_for_push("run", status="ended")
+        assert window.ask("start", tab=1, arguments=["--fast"]) == {"arguments": ["--fast"]}
+        ended = window.wait_for_push("started", status="ended")
         assert ended["exitCode"] == 0
         output = [push for push in window.pushes if push["push"] == "output"]
         lines = [line["text"] for push in output for line in push["lines"]]
         assert lines == [f"line {index}" for index in range(1000, 3000)]
         assert sum(push["dropped"] for push in output) == 1000
     with served.window() as later:
-        assert [push["status"] for push in later.pushes if push["push"] == "run"] == ["ended"]
+        assert [push["status"] for push in later.pushes if push["push"] == "started"] == ["ended"]
         (stored,) = [push for push in later.pushes if push["push"] == "output"]
         assert (len(stored["lines"]), stored["whole"]) == (2000, True)
 
@@ -786,35 +796,35 @@ def test_a_run_reports_its_output_before_its_end(served: Editor) -> None:
 def test_a_component_whose_name_runs_elsewhere_is_not_started(root: Path) -> None:
     (root / "dance.xml").write_text(DOCUMENT)
 
-    def make(publish: Publish) -> Services:
-        return make_services(None, FakeRunning(publish), FakeLive(publish))
+    def make(publish: Publish) -> Parts:
+        return make_parts(None, FakeRunning(publish), FakeLive(publish))
 
     limits = Limits(component_leaving_seconds=0.1)
     with (
-        editor(root, root / "dance.xml", limits=limits, make_services=make) as running,
+        editor(root, root / "dance.xml", limits=limits, make_parts=make) as running,
         running.window() as window,
     ):
         with pytest.raises(Refused, match="dance runs already, and was not started here: stop it first"):
-            window.ask("run", tab=1)
+            window.ask("start", tab=1)
         window.ask("saveAs", tab=1, path="dance2.xml")
-        assert window.ask("run", tab=1) == {"arguments": []}
+        assert window.ask("start", tab=1) == {"arguments": []}
 
 
 def test_a_run_beside_a_component_of_others_is_refused_until_the_user_accepts_it(
-    root: Path, services: list[Services]
+    root: Path, parts: list[Parts]
 ) -> None:
     (root / "robot.xml").write_text(DOCUMENT.replace("</VisualHFSM>", f"{HEAD}</VisualHFSM>"))
     (root / "thinks.xml").write_text(DOCUMENT)
-    with serving(root, services, Limits(operation_seconds=FOREVER)) as running, running.window() as window:
+    with serving(root, parts, Limits(operation_seconds=FOREVER)) as running, running.window() as window:
         for accepted in ([], ["robot", "walk"]):
             with pytest.raises(Refused, match=r"^dance \(dance\.py\) runs on this robot, and was") as refused:
-                window.ask("run", tab=1, beside=accepted)
+                window.ask("start", tab=1, beside=accepted)
             assert refused.value.kind == "shared"
-        assert not [push for push in window.pushes if push["push"] == "run"]
-        assert window.ask("run", tab=1, dryRun=True) == {"arguments": []}
-        assert window.ask("run", tab=1, beside=["dance"]) == {"arguments": []}
+        assert not [push for push in window.pushes if push["push"] == "started"]
+        assert window.ask("start", tab=1, dryRun=True) == {"arguments": []}
+        assert window.ask("start", tab=1, beside=["dance"]) == {"arguments": []}
         thinks = window.ask("open", path="thinks.xml")["tab"]
-        assert window.ask("run", tab=thinks) == {"arguments": []}
+        assert window.ask("start", tab=thinks) == {"arguments": []}
 
 
 def test_a_document_is_changed_until_its_component_is_reloaded(served: Editor) -> None:
@@ -830,7 +840,7 @@ def test_a_document_is_changed_until_its_component_is_reloaded(served: Editor) -
             return changed()
 
         assert not after("do", tab=1, command=ADD_STATE)  # nothing runs
-        assert not after("run", tab=1, arguments=["stay"])
+        assert not after("start", tab=1, arguments=["stay"])
         assert not after(
             "do", tab=1, command={"command": "moveItems", "automaton": 1, "states": [1], "dx": 9, "dy": 9}
         )
@@ -838,29 +848,29 @@ def test_a_document_is_changed_until_its_component_is_reloaded(served: Editor) -
         assert not after("undo", tab=1)
         assert after("redo", tab=1)
         assert after("generate", tab=1)
-        assert not after("control", component="robot", action="reload")
+        assert not after("reload", component="robot")
 
 
-def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list[Services]) -> None:
-    live = services[0].live
+def test_only_who_follows_a_component_hears_of_it(served: Editor, parts: list[Parts]) -> None:
+    live = parts[0].followers
     assert isinstance(live, FakeLive)
     with served.window() as window, served.window() as other:
-        assert window.workspace["running"] == [{"component": "dance"}]
-        window.ask("attach", component="dance")
+        assert window.workspace["present"] == [{"component": "dance"}]
+        window.ask("follow", component="dance")
         window.wait_for_push(
             "snapshot", component="dance", value=msgspec.json.decode(msgspec.json.encode(MOMENT))
         )
         other.ask("listFiles")
         assert not [push for push in other.pushes if push["push"] == "snapshot"]
-        other.ask("attach", component="dance")
-        window.ask("detach", component="dance")
+        other.ask("follow", component="dance")
+        window.ask("unfollow", component="dance")
         assert live.attached
-        other.ask("detach", component="dance")
+        other.ask("unfollow", component="dance")
         assert not live.attached
-        window.ask("attach", component="dance")
+        window.ask("follow", component="dance")
         assert live.attached
         with pytest.raises(Refused, match="does not run"):
-            window.ask("attach", component="chess")
+            window.ask("follow", component="chess")
     with served.window() as later:
         later.ask("listFiles")
         eventually(lambda: not live.attached)  # the window is gone
@@ -868,7 +878,7 @@ def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list
 
 def test_a_run_is_recorded_into_a_new_file_below_the_root(served: Editor, root: Path) -> None:
     with served.window() as window:
-        answer = window.ask("run", tab=1, arguments=["--fast"], record=True)
+        answer = window.ask("start", tab=1, arguments=["--fast"], record=True)
         name = answer["recording"]
         assert re.fullmatch(r"recordings/robot-\d{8}-\d{6}\.mcap", name)
         assert answer["arguments"] == ["--fast", "--record", str(root / name), "--record-images"]
@@ -876,14 +886,14 @@ def test_a_run_is_recorded_into_a_new_file_below_the_root(served: Editor, root: 
         (root / "recordings").rmdir()
         (root / "recordings").symlink_to("/")
         with pytest.raises(Refused) as refused:
-            window.ask("run", tab=1, record=True)
+            window.ask("start", tab=1, record=True)
         assert refused.value.kind == "forbidden"
 
 
 def test_a_followed_component_is_recorded_below_the_root_with_what_it_runs(
-    served: Editor, root: Path, services: list[Services]
+    served: Editor, root: Path, parts: list[Parts]
 ) -> None:
-    live = services[0].live
+    live = parts[0].followers
     assert isinstance(live, FakeLive)
     with served.window() as window:
         name = window.ask("record", component="robot", pictures=5)["recording"]
@@ -908,16 +918,14 @@ def test_a_followed_component_is_recorded_below_the_root_with_what_it_runs(
         assert refused.value.kind == "forbidden"
 
 
-def test_a_recording_is_let_go_of_by_the_window_that_opened_it(
-    served: Editor, services: list[Services]
-) -> None:
-    live = services[0].live
+def test_a_recording_is_let_go_of_by_the_window_that_opened_it(served: Editor, parts: list[Parts]) -> None:
+    live = parts[0].followers
     assert isinstance(live, FakeLive)
     with served.window() as window, served.window() as other:
         opened = window.ask("recording", path="run.mcap")
-        other.ask("detach", component=opened["component"])
+        other.ask("unfollow", component=opened["component"])
         assert live.attached == ["run.mcap"]
-        window.ask("detach", component=opened["component"])
+        window.ask("unfollow", component=opened["component"])
         assert not live.attached
 
 
@@ -962,21 +970,21 @@ def test_a_copy_of_the_document_of_a_recording_can_be_changed(served: Editor, ro
         assert window.ask("close", tab=tab) is None
 
 
-def test_what_takes_too_long_is_answered(root: Path, services: list[Services]) -> None:
+def test_what_takes_too_long_is_answered(root: Path, parts: list[Parts]) -> None:
     limits = Limits(operation_seconds=0.01)  # a greeting might take longer on a busy machine: there is none
-    with serving(root, services, limits) as running, running.socket() as socket:
+    with serving(root, parts, limits) as running, running.socket() as socket:
         with pytest.raises(Refused) as refused:
-            Window(socket).ask("control", component="dance", action="wait")
+            Window(socket).ask("pause", component="dance")
         assert refused.value.kind == "timeout"
 
 
 def test_what_takes_long_holds_up_nobody_and_what_fails_is_answered(served: Editor) -> None:
     with served.window() as window:
-        slow = window.send("control", component="dance", action="wait")
+        slow = window.send("pause", component="dance")
         assert window.ask("listFiles")
         assert slow not in window.answers
         with pytest.raises(Refused) as refused:
-            window.ask("control", component="dance", action="crash")
+            window.ask("resume", component="dance")
         assert refused.value.kind == "internal"
         assert "secret" not in str(refused.value)
 
@@ -1006,14 +1014,14 @@ def test_a_camera_that_is_not_there_is_reported(served: Editor) -> None:
         assert socket.close_reason == "there is no camera side"
 
 
-def test_services_are_closed_even_when_one_fails(root: Path, services: list[Services]) -> None:
-    def make(publish: Publish) -> Services:
-        services.append(make_services(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
-        return services[0]
+def test_services_are_closed_even_when_one_fails(root: Path, parts: list[Parts]) -> None:
+    def make(publish: Publish) -> Parts:
+        parts.append(make_parts(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
+        return parts[0]
 
-    with editor(root, make_services=make):
+    with editor(root, make_parts=make):
         pass
-    running, live = services[0].running, services[0].live
+    running, live = parts[0].started, parts[0].followers
     assert isinstance(running, FakeRunning)
     assert isinstance(live, FakeLive)
     assert running.closed

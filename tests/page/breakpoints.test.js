@@ -7,7 +7,7 @@ const {Breakpoints} = await import(new URL("run/breakpoints.js", STATIC).href);
 
 /** Sets breakpoints a moment after it was asked to. */
 class Monitor extends EventTarget {
-  component = "walk";
+  structure = {name: "walk"};
   isOver = false;
   tab = 0; // none, so that nothing is kept for the next run
   breakpoints = new Breakpoints(this);

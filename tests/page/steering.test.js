@@ -43,45 +43,54 @@ async function connect() {
 }
 
 /** The components that run, and what the tab of `walk` is doing. */
-const runs = (...running) =>
+const runs = (...present) =>
   socket.push({
     push: "workspace",
     tabs: [{tab: 1, title: "walk", path: "walk.xml", component: "walk"}],
-    running: running.map((component) => ({component})),
+    present: present.map((component) => ({component})),
     recoverable: [],
   });
-const status = (kind) => socket.push({push: "run", tab: 1, component: "walk", status: kind, message: "it was stopped"});
+const status = (kind) =>
+  socket.push({push: "started", tab: 1, component: "walk", status: kind, message: "it was stopped"});
 const moment = (startedAt) => ({at: 0, component: {startedAt, time: 1, status: 0, automata: []}, robot: {joints: {}}});
 const sends = (startedAt) => socket.push({push: "snapshot", component: "walk", value: moment(startedAt)});
 
 /** Follow the component, with the run that was started then. */
 async function follow(startedAt) {
-  const attached = monitor.attach("walk");
+  const followed = monitor.follow("walk");
   await settled();
   await answer({structure: null, snapshot: null, timeline: null, since: null});
-  assert.ok(await attached);
+  assert.ok(await followed);
   sends(startedAt);
+}
+
+const NOTHING_YET = {component: "walk", structure: null, snapshot: null, timeline: null, since: null};
+
+/** Start the component from this window; `meanwhile` is what happens before the answer. */
+async function start(meanwhile = () => {}) {
+  const started = monitor.start(1, () => store.request("start", {tab: 1}));
+  await settled();
+  status("generating");
+  meanwhile();
+  await answer(NOTHING_YET);
+  await started;
 }
 
 beforeEach(async () => {
   if (!store.online) await connect();
   runs();
   status("ended");
-  const detached = monitor.detach();
+  const unfollowed = monitor.unfollow();
   await settled();
-  if (socket.sent.at(-1).op === "detach") await answer(null);
-  await detached;
+  if (socket.sent.at(-1).op === "unfollow") await answer(null);
+  await unfollowed;
   notices = [];
 });
 
 const said = () => notices.map(({textContent}) => textContent).filter((text) => text?.includes("Another run"));
 
 test("a run that this window started is steered, and the next one of its name is only watched", async () => {
-  status("running");
-  monitor.expect("walk");
-  runs("walk");
-  await settled();
-  await answer({structure: null, snapshot: null, timeline: null, since: null});
+  await start();
   assert.equal(monitor.component, "walk");
   sends(10);
   assert.ok(monitor.steers);
@@ -92,37 +101,54 @@ test("a run that this window started is steered, and the next one of its name is
 });
 
 test("a run that this window starts again stays steered", async () => {
-  monitor.expect("walk");
-  await follow(10);
+  await start();
+  sends(10);
   status("ended");
-  status("running");
-  monitor.expect("walk");
+  await start();
   sends(20);
   assert.ok(monitor.steers);
   assert.equal(said().length, 0);
 });
 
 test("a run that ended before its first moment is over when another begins to send", async () => {
-  status("starting");
-  monitor.expect("walk");
-  runs("walk");
-  await settled();
-  await answer({structure: null, snapshot: null, timeline: null, since: null});
+  await start();
   status("ended");
   sends(10); // late
   assert.ok(monitor.ended);
-  monitor.detach();
+  monitor.unfollow();
   await answer(null);
 
-  status("starting");
-  monitor.expect("walk");
-  await settled();
-  await answer({structure: null, snapshot: null, timeline: null, since: null});
+  await start();
   status("ended");
-  status("starting");
-  monitor.expect("walk");
+  await start(() => status("starting"));
   sends(20);
   assert.ok(monitor.steers && !monitor.ended);
+});
+
+test("a run that has ended before the answer is not followed, and the one before it goes on", async () => {
+  await start(() => status("ended"));
+  assert.equal(monitor.component, "");
+  assert.deepEqual([socket.sent.at(-1).op, socket.sent.at(-1).component], ["unfollow", "walk"]);
+  assert.ok(!monitor.starts.has("walk"));
+});
+
+test("automata that come before the answer are those of what it starts", async () => {
+  const structure = {name: "walk", document: "walk.xml", generation: 1, parameters: [], automata: []};
+  await start(() =>
+    socket.push({push: "structure", component: "walk", value: {structure, run: 1, breakpoints: [], cameras: []}}),
+  );
+  assert.equal(monitor.structure.name, "walk");
+});
+
+test("nothing is followed by a start that is refused", async () => {
+  const started = monitor.start(1, () => store.request("start", {tab: 1}).catch(() => undefined));
+  await settled();
+  socket.push({re: socket.sent.at(-1).id, error: "no", kind: "refused"});
+  assert.equal(await started, undefined);
+  runs("walk");
+  await settled();
+  assert.equal(monitor.component, "");
+  assert.notEqual(socket.sent.at(-1).op, "follow");
 });
 
 test("steering is allowed for one run", async () => {
@@ -138,11 +164,11 @@ test("steering is allowed for one run", async () => {
 });
 
 test("the same run is steered when it is followed again", async () => {
-  monitor.expect("walk");
-  await follow(10);
-  const detached = monitor.detach();
+  await start();
+  sends(10);
+  const unfollowed = monitor.unfollow();
   await answer(null);
-  await detached;
+  await unfollowed;
   await follow(10);
   assert.ok(monitor.steers);
   assert.equal(said().length, 0);
@@ -153,8 +179,8 @@ for (const [startedAt, steers] of [
   [20, false],
 ])
   test(`after a lost connection ${steers ? "the same run is steered" : "another run is only watched"}`, async () => {
-    monitor.expect("walk");
-    await follow(10);
+    await start();
+    sends(10);
     globalThis.fetch = async () => ({status: 200});
     socket.lose();
     assert.ok(!monitor.steers);
@@ -167,10 +193,13 @@ for (const [startedAt, steers] of [
   });
 
 test("a run whose answer was lost with the connection is followed, and only watched", async () => {
+  const started = monitor.start(1, () => store.request("start", {tab: 1}).catch(() => undefined));
+  await settled();
+  status("generating");
   socket.lose();
-  monitor.lookFor("walk");
+  assert.equal(await started, undefined);
   await connect();
-  status("running");
+  status("started");
   runs("walk");
   await settled();
   await answer({structure: null, snapshot: null, timeline: null, since: null});

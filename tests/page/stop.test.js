@@ -37,7 +37,7 @@ function press(fields) {
   return passed || !event.defaultPrevented;
 }
 
-const stops = () => socket.sent.filter(({action}) => action === "emergencyStop").length;
+const stops = () => socket.sent.filter(({op}) => op === "emergencyStop").length;
 
 test("the key stops once, also while it is held down, and nobody else gets it", (t) => {
   t.mock.timers.enable({apis: ["setTimeout"]}); // nobody answers

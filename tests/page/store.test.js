@@ -259,7 +259,7 @@ test("problems belong to the document that they are of", async () => {
 
 test("a document that is closed, here or by another window, is forgotten", async () => {
   await opened(automaton(1, 0, []));
-  socket.push({push: "workspace", tabs: [], recoverable: [], running: []});
+  socket.push({push: "workspace", tabs: [], recoverable: [], present: []});
   assert.equal(store.documents.size, 0);
   await opened(automaton(1, 0, []));
   socket.push({push: "closed", tab: 1});

@@ -25,8 +25,8 @@ from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.ports import free_port
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._editor.limits import Limits
+from visualhfsm._editor.parts import MakeParts, Parts
 from visualhfsm._editor.server import Options, Report, Server
-from visualhfsm._editor.services import MakeServices, Services
 from visualhfsm._monitor.messages import Publish, Stopper
 from visualhfsm.project._check_process import CheckProcess
 from visualhfsm.project._editing.edited_document import MERGE_WITHIN
@@ -59,7 +59,7 @@ class Refused(AssertionError):
         self.kind: str = answer["kind"]
 
 
-class NoService:
+class NoPart:
     """Replaces a service that a test does not use."""
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
@@ -93,7 +93,13 @@ class NoService:
     async def locate(self, *_: object) -> None:
         """Know of nothing."""
 
-    async def detach(self, component: str) -> None:
+    async def follow(self, component: str, *, awaited: bool = False) -> dict[str, Any]:
+        """Know nothing of a component that was just started."""
+        if not awaited:
+            raise VisualHfsmError(Message("{name} is not available", name=component))
+        return {}
+
+    async def unfollow(self, component: str) -> None:
         """Do nothing: nothing is followed."""
 
     async def close(self) -> None:
@@ -115,20 +121,20 @@ class NoCodeHelp:
         """Do nothing: nothing is open."""
 
 
-def services(
-    code_help: Any = None, running: Any = None, live: Any = None, robots: Any = None, trials: Any = None
-) -> Services:
-    """Return services, some of which a test provides."""
-    missing: Any = NoService()
+def parts(
+    code_help: Any = None, started: Any = None, followers: Any = None, robot: Any = None, trials: Any = None
+) -> Parts:
+    """Return parts, some of which a test provides."""
+    missing: Any = NoPart()
     help_with_code: Any = code_help or NoCodeHelp()
-    return Services(
-        help_with_code, running or missing, live or missing, robots or missing, trials or missing, missing
+    return Parts(
+        help_with_code, started or missing, followers or missing, robot or missing, trials or missing, missing
     )
 
 
-def no_services(_publish: Publish) -> Services:
-    """Return services that are not available."""
-    return services()
+def no_parts(_publish: Publish) -> Parts:
+    """Return parts that are not available."""
+    return parts()
 
 
 class Editor:
@@ -397,7 +403,7 @@ def editor(
     hosts: tuple[str, ...] = (),
     limits: Limits | None = None,
     port: int | None = None,
-    make_services: MakeServices = no_services,
+    make_parts: MakeParts = no_parts,
     demo: bool = False,
     report: Report = lambda *_: None,
     base_path: str = "/",
@@ -410,8 +416,8 @@ def editor(
     Like changes within `merge_within` s are one step.
     """
 
-    def make(publish: Publish) -> Services:
-        made = make_services(publish)
+    def make(publish: Publish) -> Parts:
+        made = make_parts(publish)
         return dataclasses.replace(made, checks=SHARED_CHECKS[-1]) if SHARED_CHECKS else made
 
     options = Options(
@@ -429,7 +435,7 @@ def editor(
             operation_seconds=PAGE_LIMIT,
             merge_seconds=merge_within,
         ),
-        make_services=make,
+        make_parts=make,
         journals=root.with_name("journals"),
         demo=demo,
     )

@@ -20,8 +20,8 @@ from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, MOVE_LIMIT,
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm._document.generate import generate_component
-from visualhfsm._editor.services import MakeServices, make_services
-from visualhfsm._monitor.messages import ServiceLimits
+from visualhfsm._editor.parts import MakeParts, make_parts
+from visualhfsm._monitor.messages import PartLimits
 from zenoh_ice import Settings
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
@@ -62,7 +62,7 @@ self.mark("Camera", 80, 60, "red spot")</code>
 """
 
 
-PATIENT: Final = ServiceLimits(
+PATIENT: Final = PartLimits(
     refreshment=0.03,
     silence=EVENT_LIMIT,
     appearance=START_LIMIT,
@@ -76,22 +76,20 @@ Only what comes by itself is looked at more often.
 """
 
 
-def patient_services(
-    settings: Settings, folder: Path | None = None, limits: ServiceLimits = PATIENT
-) -> MakeServices:
-    """Return a factory of the services of a realm that waits for robots and components on a busy machine, too."""
-    return make_services(settings, folder=folder, limits=limits)
+def patient_parts(settings: Settings, folder: Path | None = None, limits: PartLimits = PATIENT) -> MakeParts:
+    """Return a factory of the parts of a realm that waits for robots and components on a busy machine, too."""
+    return make_parts(settings, folder=folder, limits=limits)
 
 
 @contextlib.contextmanager
 def robot_and_editor(
-    path: Path, document: str = DOCUMENT, nao: Robot | None = None, limits: ServiceLimits = PATIENT
+    path: Path, document: str = DOCUMENT, nao: Robot | None = None, limits: PartLimits = PATIENT
 ) -> Iterator[tuple[ServedRobot, Editor]]:
     """Serve a robot, by default a fake one, and the editor of a document in its realm."""
     path.write_text(document)
     with served(nao or FakeRobot()) as robot:
         settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
-        with editor(path.parent, path, make_services=patient_services(settings, limits=limits)) as running:
+        with editor(path.parent, path, make_parts=patient_parts(settings, limits=limits)) as running:
             yield robot, running
 
 

@@ -11,7 +11,7 @@ from tests.support.pushes import Pushes
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.messages import Source
 from visualhfsm._processes.test_results import TestsPush
-from visualhfsm._processes.tests import RunningTests
+from visualhfsm._processes.tests import StartedTests
 
 __all__ = ["Tests", "go", "outcomes"]
 
@@ -23,7 +23,7 @@ class Tests:
 
     def __init__(self, path: Path) -> None:
         self.pushes = Pushes()
-        self.service = RunningTests(self.pushes, path.parents[1])
+        self.service = StartedTests(self.pushes, path.parents[1])
         self.source = Source(1, 0, parse(path.read_text(), Message("Cannot read")), path, False, path.stem)
 
     @property
@@ -31,7 +31,7 @@ class Tests:
         return self.pushes.of(TestsPush)[-1]
 
     async def run(self, *names: str) -> TestsPush:
-        await self.service.run(self.source, names)
+        await self.service.start(self.source, names)
         return await self.pushes.until(lambda: self.now if self.now.status == "idle" else None)
 
 

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT
-from tests.support.monitor import patient_services
+from tests.support.monitor import patient_parts
 from tests.support.processes import free_endpoint
 from zenoh_ice import Settings
 
@@ -24,7 +24,7 @@ def page_of_a_reader(browser: Browser, folder: Path) -> Iterator[EditorPage]:
     """Open the page of an editor of a folder, which can start a robot."""
     settings = Settings(connect=(free_endpoint(),), timeout=CALL_LIMIT)
     with (
-        editor(folder, make_services=patient_services(settings)) as running,
+        editor(folder, make_parts=patient_parts(settings)) as running,
         editor_page(browser, running, height=720) as shown,
     ):
         yield shown

@@ -144,8 +144,8 @@ def edit(
     """
     try:
         from visualhfsm._editor.launch import has_browser, open_browser
+        from visualhfsm._editor.parts import make_parts
         from visualhfsm._editor.server import Options, serve
-        from visualhfsm._editor.services import make_services
         from visualhfsm.project._root import RECORDING_SUFFIX
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
@@ -169,9 +169,7 @@ def edit(
             base_path=base_path,
             trust_proxy=trust_proxy,
             socket=socket,
-            make_services=make_services(
-                settings, directories, root.resolve(), Path(sockets) if sockets else None
-            ),
+            make_parts=make_parts(settings, directories, root.resolve(), Path(sockets) if sockets else None),
             include=directories,
             demo=demo,
         )

@@ -11,12 +11,11 @@
 | `handlers` | what handles each request: `documents`, `edits`, `questions`, `steering` |
 | `window`, `windows` | outgoing messages of one window; all windows, and what they follow |
 | `tab`, `tabs` | the open documents of the project, as the windows see them |
-| `workspace`, `state`, `news` | a project, the state that every window sees, and what is reported of it |
-| `runs` | components and the robot: run, follow, record, stop |
+| `workspace`, `news` | a project, the state that every window sees, and what is reported of it |
+| `components` | components and the robot: start, follow, record, stop |
 | `check_scheduler`, `code_questions` | checks in the background; help with code that is typed |
-| `imports`, `trials` | parts of other documents; trials from the page |
 | `viewers`, `refusal` | who only looks on; the page that refuses access |
-| `services`, `limits` | the services beside the documents; what one client may use |
+| `parts`, `limits` | the parts of the server beside the documents; what one client may use |
 
 Its modules need the packages of the extra `web`.
 """

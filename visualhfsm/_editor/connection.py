@@ -22,8 +22,7 @@ from codegen.reasons import reason
 from visualhfsm._base.errors import ErrorKind, VisualHfsmError
 
 from . import protocol as p
-from .handlers import HANDLERS, Lane, lane_of
-from .viewers import may_view
+from .handlers import HANDLERS, Lane
 from .window import Window
 from .workspace import Workspace
 
@@ -40,7 +39,7 @@ async def converse(
 ) -> None:
     """Serve one window until it is closed; `key` is that of its resumption.
 
-    That of a viewer may ask only for what `may_view` allows.
+    That of a viewer may ask only for what is `for_viewers`.
     """
     await websocket.accept()
     window = Window(workspace.limits.room_for_output, key, is_viewer=is_viewer)
@@ -123,10 +122,10 @@ class _Connection:
                 why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
                 self._refuse(p.request_id(text), Message.verbatim(f"not a request: {why}"), "malformed")
                 continue
-            if self._window.is_viewer and not may_view(request):
+            if self._window.is_viewer and not HANDLERS[type(request)].for_viewers:
                 self._refuse(request.id, Message("you look on, and cannot change anything here"), "forbidden")
                 continue
-            match lane_of(request):
+            match HANDLERS[type(request)].lane:
                 case Lane.AT_ONCE:
                     await self._answer(request)
                 case Lane.STOP:
@@ -147,7 +146,7 @@ class _Connection:
         while True:
             request, size = await self._requests.get()
             self._waiting -= size
-            lane = lane_of(request)
+            lane = HANDLERS[type(request)].lane
             if lane is Lane.IN_ORDER:
                 await self._answer(request)
             else:

@@ -38,7 +38,7 @@ async def hello(workspace: Workspace, window: Window, request: p.Hello) -> dict[
         "demo": not window.is_viewer and workspace.begin_demo(),
         "recording": "" if window.is_viewer else workspace.begin_recording(),
         "viewer": window.is_viewer,
-        "run": workspace.run_id,
+        "instance": workspace.instance,
         "key": window.key.hex(),
     }
 
@@ -73,7 +73,7 @@ async def open_recording(workspace: Workspace, window: Window, request: p.Record
     known = next((tab.id for tab in workspace.tabs if tab.recording == path), 0)
     if not known:
         project.require_room()
-    found = await workspace.runs.open_recording(window, path)
+    found = await workspace.components.open_recording(window, path)
     if known:
         return {**found, "tab": known}
     open_it = partial(project.open_text, path.name, found["document"], kept=True)
@@ -90,8 +90,8 @@ async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
     async def closed() -> None:
         await tab.edit(OpenDocument.close, discard=request.discard)
         workspace.remove(tab)
-        services = workspace.services
-        runners = (services.running, services.trials, services.tests)
+        parts = workspace.parts
+        runners = (parts.started, parts.trials, parts.tests)
         await asyncio.gather(*(each.forget(tab.id) for each in runners))
 
     await complete(closed())

@@ -32,7 +32,7 @@ class Lane(Enum):
     IN_ORDER = "after the earlier requests of its window"
     BESIDE = "beside others, begun in order"
     CODE_HELP = "beside others, and so often that it must not keep out a run"
-    STOP_OF_RUN = "beside others, kept out by nothing"
+    STOP_STARTED = "beside others, kept out by nothing"
     STOP = "for nothing, not even until earlier requests are begun"
     AT_ONCE = "for nothing, since it takes no time"
 
@@ -45,6 +45,8 @@ class Handler:
     lane: Lane
     limit: float | None = None
     """The longest duration in s; None for that of most operations."""
+    for_viewers: bool = False
+    """Whether those may ask it who only look on: it reads what they are shown anyway, or stops what moves."""
 
 
 async def _output_shown(_: Workspace, window: Window, _request: p.OutputShown) -> None:
@@ -55,78 +57,109 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = {}
 """The handlers of all requests."""
 
 
-def _on(kind: type[R], handle: Handle[R], lane: Lane = Lane.IN_ORDER, limit: float | None = None) -> None:
-    HANDLERS[kind] = Handler(handle, lane, limit)
+def _on(
+    kind: type[R],
+    handle: Handle[R],
+    lane: Lane = Lane.IN_ORDER,
+    limit: float | None = None,
+    *,
+    for_viewers: bool = False,
+) -> None:
+    HANDLERS[kind] = Handler(handle, lane, limit, for_viewers)
 
 
 _on(p.AddReady, edits.add_ready)
-_on(p.Attach, lambda w, window, r: w.runs.follow(window, r.component))
+_on(p.Follow, lambda w, window, r: w.components.follow(window, r.component), for_viewers=True)
+_on(p.Body, lambda w, _, r: w.parts.followers.body(r.hash), Lane.BESIDE, for_viewers=True)
 _on(p.CheckRobot, lambda w, _, r: w.own_robots.look(r.name, r.text), Lane.BESIDE, _READING_LIMIT)
 _on(p.Close, documents.close)
 _on(p.CodeHelp, questions.code_help, Lane.CODE_HELP)
 _on(p.ConnectRobot, steering.connect_robot, Lane.BESIDE)
-_on(p.Control, steering.control, Lane.BESIDE)
 _on(p.Copy, edits.copy)
 _on(p.Cut, edits.cut)
-_on(p.Detach, lambda w, window, r: w.runs.unfollow(window, r.component))
+_on(p.Unfollow, lambda w, window, r: w.components.unfollow(window, r.component), for_viewers=True)
 _on(p.Diff, questions.diff, Lane.BESIDE)
 _on(p.Discard, documents.discard)
 _on(p.Do, edits.do)
-_on(p.EndRobot, lambda w, _, _r: w.services.robots.end(), Lane.BESIDE)
+_on(
+    p.EmergencyStop,
+    lambda w, window, _: w.components.emergency_stop(window.kind),
+    Lane.STOP,
+    for_viewers=True,
+)
+_on(p.EndRobot, lambda w, _, _r: w.parts.robot.end(), Lane.BESIDE)
 _on(p.Export, questions.export, Lane.BESIDE)
 _on(p.ExportRun, steering.export_run, Lane.BESIDE)
 _on(p.Extract, lambda w, _, r: edits.change(w, r, OpenDocument.extract, r.automaton, r.path))
-_on(p.Generate, lambda w, _, r: w.runs.generate(w.tabs.get(r.tab)), Lane.BESIDE)
+_on(p.Facts, lambda w, _, _r: w.parts.followers.facts(), Lane.BESIDE, for_viewers=True)
+_on(p.Generate, lambda w, _, r: w.components.generate(w.tabs.get(r.tab)), Lane.BESIDE)
 _on(p.GoTo, lambda w, _, r: edits.step(w, r, OpenDocument.go_to, r.revision))
 _on(p.GuessRobot, lambda w, _, r: w.own_robots.guess(r.path), Lane.BESIDE, _READING_LIMIT)
-_on(p.Hello, documents.hello)
-_on(p.Imported, lambda w, _, r: questions.imported_by(w, w.tabs.get(r.tab)), Lane.BESIDE)
+_on(p.Hello, documents.hello, for_viewers=True)
+_on(p.Identities, lambda w, _, _r: w.parts.followers.identities(), Lane.BESIDE)
+_on(p.Imported, lambda w, _, r: questions.imported_by(w, w.tabs.get(r.tab)), Lane.BESIDE, for_viewers=True)
 _on(p.Inline, lambda w, _, r: edits.change(w, r, OpenDocument.inline, r.automaton))
 _on(p.Interfaces, lambda w, _, _r: w.code_questions.interfaces(w.project.root.directory), Lane.CODE_HELP)
 _on(p.ListFiles, documents.list_files, Lane.BESIDE)
 _on(
     p.Locate,
-    lambda w, _, r: w.services.running.locate(w.tabs.get(r.tab).source, r.text, r.automaton, r.state),
+    lambda w, _, r: w.parts.started.locate(w.tabs.get(r.tab).source, r.text, r.automaton, r.state),
     Lane.BESIDE,
 )
-_on(p.LookAtTests, lambda w, _, r: w.services.tests.look(w.tabs.get(r.tab).source), Lane.BESIDE)
+_on(p.LookAtTests, lambda w, _, r: w.parts.tests.look(w.tabs.get(r.tab).source), Lane.BESIDE)
 _on(p.LookAtTrials, steering.look_at_trials, Lane.BESIDE)
-_on(p.MoveBalls, lambda w, _, r: w.services.robots.move_balls(moving=r.moving), Lane.BESIDE)
+_on(p.Moment, lambda w, _, r: w.parts.followers.moment(r.component, r.time), Lane.BESIDE, for_viewers=True)
+_on(p.MoveBalls, lambda w, _, r: w.parts.robot.move_balls(moving=r.moving), Lane.BESIDE)
 _on(p.New, lambda w, window, r: documents.shown(w, partial(w.project.new, r.template, window.language)))
 _on(p.Open, lambda w, _, r: documents.open_file(w, r.path))
 _on(p.OpenText, lambda w, _, r: documents.shown(w, partial(w.project.open_text, r.name, r.text)))
-_on(p.OutputShown, _output_shown, Lane.AT_ONCE)
+_on(p.OutputShown, _output_shown, Lane.AT_ONCE, for_viewers=True)
 _on(p.Paste, edits.paste)
+_on(
+    p.Picture,
+    lambda w, _, r: w.parts.followers.picture(r.component, r.camera, r.at),
+    Lane.BESIDE,
+    for_viewers=True,
+)
 _on(p.Duplicate, edits.duplicate)
 _on(p.PutOnShelf, edits.put_on_shelf)
-_on(p.Record, lambda w, _, r: w.runs.record(r.component, r.pictures))
+_on(p.Record, lambda w, _, r: w.components.record(r.component, r.pictures))
 _on(p.RecordTrial, steering.record_trial, Lane.BESIDE)
 _on(p.Recording, documents.open_recording, Lane.BESIDE)
 _on(p.Recover, documents.recover)
 _on(p.Redo, lambda w, _, r: edits.step(w, r, OpenDocument.redo))
+_on(p.ResetEmergencyStop, lambda w, _, _r: w.parts.followers.reset_robot(), Lane.BESIDE)
 _on(p.Resolve, documents.resolve)
-_on(p.Run, steering.run, Lane.BESIDE)
-_on(p.RunTests, steering.run_tests, Lane.BESIDE)
-_on(p.RunTrials, steering.run_trials, Lane.BESIDE)
+_on(p.RosGraph, lambda w, _, _r: w.parts.followers.ros_graph(), Lane.BESIDE)
+_on(p.Start, steering.start, Lane.BESIDE)
+_on(p.StartTests, steering.start_tests, Lane.BESIDE)
+_on(p.StartTrials, steering.start_trials, Lane.BESIDE)
 _on(p.Save, documents.save)
 _on(p.SaveAs, documents.save_as)
 _on(p.SaveRobot, steering.save_robot, Lane.BESIDE)
 _on(p.SaveTest, steering.save_test, Lane.BESIDE)
-_on(p.Search, questions.search, Lane.BESIDE)
+_on(p.Search, questions.search, Lane.BESIDE, for_viewers=True)
+_on(
+    p.Series,
+    lambda w, _, r: w.parts.followers.series(r.component, r.names, r.start, r.end, r.points),
+    Lane.BESIDE,
+    for_viewers=True,
+)
 _on(p.Share, documents.share)
 _on(
     p.Simulate,
-    lambda w, _, r: w.services.robots.simulate(typed.convert(r, Simulation, from_attributes=True)),
+    lambda w, _, r: w.parts.robot.simulate(typed.convert(r, Simulation, from_attributes=True)),
     Lane.BESIDE,
 )
-_on(p.StopRun, lambda w, window, r: w.services.running.stop(r.tab, window.kind), Lane.STOP_OF_RUN)
-_on(p.StopTests, lambda w, _, r: w.services.tests.stop(r.tab), Lane.STOP_OF_RUN)
-_on(p.StopTrials, lambda w, _, r: w.services.trials.stop(r.tab), Lane.STOP_OF_RUN)
+_on(p.StandRobot, lambda w, _, _r: w.parts.followers.stand_robot(), Lane.BESIDE)
+_on(p.StopPresent, lambda w, _, r: w.components.steer(r.component, "stop", {}), Lane.BESIDE)
+_on(p.Stop, lambda w, window, r: w.parts.started.stop(r.tab, window.kind), Lane.STOP_STARTED)
+_on(p.StopTests, lambda w, _, r: w.parts.tests.stop(r.tab), Lane.STOP_STARTED)
+_on(p.StopTrials, lambda w, _, r: w.parts.trials.stop(r.tab), Lane.STOP_STARTED)
 _on(p.Undo, lambda w, _, r: edits.step(w, r, OpenDocument.undo))
 
 
-def lane_of(request: p.Request) -> Lane:
-    """Return what a request waits for: the operator's stop for nothing."""
-    if isinstance(request, p.Control) and request.action == p.EMERGENCY_STOP:
-        return Lane.STOP
-    return HANDLERS[type(request)].lane
+for steers in p.Steering.__subclasses__():
+    _on(steers, steering.steer, Lane.BESIDE)
+for sets in p.SceneRequest.__subclasses__():
+    _on(sets, steering.set_scene, Lane.BESIDE)

@@ -1,4 +1,4 @@
-"""What the services and the project report, passed on to tabs and windows."""
+"""What the parts and the project report, passed on to tabs and windows."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from visualhfsm._monitor.messages import (
-    Components,
     Failed,
     Output,
+    Present,
     Push,
     Robot,
-    RunPush,
     Snapshot,
     Stale,
+    StartedPush,
     Structure,
 )
 from visualhfsm._processes.test_results import TestsPush
@@ -26,40 +25,28 @@ from visualhfsm.trials._messages import TrialsPush
 
 from .protocol import Outside, Problems
 from .tab import Tab
-from .tabs import Tabs
-from .windows import Windows
+
+if TYPE_CHECKING:
+    from .workspace import Workspace
 
 Item = TypeVar("Item")
 
 _logger = logging.getLogger(__name__)
 
 
-@dataclass(slots=True)
-class Realm:
-    """The realm as it was reported last."""
-
-    components: Components
-    robot: Robot
-
-
 class News:
-    """Takes reports in any thread, and passes them on on the event loop where it was made.
+    """Takes reports in any thread, and passes them on on the event loop where it was made."""
 
-    `changed` is called when the state of the workspace may be new.
-    """
-
-    def __init__(self, tabs: Tabs, windows: Windows, realm: Realm, changed: Callable[[], None]) -> None:
-        self._tabs = tabs
-        self._windows = windows
-        self._realm = realm
-        self._changed = changed
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
+        self._tabs, self._windows = workspace.tabs, workspace.windows
         self._loop = asyncio.get_running_loop()
 
-    def publish(self, news: Components | Failed | Push) -> None:
-        """Take a message of a service."""
+    def publish(self, news: Present | Failed | Push) -> None:
+        """Take a message of a part of the server."""
         self._call_soon(self._publish, news)
 
-    def hear(self, event: Event) -> None:
+    def publish_event(self, event: Event) -> None:
         """Take an event of the project; the tabs hear of changes by themselves."""
         if isinstance(event, Checked | FileChanged):
             self._call_soon(self._take, event)
@@ -84,19 +71,19 @@ class News:
                 outside = Outside(tab=tab.id, state=state, message=message)
                 tab.outside = outside if state in {"changed", "deleted"} else None
                 self._windows.push(outside)
-                self._changed()
+                self._workspace.publish_state()
 
     def _show_problems(self, tab: Tab) -> None:
         if (problems := tab.problems) is not None:
             self._windows.push(problems)
 
-    def _publish(self, news: Components | Failed | Push) -> None:
+    def _publish(self, news: Present | Failed | Push) -> None:
         match news:
-            case Components():
-                self._realm.components = news
-                self._changed()
+            case Present():
+                self._workspace.present = news
+                self._workspace.publish_state()
             case Robot():
-                self._realm.robot = news
+                self._workspace.robot = news
                 self._windows.push(news)
             case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
                 self._windows.push_to_followers(component, news)
@@ -113,14 +100,14 @@ class News:
                 tab = self._tabs.get(number)
                 tab.failures.append(news)
                 self._show_problems(tab)
-            case RunPush(tab=number) if number in self._tabs:
+            case StartedPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 if news.status == "generating":
                     tab.output.clear()
                     tab.failures.clear()
                     self._show_problems(tab)
-                tab.run = news
-                self._changed()  # first: a window follows the run by the name that the tab has now
+                tab.started = news
+                self._workspace.publish_state()  # first: a window gets a tab's name before what is started
                 self._windows.push(news)
             case _:
                 _logger.debug("no window is left for %s", type(news).__name__)

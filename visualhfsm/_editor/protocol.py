@@ -2,7 +2,7 @@
 
 The page sends requests, `{"id": 1, "op": "undo", "tab": 2}`, and gets one answer for each, `{"re": 1, "ok":
 3}` or `{"re": 1, "error": "text", "kind": "kind"}`. Changes are sent as pushes, `{"push": "kind"}`; those of
-the services are in `visualhfsm._monitor.messages`. Fields are in camelCase. docs/reference/protocol.md
+the parts are in `visualhfsm._monitor.messages`. Fields are in camelCase. docs/reference/protocol.md
 explains all of them with examples.
 """
 
@@ -15,6 +15,8 @@ import msgspec
 
 from codegen.diagnostics import Severity
 from codegen.messages import NO_MESSAGE, Message
+from interfaces.hfsm import Breakpoint
+from interfaces.nao import Vector3
 from visualhfsm._base.errors import ErrorKind
 from visualhfsm._base.languages import ENGLISH, encoder
 from visualhfsm._document.commands import AnyCommand
@@ -35,6 +37,7 @@ ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 Revision = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
+Time = Annotated[float, msgspec.Meta(ge=-1e12, le=1e12)]
 Name = Annotated[str, msgspec.Meta(max_length=1000)]
 Path = Annotated[str, msgspec.Meta(max_length=4096)]
 Code = Annotated[str, msgspec.Meta(max_length=1_000_000)]
@@ -266,7 +269,7 @@ class Generate(_TabRequest):
     """Generate the component's Python."""
 
 
-class Run(_TabRequest):
+class Start(_TabRequest):
     """Generate and start the component as a process; `arguments` are those of its command line.
 
     With `record`, the run is recorded into a new file below the root, which the answer names. A `dry_run` has
@@ -281,7 +284,7 @@ class Run(_TabRequest):
     beside: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
-class StopRun(_TabRequest):
+class Stop(_TabRequest):
     """Stop the process of a component that was started here."""
 
 
@@ -289,7 +292,7 @@ class LookAtTrials(_TabRequest):
     """Ask for the plan of a document's trials, and what those that were run say: the push `trials`."""
 
 
-class RunTrials(_TabRequest):
+class StartTrials(_TabRequest):
     """Run those trials of a document that were not run yet; the push `trials` reports what they say.
 
     Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
@@ -317,7 +320,7 @@ class LookAtTests(_TabRequest):
     """Ask for the tests of a document: the push `tests` names them."""
 
 
-class RunTests(_TabRequest):
+class StartTests(_TabRequest):
     """Run the tests of a document as it was saved, or some by name; the push `tests` has the results."""
 
     names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
@@ -400,28 +403,165 @@ class EndRobot(_Request):
     """End the simulation, or the connection to the real robot, that was started here."""
 
 
-class Attach(_Request):
+class Follow(_Request):
     """Follow a running component."""
 
     component: Name
 
 
-class Detach(_Request):
+class Unfollow(_Request):
     """Stop following it; it keeps running."""
 
     component: Name
 
 
-EMERGENCY_STOP: Final = "emergencyStop"
-"""The action of `Control` that stops everything, whatever the component."""
-
-
-class Control(_Request):
-    """Steer a running component: pause, step, force a transition and the like."""
+class Steering(_Request):
+    """An operation of the monitor of a component that is followed, in `interfaces/hfsm.idl`."""
 
     component: Name
-    action: Name
-    arguments: dict[Name, Any] = {}
+
+
+class Pause(Steering):
+    """Let running cycles end, and start none."""
+
+
+class Resume(Steering):
+    """Go on after a pause."""
+
+
+class Step(Steering):
+    """Run one cycle of one automaton, or of all with 0, while paused."""
+
+    automaton: ElementId
+
+
+class SetBreakpoints(Steering):
+    """Replace all breakpoints."""
+
+    breakpoints: Annotated[list[Breakpoint], msgspec.Meta(max_length=100_000)]
+
+
+class ForceTransition(Steering):
+    """Fire a transition in the next cycle."""
+
+    automaton: ElementId
+    transition: ElementId
+
+
+class SetVariable(Steering):
+    """Set a variable of an automaton, or with 0 a parameter, to a value in JSON."""
+
+    automaton: ElementId
+    name: Name
+    value: Code
+
+
+class SendEvent(Steering):
+    """Send an event, with data in JSON or blank."""
+
+    name: Name
+    data: Code
+
+
+class SetSpeed(Steering):
+    """Let time pass faster or slower in a dry run: seconds in one of wall time."""
+
+    speed: float
+
+
+class Explain(Steering):
+    """Ask why each transition out of the current state has not fired: an `Explanation`."""
+
+    automaton: ElementId
+
+
+class Reload(Steering):
+    """Load the component's file again, and go on in it: a `ReloadReport`."""
+
+
+class StopPresent(_Request):
+    """Stop a component that is followed, also one that was started elsewhere."""
+
+    component: Name
+
+
+class Moment(_Request):
+    """Ask for the snapshot of a component, or a recording, at a component time in s."""
+
+    component: Name
+    time: Time
+
+
+class Series(_Request):
+    """Ask for numbers over time, by their names: at most `points`, so that no peak is lost."""
+
+    component: Name
+    names: Annotated[list[Name], msgspec.Meta(max_length=32)]
+    start: Time = 0.0
+    end: Time = 1e12
+    points: Annotated[int, msgspec.Meta(ge=2, le=10_000)] = 1000
+
+
+class Picture(_Request):
+    """Ask for the picture of a camera at a wall time, as JPEG; null if that was not kept."""
+
+    component: Name
+    camera: Name
+    at: Time
+
+
+class EmergencyStop(_Request):
+    """Stop the robot and all components of the realm: a `StopReport`."""
+
+
+class ResetEmergencyStop(_Request):
+    """Let the robot accept commands again."""
+
+
+class StandRobot(_Request):
+    """Put a simulated robot on its feet where it is."""
+
+
+class SceneRequest(_Request):
+    """An operation of a simulation's world, in `interfaces/nao.idl`."""
+
+
+class PlaceObject(SceneRequest):
+    """Put something somewhere, at rest."""
+
+    name: Name
+    position: Vector3
+
+
+class PushRobot(SceneRequest):
+    """Push the torso with a force in N; refused as a command of the robot is."""
+
+    force: Vector3
+    seconds: float
+
+
+class SayToRobot(SceneRequest):
+    """Say something to the robot; the answer is what programs recognized in it."""
+
+    text: Name
+
+
+class Facts(_Request):
+    """Ask for the constants of the robot: `RobotFacts`."""
+
+
+class Body(_Request):
+    """Ask for a robot as it is drawn, by the hash of its description; null if it is not known any more."""
+
+    hash: Annotated[str, msgspec.Meta(max_length=64)]
+
+
+class Identities(_Request):
+    """Ask for the servants of the realm, each with the type ids of its interfaces."""
+
+
+class RosGraph(_Request):
+    """Ask for the graph of ROS, which takes a second."""
 
 
 class Share(_Request):
@@ -469,7 +609,7 @@ else:
         found
         for found in [*globals().values()]
         if isinstance(found, type) and issubclass(found, _Request) and not found.__name__.startswith("_")
-        if found is not TabEdit
+        if found not in (SceneRequest, Steering, TabEdit)
     ]
     Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
     """Any request."""
@@ -547,7 +687,7 @@ class Workspace(Push):
 
     tabs: list[TabState]
     recoverable: list[Recoverable]
-    running: list[dict[str, Any]]
+    present: list[dict[str, Any]]
 
 
 class Shelf(Push):
@@ -562,7 +702,7 @@ class Closed(Push):
     tab: int
 
 
-class Step(msgspec.Struct, frozen=True):
+class UndoStep(msgspec.Struct, frozen=True):
     """A step that can be undone or redone, and the revision of the document to which that leads."""
 
     name: str
@@ -577,8 +717,8 @@ class DocumentPush(Push, tag="document"):
 
     tab: int
     revision: int
-    undo: tuple[Step, ...]
-    redo: tuple[Step, ...]
+    undo: tuple[UndoStep, ...]
+    redo: tuple[UndoStep, ...]
     dirty: bool
     full: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
     patch: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET

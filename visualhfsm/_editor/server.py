@@ -42,10 +42,10 @@ from .connection import converse, until_one_ends
 from .documents import open_file
 from .launch import LaunchPage
 from .limits import Limits
+from .parts import MakeParts, Parts
 from .refusal import RefusalLog, not_found
 from .resumption import Resumption, kept_key
 from .security import Boundary, Credentials, Guard
-from .services import MakeServices, Services
 from .site import Site
 from .viewers import VIEW
 from .workspace import Workspace
@@ -109,7 +109,7 @@ class Options:
     `demo`, the first window runs a behavior on a simulated robot, unless a document or a robot is there.
     """
 
-    make_services: MakeServices
+    make_parts: MakeParts
     files: Sequence[Path] = ()
     root: Path = field(default_factory=Path.cwd)
     port: int = 0
@@ -182,7 +182,7 @@ class Server:
         """
         options = self._options
         made = Workspace(
-            options.limits, options.make_services, self._make_project, demo=options.demo, share=self._share
+            options.limits, options.make_parts, self._make_project, demo=options.demo, share=self._share
         )
         async with made as workspace:
             for file in options.files:
@@ -198,7 +198,7 @@ class Server:
             for name in workspace.unsaved():
                 _logger.warning("%s has unsaved changes; they are offered when it is opened again", name)
 
-    def _make_project(self, services: Services) -> Project:
+    def _make_project(self, parts: Parts) -> Project:
         options = self._options
         return Project(
             options.root,
@@ -207,8 +207,8 @@ class Server:
             journals=options.journals,
             most=options.limits.tabs,
             merge_within=options.limits.merge_seconds,
-            checks=services.checks,
-            code_help=services.code_help,
+            checks=parts.checks,
+            code_help=parts.code_help,
         )
 
     def stop(self) -> None:
@@ -408,7 +408,7 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
     Without credentials everybody who reaches the server is let in.
     """
     assets = page_assets()
-    live = workspace.services.live
+    followers = workspace.parts.followers
 
     async def talk(websocket: WebSocket) -> None:
         await converse(websocket, workspace, credentials.resumption.key if credentials else b"")
@@ -417,10 +417,10 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
         await converse(websocket, workspace, is_viewer=True)
 
     async def camera(websocket: WebSocket) -> None:
-        await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
+        await _send_frames(websocket, lambda: followers.camera(websocket.path_params["name"]))
 
     async def poses(websocket: WebSocket) -> None:
-        await _send_frames(websocket, lambda: live.poses(_language(websocket)))
+        await _send_frames(websocket, lambda: followers.poses(_language(websocket)))
 
     routes = [
         route

@@ -21,20 +21,32 @@ from .window import Window
 from .workspace import Workspace
 
 
-async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]:
+async def start(workspace: Workspace, window: Window, request: p.Start) -> dict[str, Any]:
     """Generate and start the component of a document."""
     tab = workspace.tabs.get(request.tab)
     dry_run = request.body if request.dry_run else None
     if dry_run is None:
-        await workspace.runs.require_accepted(tab, request.beside)
-    return await workspace.runs.run(tab, request.arguments, record=request.record, dry_run=dry_run)
+        await workspace.components.require_accepted(tab, request.beside)
+    return await workspace.components.start(
+        window, tab, request.arguments, record=request.record, dry_run=dry_run
+    )
 
 
-async def control(workspace: Workspace, window: Window, request: p.Control) -> object:
-    """Steer a running component, or stop everything."""
-    if request.action == p.EMERGENCY_STOP:
-        return await workspace.runs.emergency_stop(window.kind)
-    return await workspace.runs.control(request.component, request.action, request.arguments)
+async def steer(workspace: Workspace, _: Window, request: p.Steering) -> object:
+    """Call an operation of a component's monitor, which has the name of the request."""
+    operation, arguments = _operation(request)
+    return await workspace.components.steer(arguments.pop("component"), operation, arguments)
+
+
+async def set_scene(workspace: Workspace, _: Window, request: p.SceneRequest) -> object:
+    """Call an operation of the world of a simulation, which has the name of the request."""
+    return await workspace.parts.followers.set_scene(*_operation(request))
+
+
+def _operation(request: p.Request) -> tuple[str, dict[str, Any]]:
+    """Return the name of a request and its fields."""
+    arguments = {name: getattr(request, name) for name in request.__struct_fields__ if name != "id"}
+    return str(request.__struct_config__.tag), arguments
 
 
 async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> dict[str, str]:
@@ -42,7 +54,7 @@ async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> d
     tab = workspace.tabs.get(request.tab) if request.tab else None
     document = None if tab is None else tab.shown.document
     content = [] if tab is None else await imported_by(workspace, tab)
-    text = await workspace.services.live.exported(request.component, document, content)
+    text = await workspace.parts.followers.exported(request.component, document, content)
     return {"name": f"{stem(request.component.rpartition(':')[2])}.html", "text": text}
 
 
@@ -56,46 +68,46 @@ async def save_robot(workspace: Workspace, _: Window, request: p.SaveRobot) -> d
 
 async def connect_robot(workspace: Workspace, _: Window, request: p.ConnectRobot) -> None:
     """Connect to a real robot."""
-    workspace.runs.require_rest()
-    await workspace.services.robots.connect(request.address, request.start)
+    workspace.components.require_rest()
+    await workspace.parts.robot.connect(request.address, request.start)
 
 
 async def look_at_trials(workspace: Workspace, _: Window, request: p.LookAtTrials) -> None:
     """Read the plan and the outcomes that are there."""
     tab = workspace.tabs.get(request.tab)
     source = tab.source
-    if await workspace.services.trials.look(source):
+    if await workspace.parts.trials.look(source):
         tab.trials.of = source.document
 
 
-async def run_trials(workspace: Workspace, _: Window, request: p.RunTrials) -> None:
+async def start_trials(workspace: Workspace, _: Window, request: p.StartTrials) -> None:
     """Begin to run the trials that are missing."""
     tab = workspace.tabs.get(request.tab)
     source = tab.source
     choices = typed.convert(request, Choices, from_attributes=True)
-    await workspace.services.trials.run(source, choices, again=request.again)
+    await workspace.parts.trials.run(source, choices, again=request.again)
     tab.trials.of = source.document
 
 
 async def record_trial(workspace: Workspace, _: Window, request: p.RecordTrial) -> None:
     """Begin to run a trial again, recorded."""
     workspace.tabs.get(request.tab)
-    folder = await workspace.runs.recordings()
-    await workspace.services.trials.record(request.tab, request.number, folder, workspace.project.root.name)
+    folder = await workspace.components.recordings()
+    await workspace.parts.trials.record(request.tab, request.number, folder, workspace.project.root.name)
 
 
-async def run_tests(workspace: Workspace, _: Window, request: p.RunTests) -> None:
+async def start_tests(workspace: Workspace, _: Window, request: p.StartTests) -> None:
     """Begin to run the tests of the document as it was saved."""
     tab = workspace.tabs.get(request.tab)
     source = tab.source
-    await workspace.services.tests.run(source, request.names)
+    await workspace.parts.tests.start(source, request.names)
     tab.tests.of = source.document
 
 
 async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dict[str, object]:
     """Write a test of what a component, or that of a recording, did."""
     source = workspace.tabs.get(request.tab).source
-    past = await workspace.services.live.past(request.component)
+    past = await workspace.parts.followers.past(request.component)
     test = await asyncio.to_thread(
         run_as_test,
         source.document,
@@ -104,5 +116,5 @@ async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dic
         past.parameters,
         past.interventions,
     )
-    name = await workspace.services.tests.add(source, test.text)
+    name = await workspace.parts.tests.add(source, test.text)
     return {"name": name, "complete": not test.left_out}

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Concatenate, Final, Generic, ParamSpec, TypeVar
+from typing import Concatenate, Final, Generic, ParamSpec, Self, TypeVar
 
-from msgspec.structs import replace
+import msgspec
 
 from codegen.diagnostics import Severity
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Automaton, Document
 from visualhfsm._base.work import retrieve
 from visualhfsm._document.diff import differ
+from visualhfsm._document.imported_places import ImportedPlaces
 from visualhfsm._document.places import texts_at, texts_in
 from visualhfsm._document.problems import Problem
-from visualhfsm._monitor.messages import Failed, RecentLines, RunPush, Source
+from visualhfsm._monitor.messages import Failed, RecentLines, Source, StartedPush
 from visualhfsm._processes.test_results import TestsPush, version_of
 from visualhfsm.project._document import Changed, Event, OpenDocument
 from visualhfsm.project._version import Version
 from visualhfsm.trials._messages import TrialsPush
 
-from .imports import Imports
 from .protocol import Outside, Problems
 
 FAILED: Final = "run"
@@ -54,6 +55,49 @@ class Threads:
     async def close(self) -> None:
         """Drop what has not begun and wait for what has."""
         await asyncio.to_thread(self._pool.shutdown, cancel_futures=True)
+
+
+_Stamp = tuple[int, int] | None
+"""Time of the last change and size of a file; None where there is none."""
+
+
+@dataclass(frozen=True)
+class Imports:
+    """The automata that a document imports; `number` counts the changes."""
+
+    automata: Mapping[int, Automaton] = field(default_factory=dict)
+    stamps: Mapping[Path, _Stamp] = field(default_factory=dict)
+    number: int = 0
+
+    @classmethod
+    def read(cls, places: ImportedPlaces, former: Self) -> Self:
+        """Read the imported files; return the former imports if they are the same."""
+        before = {file: _stamp(file) for file in places.files}
+        automata = {each.id: each for each in places.whole.automata if each.path is not None}
+        if automata == former.automata and before == former.stamps:
+            return former
+        return cls(automata, before, former.number + 1)
+
+    def differ(self) -> bool:
+        """Return whether a file is another one than when it was read."""
+        return any(_stamp(file) != stamp for file, stamp in self.stamps.items())
+
+    def within(self, document: Document) -> Document:
+        """Return a document with the imported automata."""
+        if not self.automata:
+            return document
+        written = {each.id for each in document.automata if each.imported is None}
+        own = (each for each in document.automata if each.id in written or each.id not in self.automata)
+        imported = (each for each in self.automata.values() if each.id not in written)
+        return replace(document, automata=(*own, *imported))
+
+
+def _stamp(file: Path) -> _Stamp:
+    try:
+        status = file.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
 
 
 class _Difference:
@@ -87,7 +131,7 @@ class Dated(Generic[Report]):
         """
         self._reported = reported
         differs = self.of is not None and self._difference.between(self.of, document)
-        self.now = replace(
+        self.now = msgspec.structs.replace(
             self._present(reported, content or document), outdated=reported.outdated or differs
         )
         return self.now
@@ -116,7 +160,7 @@ class DatedTests(Dated[TestsPush]):
             place: version_of(text or "") for place, text, _, _ in texts_in(document) if place in wanted
         }
         code = (each for each in report.code if versions.get(each.place) == each.version)
-        return replace(report, code=tuple(code))
+        return msgspec.structs.replace(report, code=tuple(code))
 
 
 class Tab:
@@ -144,26 +188,26 @@ class Tab:
         """What the checks found last."""
         self.failures: list[Failed] = []
         """What has failed since its component was started."""
-        self.run: RunPush | None = None
+        self.started: StartedPush | None = None
         self.output = output
         self.generated: Document | None = None
         """The document as its component was generated last."""
-        self.runs: Document | None = None
+        self.loaded: Document | None = None
         """The document as its running component has loaded it."""
         self.trials: Dated[TrialsPush] = Dated()
         self.tests = DatedTests()
-        self._from_run = _Difference()
+        self._from_loaded = _Difference()
         self._imports = Imports()
         self._threads = threads
         self._changed = changed
         self._lock = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
-        document.subscribe(self._hear)
+        document.subscribe(self._take_event)
         self.shown = document.version
 
     @property
     def source(self) -> Source:
-        """The document as the service that runs components gets it."""
+        """The document as those parts of the server get it that start something for it."""
         shown = self.shown
         return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty, shown.title)
 
@@ -177,7 +221,7 @@ class Tab:
         failed = [*map(_problem, present)]
         counts = Counter(findings.counts) + Counter(each.severity for each in failed)
         items = [*failed, *findings.items]
-        return replace(findings, items=items, counts=counts, imports=self._imports.number)
+        return msgspec.structs.replace(findings, items=items, counts=counts, imports=self._imports.number)
 
     @property
     def content(self) -> Document:
@@ -185,14 +229,16 @@ class Tab:
         return self._imports.within(self.shown.document)
 
     @property
-    def is_running(self) -> bool:
+    def is_started(self) -> bool:
         """Whether a component was started from it and has not ended."""
-        return self.run is not None and self.run.status != "ended"
+        return self.started is not None and self.started.status != "ended"
 
     @property
     def component(self) -> str:
         """The name of the component that was started from it and runs, or else of the one it would become."""
-        return self.run.component if self.run is not None and self.is_running else self.shown.component
+        return (
+            self.started.component if self.started is not None and self.is_started else self.shown.component
+        )
 
     async def look_at_imports(self) -> bool:
         """Read the imported files, and return whether they have changed since this was done before."""
@@ -207,14 +253,14 @@ class Tab:
 
     def take_generated(self) -> None:
         """Remember that the running component has loaded the last generated document."""
-        self.runs = self.generated
+        self.loaded = self.generated
 
     @property
-    def differs_from_run(self) -> bool:
+    def differs_from_loaded(self) -> bool:
         """Whether the document differs from what its component runs, except in positions."""
-        if self.runs is None or not self.is_running:
+        if self.loaded is None or not self.is_started:
             return False
-        return self._from_run.between(self.runs, self.shown.document)
+        return self._from_loaded.between(self.loaded, self.shown.document)
 
     async def edit(
         self, work: Callable[Concatenate[OpenDocument, P], R], *args: P.args, **kwargs: P.kwargs
@@ -234,7 +280,7 @@ class Tab:
         future.add_done_callback(lambda _: self._lock.release())
         return await asyncio.shield(future)
 
-    def _hear(self, event: Event) -> None:
+    def _take_event(self, event: Event) -> None:
         """Show a change, in the order of events: before the caller of `edit` continues."""
         if isinstance(event, Changed):
             with suppress(RuntimeError):  # the loop is closed: nothing is shown any more

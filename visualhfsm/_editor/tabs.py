@@ -68,5 +68,5 @@ class Tabs:
 
     def of_component(self, component: str) -> Tab | None:
         """Return the tab of a component, preferably the one that runs it."""
-        tabs = sorted(self, key=lambda tab: not tab.is_running)
+        tabs = sorted(self, key=lambda tab: not tab.is_started)
         return next((tab for tab in tabs if tab.component == component), None)

@@ -1,7 +1,7 @@
 """The read-only address of the page: its viewers look on, and can do nothing but stop.
 
 It is below `VIEW`, where another cookie counts than for the editor. Any number of browsers may use it, until
-it is withdrawn. What a viewer may ask for is decided here, by the type of the request, and not by the page.
+it is withdrawn. What a viewer may ask for is decided by the table in `handlers`, and not by the page.
 """
 
 from __future__ import annotations
@@ -11,24 +11,8 @@ import hmac
 import secrets
 from typing import Final
 
-from . import protocol as p
-
 VIEW: Final = "/view/"
 """The path of the page for viewers, below that of the editor."""
-
-_MAY_ASK: Final[frozenset[type[p.Request]]] = frozenset(
-    {p.Attach, p.Detach, p.Hello, p.Imported, p.OutputShown, p.Search}
-)
-"""Requests that only read what a viewer is shown anyway."""
-_MAY_CONTROL: Final = frozenset({p.EMERGENCY_STOP, "at", "body", "facts", "picture", "series", "timeline"})
-"""Actions of `Control` that read, and the stop: all who see what moves can stop it."""
-
-
-def may_view(request: p.Request) -> bool:
-    """Return whether a viewer may make a request."""
-    if isinstance(request, p.Control):
-        return request.action in _MAY_CONTROL
-    return type(request) in _MAY_ASK
 
 
 class Viewers:

@@ -28,15 +28,15 @@ from visualhfsm._monitor.messages import (
     Output,
     Push,
     RecentLines,
-    RunPush,
     Snapshot,
     Stale,
+    StartedPush,
     Stopper,
     Structure,
 )
 from visualhfsm.project._editing import edited_document
 
-from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, Step, encode
+from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, UndoStep, encode
 from .tab import Tab
 
 _SHOWN: Final = 1.0
@@ -115,7 +115,7 @@ class Window:
         if isinstance(push, Output):
             self._add_output(push)
         else:
-            if isinstance(push, RunPush) and push.status == "generating":
+            if isinstance(push, StartedPush) and push.status == "generating":
                 # What waits is of the former run.
                 self._add_output(Output(tab=push.tab, lines=[], whole=True))
             about = (
@@ -170,7 +170,7 @@ class Window:
         pushes, self._pushes = self._pushes, {}
         messages: list[Push] = []
         for news in pushes.values():
-            if isinstance(news, RunPush) and news.status == "ended" and news.tab in self._output:
+            if isinstance(news, StartedPush) and news.status == "ended" and news.tab in self._output:
                 messages.append(self._take_output(news.tab))  # its last lines say why it ended
             messages.append(self._document(news) if isinstance(news, Tab) else news)
         return [*(encode(each, self.language) for each in messages), *answers]
@@ -205,8 +205,8 @@ class Window:
         )
 
 
-def _steps(steps: Iterable[edited_document.Step]) -> tuple[Step, ...]:
-    return tuple(Step(name=each.name, revision=each.revision) for each in steps)
+def _steps(steps: Iterable[edited_document.Step]) -> tuple[UndoStep, ...]:
+    return tuple(UndoStep(name=each.name, revision=each.revision) for each in steps)
 
 
 def full(version: Sent) -> msgspec.Raw:

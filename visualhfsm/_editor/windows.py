@@ -51,7 +51,7 @@ class Windows:
         """Send a window what a component does from now on."""
         self._followers.setdefault(component, set()).add(window)
 
-    def lose(self, window: Window, component: str) -> bool:
+    def unfollow(self, window: Window, component: str) -> bool:
         """Remove a window from the followers of a component; return whether it was the last one."""
         followers = self._followers.get(component, set())
         if window not in followers:

@@ -11,26 +11,25 @@ from types import TracebackType
 from typing import Final, Self
 
 from visualhfsm._editor.own_robots import OwnRobots
-from visualhfsm._monitor.messages import Components, Output, Robot
+from visualhfsm._monitor.messages import Output, Present, Robot
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.journal import Abandoned
 from visualhfsm.project._project import Project
 
 from .check_scheduler import CheckScheduler
 from .code_questions import CodeQuestions
+from .components import Components
 from .limits import Limits
-from .news import News, Realm
-from .protocol import Shelf
+from .news import News
+from .parts import MakeParts, Parts
+from .protocol import Recoverable, Shelf, TabState
 from .protocol import Workspace as WorkspacePush
-from .runs import Runs
-from .services import MakeServices, Services
-from .state import workspace_state
 from .tab import Tab, Threads
 from .tabs import Tabs
 from .window import Window
 from .windows import Windows
 
-_CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
+_CLOSE_LIMIT: Final = 20.0  # s that a part may take to close: a real robot crouches first
 
 _logger = logging.getLogger(__name__)
 
@@ -39,20 +38,20 @@ class Workspace:
     """A project as the windows see it. Used on one event loop, as an asynchronous context.
 
     Every window gets what changes. Leaving it ends running components, and keeps unsaved changes for
-    recovery. The project gets the services that check and read code.
+    recovery. The project gets the parts that check and read code.
     """
 
-    services: Services
+    parts: Parts
     project: Project
     code_questions: CodeQuestions
-    runs: Runs
+    components: Components
     own_robots: OwnRobots
 
     def __init__(
         self,
         limits: Limits,
-        make_services: MakeServices,
-        make_project: Callable[[Services], Project],
+        make_parts: MakeParts,
+        make_project: Callable[[Parts], Project],
         *,
         demo: bool = False,
         share: Callable[[bool], str] = lambda _: "",
@@ -63,12 +62,13 @@ class Workspace:
         self.threads = Threads(limits.threads)
         self.tabs = Tabs()
         self.windows = Windows()
-        self.realm = Realm(Components([]), Robot())
-        self.run_id = secrets.token_hex(8)
+        self.present = Present([])
+        self.robot = Robot()
+        self.instance = secrets.token_hex(8)
         """Distinguishes this run of the server from others, whose tabs had the same numbers."""
         self.clipboard = ""
         """The states that any window has copied last."""
-        self._make_services = make_services
+        self._make_parts = make_parts
         self._make_project = make_project
         self._demo = demo
         self._recording = ""
@@ -79,23 +79,13 @@ class Workspace:
         self._tasks: list[asyncio.Task[None]] = []
 
     async def __aenter__(self) -> Self:
-        news = News(self.tabs, self.windows, self.realm, self.publish_state)
-        self.services = self._make_services(news.publish)
-        self.project = self._make_project(self.services)
-        self.project.subscribe(news.hear)
+        news = News(self)
+        self.parts = self._make_parts(news.publish)
+        self.project = self._make_project(self.parts)
+        self.project.subscribe(news.publish_event)
         self.code_questions = CodeQuestions(self.project.code_help)
         self.own_robots = OwnRobots(self.project.root)
-        self.runs = Runs(
-            self.services,
-            tabs=self.tabs,
-            windows=self.windows,
-            threads=self.threads,
-            root=self.project.root,
-            realm=self.realm,
-            end_limit=self.limits.component_end_seconds,
-            leaving_limit=self.limits.component_leaving_seconds,
-            changed=self.publish_state,
-        )
+        self.components = Components(self)
         await self.look_for_recoverable()
         await self._look_at_shelf()
         self._tasks = [
@@ -112,13 +102,13 @@ class Workspace:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await asyncio.to_thread(self.project.end_processes)
         await self._checks.close()
-        services = self.services
-        for service in (services.tests, services.trials, services.running, services.robots, services.live):
+        parts = self.parts
+        for part in (parts.tests, parts.trials, parts.started, parts.robot, parts.followers):
             try:
                 async with asyncio.timeout(_CLOSE_LIMIT):
-                    await service.close()
+                    await part.close()
             except Exception:
-                _logger.exception("%s did not close", type(service).__name__)
+                _logger.exception("%s did not close", type(part).__name__)
         for tab in self.tabs:
             try:
                 await tab.edit(OpenDocument.abandon)
@@ -170,7 +160,7 @@ class Workspace:
     def begin_demo(self) -> bool:
         """Return whether a window is to run the demo: the first one, where neither document nor robot is."""
         wanted, self._demo = self._demo, False
-        return wanted and not self.tabs and self.realm.robot.status == "none"
+        return wanted and not self.tabs and self.robot.status == "none"
 
     def offer_recording(self, path: str) -> None:
         """Let the first window that comes show a recording."""
@@ -206,7 +196,7 @@ class Workspace:
                     await tab.edit(OpenDocument.refresh)
                     if await tab.imports_changed():
                         self._checks.check(tab)
-                    await self.services.tests.refresh(tab.source)
+                    await self.parts.tests.refresh(tab.source)
                 except Exception:
                     if tab.id in self.tabs:
                         _logger.exception("the files of %s cannot be watched", tab.shown.title)
@@ -219,19 +209,19 @@ class Workspace:
         window.greet(language)
         window.push(self._state())
         window.push(self._shelf)
-        window.push(self.realm.robot)
+        window.push(self.robot)
         for tab in self.tabs:
             window.show(tab)
-            for push in (tab.problems, tab.outside, tab.run, tab.trials.now, tab.tests.now):
+            for push in (tab.problems, tab.outside, tab.started, tab.trials.now, tab.tests.now):
                 if push is not None:
                     window.push(push)
             output = tab.output
             window.push(Output(tab=tab.id, lines=list(output.lines), dropped=output.dropped, whole=True))
 
     async def leave(self, window: Window) -> None:
-        """Forget a window; components that no other window follows are detached."""
+        """Forget a window; components that no other window follows are followed no more."""
         self.windows.remove(window)
-        await self.runs.leave(window)
+        await self.components.leave(window)
 
     def publish_state(self) -> None:
         """Send all windows the state of the workspace, if it changed."""
@@ -241,4 +231,32 @@ class Workspace:
             self.windows.push(state)
 
     def _state(self) -> WorkspacePush:
-        return workspace_state(self.tabs, self._recoverable, self.realm.components, self.project.root)
+        return WorkspacePush(
+            tabs=[self._tab_state(tab) for tab in self.tabs],
+            recoverable=[
+                Recoverable(
+                    journal=each.file.name,
+                    name=each.name,
+                    path=self._name(each.path),
+                    changed_at=each.changed_at,
+                )
+                for each in self._recoverable
+            ],
+            present=[dict(each) for each in self.present.components],
+        )
+
+    def _tab_state(self, tab: Tab) -> TabState:
+        shown = tab.shown
+        return TabState(
+            tab=tab.id,
+            title=shown.title,
+            path=self._name(shown.path),
+            component=tab.component,
+            dirty=shown.dirty,
+            recording=self._name(tab.recording),
+            outside="" if tab.outside is None else tab.outside.state,
+            changed=tab.differs_from_loaded,
+        )
+
+    def _name(self, path: Path | None) -> str:
+        return "" if path is None else self.project.root.name(path)

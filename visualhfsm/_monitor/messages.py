@@ -1,6 +1,6 @@
-"""Types that the editor's server shares with its services: running, live data and code completion.
+"""Types that the editor's server shares with its parts, which start, follow and complete.
 
-A service publishes events as messages of this module, which are sent to the page as they are; `publish` may
+A part publishes events as messages of this module, which are sent to the page as they are; `publish` may
 be called from any thread and never blocks. Its methods run on the server's event loop and do not block it;
 their results are sent to the page as JSON, a VisualHfsmError as its text. They are cancelled when they take
 too long.
@@ -31,8 +31,8 @@ from zenoh_ice.settings import ENVIRONMENT_PREFIX, host_and_port, is_loopback
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServiceLimits:
-    """How long the services wait for a robot and for components, in s of wall time."""
+class PartLimits:
+    """How long the parts of the server wait for a robot and for components, in s of wall time."""
 
     refreshment: float = 0.1
     """What is known of the robot and of the components is looked at again."""
@@ -54,7 +54,7 @@ class ServiceLimits:
     """The joints are still after a confirmed stop."""
 
 
-USUAL_LIMITS: Final = ServiceLimits()
+USUAL_LIMITS: Final = PartLimits()
 """The limits of a machine that does little else."""
 
 
@@ -92,10 +92,10 @@ class Failed:
 
 
 @dataclass(frozen=True, slots=True)
-class Components:
+class Present:
     """The components that run in the realm: their names."""
 
-    running: Sequence[Mapping[str, Any]]
+    components: Sequence[Mapping[str, Any]]
 
 
 def tag(class_name: str) -> str:
@@ -158,7 +158,7 @@ Stopper = Literal["window", "viewer"]
 """Who asks for the end of a run: a window of the editor, or a viewer."""
 
 
-class RunPush(Push, tag="run"):
+class StartedPush(Push, tag="started"):
     """The status of a component that was started here.
 
     `component` is its name, under which it can be followed some time after its process has `started`. The
@@ -242,7 +242,7 @@ class Stale(Push):
     since: float
 
 
-Publish = Callable[[Components | Failed | Push], None]
+Publish = Callable[[Present | Failed | Push], None]
 """Send a message to the page; of two values of the same thing the older may be dropped, but never output."""
 
 

@@ -4,38 +4,18 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import msgspec
 
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
-from hfsm_runtime.recording_file.messages import (
-    INTERVENTIONS,
-    WATCHED,
-    Action,
-    Change,
-    Cycle,
-    Description,
-    Failure,
-    Firing,
-    Guard,
-    Image,
-    Mark,
-    Picture,
-    RobotPose,
-    Shape,
-    Snapshot,
-    Timers,
-    Variables,
-    World,
-)  # fmt: skip
-from hfsm_runtime.recording_file.messages import Message as AutomatonMessage
+from hfsm_runtime.recording_file import messages as recorded
 from hfsm_runtime.recording_file.reader import ImageHash, RawMessage, RecordingError, RecordingFile, decode
 from interfaces import hfsm
 from interfaces.hfsm import (
@@ -75,7 +55,14 @@ _MARK_SHOWN: Final = 500_000_000
 """Nanoseconds for which a mark is shown, as by a running component."""
 _JPEG: Final = b"\xff\xd8"
 _decode_snapshot: Final = typed.json_decoder(ComponentSnapshot)
-_OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
+_OfAutomaton = (
+    recorded.Cycle
+    | recorded.Failure
+    | recorded.Firing
+    | recorded.Guard
+    | recorded.Timers
+    | recorded.Variables
+)
 
 
 STEERED: Final = {
@@ -116,7 +103,7 @@ class RecordedRun:
     log: RunLog
     document: str
     shortened: Message
-    world: Sequence[Shape]
+    world: Sequence[recorded.Shape]
     pictures: RecordedPictures
     described: DescribedRobot
     parameters: Mapping[str, str]
@@ -163,7 +150,7 @@ class RecordedPictures:
         places = self._places.setdefault(camera, [])
         if len(places) < _MOST_IMAGES:
             found = message.time / 1e9, decode(message, ImageHash).hash, message.place
-            places.append((*found, message.kind is Picture))
+            places.append((*found, message.kind is recorded.Picture))
 
     def at(self, camera: str, at: float) -> bytes | None:
         """Return the last image of a camera up to a wall time as JPEG; None if there is none from about then.
@@ -177,10 +164,10 @@ class RecordedPictures:
         _, wanted, place, is_compressed = places[found]
         try:
             if is_compressed:
-                picture = self._file.image_at(place, wanted, Picture)
+                picture = self._file.image_at(place, wanted, recorded.Picture)
                 return picture.data if picture is not None and picture.data.startswith(_JPEG) else None
             require_pillow()
-            image = self._file.image_at(place, wanted, Image)
+            image = self._file.image_at(place, wanted, recorded.Image)
         except (OSError, msgspec.MsgspecError, RecordingError, ValueError) as error:
             raise VisualHfsmError.because(
                 "an image of the recording cannot be read: {reason}", reason=reason(error)
@@ -199,7 +186,7 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
         structure = ComponentStructure(
             name=recording.name, document=file, generation=0, parameters=[], automata=[]
         )
-        run = _Run(structure, recording.start, RecordedPictures(recording))
+        run = _Reader(structure, recording.start, RecordedPictures(recording))
         shortened = NO_MESSAGE
         for message in recording.messages():
             if run.steps >= most_steps:
@@ -209,7 +196,7 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
     except RecordingError as error:
         raise VisualHfsmError(reason(error)) from error
     run.finish()
-    is_known = WATCHED not in recording.metadata or INTERVENTIONS in recording.metadata
+    is_known = recorded.WATCHED not in recording.metadata or recorded.INTERVENTIONS in recording.metadata
     if run.log.newest is None:
         raise VisualHfsmError.because(
             "the recording {file} holds no state of {component}", file=path.name, component=recording.name
@@ -263,15 +250,26 @@ class _Automaton:
         self.began = 0
 
 
-class _Run:
+class _Reader:
     def __init__(self, structure: ComponentStructure, start: int, pictures: RecordedPictures) -> None:
         self.structure = structure
         self.log = RunLog()
-        self.world: Sequence[Shape] = ()
+        self.world: Sequence[recorded.Shape] = ()
         self.pictures = pictures
         self.described = nao()
         self._robot = RobotState()
         self._start = start
+        self._wall_time = 0.0
+        self._takers: Final[Mapping[type, Callable[[Any], None]]] = {
+            recorded.Action: self._act,
+            recorded.Change: self._change,
+            recorded.Description: self._describe,
+            recorded.Mark: self._mark,
+            recorded.RobotPose: self._pose,
+            recorded.Snapshot: self._show,
+            recorded.World: self._build,
+            **dict.fromkeys(get_args(_OfAutomaton), self._note),
+        }
         self._automata: dict[int, _Automaton] = {}
         self._next = 0
         self._now = 0
@@ -291,47 +289,20 @@ class _Run:
     def take(self, message: RawMessage) -> None:
         """Process the next message; a malformed one is skipped."""
         self.steps += 1 + (len(message.data) >> 13)
-        if message.kind not in (
-            Action,
-            Change,
-            Description,
-            Image,
-            Mark,
-            Picture,
-            RobotPose,
-            Snapshot,
-            World,
-            *_OF_AUTOMATA,
-        ):
+        is_picture = message.kind in (recorded.Image, recorded.Picture)
+        take = self._takers.get(message.kind)
+        if take is None and not is_picture:
             return
-        try:
-            if message.kind in (Image, Picture):
+        with suppress(RecordingError):
+            if take is None:
                 self.pictures.take(message)
                 return
             decoded = decode(message, message.kind)
-        except RecordingError:
-            return
-        now = max(self._now, message.time - self._start)
-        if now > self._now and now >= self._next and self._automata:
-            self._add_moment()
-        self._now = now
-        if isinstance(decoded, Change):
-            self._change(decoded)
-        elif isinstance(decoded, Action):
-            self._act(decoded)
-        elif isinstance(decoded, Mark):
-            self._mark(decoded)
-        elif isinstance(decoded, RobotPose):
-            self._pose(decoded)
-        elif isinstance(decoded, Snapshot):
-            self._show(decoded, message.time / 1e9)
-        elif isinstance(decoded, Description):
-            with suppress(VisualHfsmError):  # a body that cannot be drawn
-                self.described = describe(decoded.body, decoded.looks)
-        elif isinstance(decoded, World):
-            self.world = sound_shapes(decoded.shapes)
-        elif isinstance(decoded, _OF_AUTOMATA) and decoded.automaton in self._automata:
-            self._note(self._automata[decoded.automaton], decoded)
+            now = max(self._now, message.time - self._start)
+            if now > self._now and now >= self._next and self._automata:
+                self._add_moment()
+            self._now, self._wall_time = now, message.time / 1e9
+            take(decoded)
 
     def finish(self) -> None:
         """Note that there are no more messages."""
@@ -339,7 +310,7 @@ class _Run:
         if self._automata:
             self._add_moment()
 
-    def _change(self, change: Change) -> None:
+    def _change(self, change: recorded.Change) -> None:
         if len(self._automata) >= _MOST_AUTOMATA and change.automaton not in self._automata:
             return
         found = self._automata.setdefault(change.automaton, _Automaton(change.automaton))
@@ -358,7 +329,7 @@ class _Run:
         self._precede(change.at / 1e9)
         self._next = 0  # add a separate moment once everything that happened at this time is known
 
-    def _act(self, action: Action) -> None:
+    def _act(self, action: recorded.Action) -> None:
         if action.kind == "pause":
             self._status = ComponentStatus.Paused
         elif action.kind == "resume":
@@ -399,14 +370,21 @@ class _Run:
             self.log.interventions.add(self._intervention)
         self._intervention = None
 
-    def _show(self, snapshot: Snapshot, at: float) -> None:
+    def _describe(self, description: recorded.Description) -> None:
+        with suppress(VisualHfsmError):  # a body that cannot be drawn
+            self.described = describe(description.body, description.looks)
+
+    def _build(self, world: recorded.World) -> None:
+        self.world = sound_shapes(world.shapes)
+
+    def _show(self, snapshot: recorded.Snapshot) -> None:
         """Add a moment of a recording for viewing, which contains the snapshots themselves."""
         with suppress(msgspec.MsgspecError):
             component = _decode_snapshot(snapshot.component)
             if is_sound(component):
-                self.log.add(LiveSnapshot(at, component, self._robot))
+                self.log.add(LiveSnapshot(self._wall_time, component, self._robot))
 
-    def _pose(self, pose: RobotPose) -> None:
+    def _pose(self, pose: recorded.RobotPose) -> None:
         joints = {
             name: angle for name, angle in list(pose.joints.items())[:_MOST_JOINTS] if math.isfinite(angle)
         }
@@ -425,31 +403,34 @@ class _Run:
             sound=printable(pose.sound, LONGEST_NAME),
         )
 
-    def _mark(self, mark: Mark) -> None:
+    def _mark(self, mark: recorded.Mark) -> None:
         self._marks = {key: made for key, made in self._marks.items() if self._now - made[0] <= _MARK_SHOWN}
         if len(self._marks) < _MOST_MARKS:
             made = hfsm.Mark(mark.camera, mark.u, mark.v, mark.label)
             self._marks[mark.camera, mark.label] = self._now, made
 
-    def _note(self, automaton: _Automaton, message: AutomatonMessage) -> None:
+    def _note(self, message: _OfAutomaton) -> None:
+        automaton = self._automata.get(message.automaton)
+        if automaton is None:
+            return
         snapshot = automaton.snapshot
         match message:
-            case Cycle(begins=True, at=at):
+            case recorded.Cycle(begins=True, at=at):
                 automaton.began = at
-            case Cycle(at=at):
+            case recorded.Cycle(at=at):
                 snapshot.cycles += 1
                 snapshot.lastCycle = max(0, at - automaton.began) / 1e9
                 snapshot.longestCycle = max(snapshot.longestCycle, snapshot.lastCycle)
-            case Guard(transition=transition, value=value):
+            case recorded.Guard(transition=transition, value=value):
                 automaton.guards[transition] = value
-            case Firing(transition=transition):
+            case recorded.Firing(transition=transition):
                 snapshot.lastTransition = transition
-            case Variables(values=values, gone=gone):
+            case recorded.Variables(values=values, gone=gone):
                 kept = {name: text for name, text in snapshot.variables.items() if name not in gone}
                 snapshot.variables = kept | {name: _shown(value) for name, value in values.items()}
-            case Timers(remaining=remaining):  # they follow a change, and are of its time
+            case recorded.Timers(remaining=remaining):  # they follow a change, and are of its time
                 automaton.timers = self._timers(snapshot, remaining)
-            case Failure(message=text, location=location):
+            case recorded.Failure(message=text, location=location):
                 report = ErrorReport(self._now / 1e9, snapshot.id, snapshot.state, location, text)
                 self._errors = [*self._errors, report][-_MOST_ERRORS:]
 

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
-from itertools import chain
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -209,20 +209,20 @@ async def _run_in_process(
     await process.start(
         [sys.executable, "-P", "-m", "hfsm_runtime._replay", *arguments], child_environment(include)
     )
-    heard = time.monotonic()
+    reported_at = time.monotonic()
     try:
         while not stop.is_set():
             try:
                 line = await asyncio.wait_for(lines.get(), _CHECK_PERIOD)
             except TimeoutError:
-                if time.monotonic() - heard < _SILENCE:
+                if time.monotonic() - reported_at < _SILENCE:
                     continue
                 raise VisualHfsmError.because(
                     "the replay has sent nothing for {silence:g} s and was stopped", silence=_SILENCE
                 ) from None
             if isinstance(line, int):
                 raise VisualHfsmError(_failure(line, process))
-            heard = time.monotonic()
+            reported_at = time.monotonic()
             report(line)
             if isinstance(line, Outcome):
                 return line
@@ -294,7 +294,7 @@ def _first(found: Divergence) -> Iterator[str]:
     for name in dict.fromkeys([*recorded.guards, *replayed.guards]):
         yield _row(f"guard {name}", _value(recorded, name), _value(replayed, name))
     yield _row("fired", _listed(recorded.fired), _listed(replayed.fired))
-    errors = [*_pairs(recorded.errors, replayed.errors)]
+    errors = [*zip_longest(recorded.errors, replayed.errors, fillvalue="-")]
     for ours, theirs in errors[:_MOST_LINES]:
         yield _row("error", ours, theirs)
     if len(errors) > _MOST_LINES:
@@ -352,14 +352,6 @@ def _value(side: Side, guard: str) -> str:
 
 def _listed(names: Sequence[str]) -> str:
     return ", ".join(names) or "-"
-
-
-def _pairs(ours: Sequence[str], theirs: Sequence[str]) -> Iterator[tuple[str, str]]:
-    for index in range(max(len(ours), len(theirs))):
-        yield (
-            ours[index] if index < len(ours) else "-",
-            theirs[index] if index < len(theirs) else "-",
-        )
 
 
 def _shown(value: Any) -> str:  # noqa: ANN401 - JSON

@@ -24,7 +24,7 @@ from visualhfsm._base.languages import in_all_languages
 from visualhfsm._document.views import view
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import LiveStructure
-from visualhfsm._monitor.realm.moments import heard_moment
+from visualhfsm._monitor.realm.moments import translate_moment
 from visualhfsm._monitor.realm.run_log import RunLog
 
 MOST_PICTURES: Final = 600
@@ -124,4 +124,4 @@ def _readable(moment: bytes) -> bytes:
     """Return a moment of a log with what is said in it in all languages."""
     if not _SAYS.search(moment):
         return moment
-    return msgspec.json.encode(heard_moment(msgspec.Raw(moment)), enc_hook=in_all_languages)
+    return msgspec.json.encode(translate_moment(msgspec.Raw(moment)), enc_hook=in_all_languages)

@@ -10,63 +10,31 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-import msgspec
-
 from codegen.messages import Message
-from codegen.reasons import reason
 from interfaces.hfsm import Explanation, HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.follower import Follower
-from visualhfsm._monitor.realm.heard import heard_explanation
 from visualhfsm._monitor.realm.realm import RELOAD_PATIENCE, refusals
 from visualhfsm._monitor.realm.run_log import Intervention
+from visualhfsm._monitor.realm.translation import translate_explanation, translated
 from zenoh_ice import (
     Communicator,
     ConnectionLostException,
     MarshalException,
-    ObjectPrx,
     TimeoutException,
     UnknownException,
     ZenohIceError,
     typed,
 )
 from zenoh_ice.application.emergency_stop import SAFETY
-from zenoh_ice.interface import Operation
 from zenoh_ice.text import printable
 
 _SCENE: Final = "Scene"
 
-OPERATIONS: Final[Mapping[str, Operation[..., Any]]] = {
-    each.name: each
-    for each in (
-        HfsmMonitorPrx.pause,
-        HfsmMonitorPrx.resume,
-        HfsmMonitorPrx.step,
-        HfsmMonitorPrx.setBreakpoints,
-        HfsmMonitorPrx.forceTransition,
-        HfsmMonitorPrx.setVariable,
-        HfsmMonitorPrx.sendEvent,
-        HfsmMonitorPrx.setSpeed,
-        HfsmMonitorPrx.explain,
-        HfsmMonitorPrx.reload,
-        HfsmMonitorPrx.stop,
-    )
-}
-"""Requests to a component: operations of its monitor, with their arguments."""
-
-
-_INTERVENTIONS: Final = frozenset(
-    each.name
-    for each in (
-        HfsmMonitorPrx.step,
-        HfsmMonitorPrx.forceTransition,
-        HfsmMonitorPrx.setVariable,
-        HfsmMonitorPrx.reload,
-    )
-)
-"""Requests that change what a component does; an event is seen in the transition that it causes."""
+_INTERVENTIONS: Final = frozenset({"forceTransition", "reload", "setVariable", "step"})
+"""Operations that change what a component does; an event is seen in the transition that it causes."""
 
 _UNANSWERED: Final = (ConnectionLostException, MarshalException, TimeoutException, UnknownException)
 """Errors of a call that may have been carried out."""
@@ -81,7 +49,7 @@ async def steer(follower: Follower, action: str, arguments: Mapping[str, Any]) -
     since, _ = log.now()
     confirmed, refused = True, False
     try:
-        return await control(follower.monitor, action, arguments)
+        return await operate(follower.monitor, action, arguments)
     except VisualHfsmError as error:
         confirmed, refused = False, not isinstance(error.__cause__, _UNANSWERED)
         raise
@@ -95,39 +63,21 @@ async def steer(follower: Follower, action: str, arguments: Mapping[str, Any]) -
             follower.note(log, typed.convert(done, Intervention))
 
 
-async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:
-    """Execute a request; return its result, None for nothing. Raises VisualHfsmError."""
-    operation = OPERATIONS.get(action)
-    if operation is None:
-        raise VisualHfsmError.because(
-            "a component cannot be asked to {action}", action=printable(action)[:40]
-        )
-    if operation is HfsmMonitorPrx.reload:
+async def operate(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:
+    """Call an operation of a monitor; return its result, None for nothing. Raises VisualHfsmError."""
+    if action == "reload":
         monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
-    return await _request(monitor, operation, arguments, Message("the component"))
+    found = await _call(getattr(monitor, action), arguments, Message("the component"))
+    return translate_explanation(found) if isinstance(found, Explanation) else found
 
 
-async def _request(
-    proxy: ObjectPrx, operation: Operation[..., Any], arguments: Mapping[str, Any], whom: Message
-) -> object:
-    """Call an operation with arguments from the page. Raises VisualHfsmError."""
-    codec = operation.arguments
+async def _call(operation: Any, arguments: Mapping[str, Any], whom: Message) -> Any:  # noqa: ANN401
+    """Call an operation of a proxy. Raises VisualHfsmError."""
     try:
-        if unknown := arguments.keys() - set(codec.fields):
-            raise msgspec.ValidationError(f"it takes no {printable(min(unknown))[:40]}")
-        values = msgspec.structs.asdict(typed.convert(arguments, codec.struct))
         with refusals(whom):
-            found = await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
-            return heard_explanation(found) if isinstance(found, Explanation) else found
-    except msgspec.ValidationError as error:
-        raise VisualHfsmError.because(
-            "{whom} cannot be asked to {operation}: {reason}",
-            whom=whom,
-            operation=operation.name,
-            reason=reason(error),
-        ) from error
+            return await asyncio.wrap_future(operation.begin(**arguments))
     except ZenohIceError as error:
-        raise VisualHfsmError(reason(error)) from error
+        raise VisualHfsmError(translated(str(error))) from error
 
 
 async def set_scene(communicator: Communicator, action: str, arguments: Mapping[str, Any]) -> object:
@@ -135,20 +85,20 @@ async def set_scene(communicator: Communicator, action: str, arguments: Mapping[
     if _SCENE not in communicator.identities():
         raise VisualHfsmError.because("there is no simulation: only its world can be changed")
     scene = ScenePrx.uncheckedCast(communicator.stringToProxy(_SCENE))
-    return await _request(scene, getattr(ScenePrx, action), arguments, Message("the simulation"))
+    return await _call(getattr(scene, action), arguments, Message("the simulation"))
 
 
 async def reset_robot(communicator: Communicator) -> None:
-    """Let a robot accept commands again after its emergency stop. Raises ZenohIceError when it cannot."""
+    """Let a robot accept commands again after its emergency stop. Raises VisualHfsmError when it cannot."""
     safety = SafetyPrx.uncheckedCast(communicator.stringToProxy(SAFETY))
-    await asyncio.wrap_future(safety.resetEmergencyStop.begin())
+    await _call(safety.resetEmergencyStop, {}, Message("the robot"))
 
 
 async def stand_robot(communicator: Communicator) -> None:
     """Put a simulated robot on its feet where it is. Raises VisualHfsmError where that is not possible."""
     scene = ScenePrx.uncheckedCast(communicator.stringToProxy(_SCENE))
     truth = GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth"))
-    pose = (await asyncio.wrap_future(truth.getGroundTruth.begin())).torso
+    pose = (await _call(truth.getGroundTruth, {}, Message("the simulation"))).torso
     turn = pose.orientation
     # The angle about the vertical, https://en.wikipedia.org/wiki/Conversion_between_quaternions_and_Euler_angles
     heading = math.atan2(
@@ -160,3 +110,5 @@ async def stand_robot(communicator: Communicator) -> None:
         raise VisualHfsmError.because(
             "the robot cannot stand here: {reason}", reason=printable(error.what)
         ) from error
+    except ZenohIceError as error:
+        raise VisualHfsmError(translated(str(error))) from error

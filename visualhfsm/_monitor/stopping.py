@@ -13,7 +13,7 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
-from visualhfsm._monitor.messages import USUAL_LIMITS, ServiceLimits
+from visualhfsm._monitor.messages import USUAL_LIMITS, PartLimits
 from zenoh_ice import Communicator, ObjectPrx, TimeoutException, ZenohIceError
 from zenoh_ice.application.emergency_stop import SAFETY, RobotStop, begin_stop
 
@@ -43,7 +43,7 @@ _STOPS: Final[Mapping[str, Callable[[ObjectPrx], Future[Any]]]] = {
 
 
 async def stop_robot(
-    communicator: Communicator, begun: float, limits: ServiceLimits = USUAL_LIMITS
+    communicator: Communicator, begun: float, limits: PartLimits = USUAL_LIMITS
 ) -> StopReport:
     """Stop a robot, again and again until it confirms its emergency stop and its joints are still.
 
@@ -83,7 +83,7 @@ async def stop_robot(
     )
 
 
-async def stop_once(communicator: Communicator, limits: ServiceLimits, known: Iterable[str] = ()) -> Outcomes:
+async def stop_once(communicator: Communicator, limits: PartLimits, known: Iterable[str] = ()) -> Outcomes:
     """Stop a robot by its emergency stop, the head, the joints and the walk, all at once.
 
     Takes a second at most. Missing servants are skipped unless they are `known` from before.
@@ -113,7 +113,7 @@ async def stop_once(communicator: Communicator, limits: ServiceLimits, known: It
     return outcomes
 
 
-async def _velocities(communicator: Communicator, limits: ServiceLimits) -> list[float] | None:
+async def _velocities(communicator: Communicator, limits: PartLimits) -> list[float] | None:
     """Return the velocities of the joints in rad/s, none if the robot cannot say them; None if it is late."""
     body = JointsPrx.uncheckedCast(communicator.stringToProxy(_BODY))
     try:

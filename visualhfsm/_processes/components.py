@@ -32,16 +32,15 @@ from visualhfsm._monitor.messages import (
     Failed,
     Output,
     OutputLine,
+    PartLimits,
     Publish,
-    RunPush,
-    ServiceLimits,
     Source,
+    StartedPush,
     Stopper,
     own_listener,
 )
 from visualhfsm._processes.bodies import body_option, require_body
-from visualhfsm._processes.ending import LastWords, describe_end
-from visualhfsm._processes.failures import Failure
+from visualhfsm._processes.failures import Failure, LastWords, describe_end
 from zenoh_ice import Settings
 from zenoh_ice.application import last_cycle
 
@@ -57,7 +56,7 @@ _WAIT: Final = ("--server-wait", "2")
 _NOT_STARTED: Final = Message("it could not be started")
 
 
-class RunningComponents(PerDocument["_Run"]):
+class StartedComponents(PerDocument["StartedComponent"]):
     """At most one child process for each tab. All methods raise VisualHfsmError.
 
     `include` are directories with packages of interfaces, `folder` is that of documents without a file, by
@@ -72,9 +71,9 @@ class RunningComponents(PerDocument["_Run"]):
         folder: Path | None = None,
         sockets: Path | None = None,
         *,
-        limits: ServiceLimits = USUAL_LIMITS,
+        limits: PartLimits = USUAL_LIMITS,
     ) -> None:
-        super().__init__(self._run_of)
+        super().__init__(self._component_of)
         self._limits = limits
         self._publish = publish
         self._include = tuple(include)
@@ -86,10 +85,10 @@ class RunningComponents(PerDocument["_Run"]):
         """Write the component beside its document, or where the tab's component runs; return its path."""
         if source.path is None and self.get(source.tab) is None:
             raise VisualHfsmError.because("save the document first: its component is written beside it")
-        generated = await self.do(source.tab, lambda run: run.generate(source))
+        generated = await self.do(source.tab, lambda component: component.generate(source))
         return {"path": str(generated.component)}
 
-    async def run(
+    async def start(
         self, source: Source, arguments: Sequence[str], *, dry_run: str | None = None
     ) -> dict[str, str]:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
@@ -100,27 +99,29 @@ class RunningComponents(PerDocument["_Run"]):
         """
         if dry_run is not None:
             dry_run = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, dry_run))
-        await self.do(source.tab, lambda run: self._start(run, source, arguments, dry_run))
+        await self.do(source.tab, lambda component: self._start(component, source, arguments, dry_run))
         return {"component": source.component}
 
-    async def _start(self, run: _Run, source: Source, arguments: Sequence[str], dry_run: str | None) -> None:
-        if any(source.component in other.names for other in self if other is not run):
+    async def _start(
+        self, component: StartedComponent, source: Source, arguments: Sequence[str], dry_run: str | None
+    ) -> None:
+        if any(source.component in other.names for other in self if other is not component):
             raise VisualHfsmError.because(
                 "another document runs as {name}: stop it first, or save this one under another name",
                 name=source.component,
             )
-        await run.start(source, arguments, dry_run=dry_run)  # which takes the name before it waits
+        await component.start(source, arguments, dry_run=dry_run)  # which takes the name before it waits
 
     async def stop(self, tab: int, by: Stopper | None = None) -> None:
         """Stop the tab's process, if one runs; `by` says who wants that."""
-        if (run := self.get(tab)) is not None:
-            run.announce_stop(by)
+        if (started := self.get(tab)) is not None:
+            started.announce_stop(by)
         await super().stop(tab)
 
     def announce_stop(self, by: Stopper | None = None) -> None:
         """Report that all processes are being stopped, before they are; `by` says who wants that."""
-        for run in self:
-            run.announce_stop(by)
+        for each in self:
+            each.announce_stop(by)
 
     async def stop_all(self) -> None:
         """Stop all processes, also those that are being started."""
@@ -132,8 +133,8 @@ class RunningComponents(PerDocument["_Run"]):
         A report has the `automaton` and the `state`, which distinguish pieces that share a line. It may come
         from a component that runs elsewhere, from the same file.
         """
-        run = self.get(source.tab)
-        origins = run.origins if run is not None else None
+        started = self.get(source.tab)
+        origins = started.origins if started is not None else None
         if origins is None and source.path is not None:
             path = source.path
             origins = await asyncio.to_thread(read_origins, path, component_path(path, None), self._include)
@@ -142,12 +143,12 @@ class RunningComponents(PerDocument["_Run"]):
 
     async def close(self) -> None:
         """Stop everything that runs."""
-        for run in self:
-            run.patience = _CLOSE_LIMITS
+        for each in self:
+            each.patience = _CLOSE_LIMITS
         await super().close()
 
-    def _run_of(self, tab: int) -> _Run:
-        return _Run(
+    def _component_of(self, tab: int) -> StartedComponent:
+        return StartedComponent(
             tab,
             self._publish,
             {**self._environment, **own_listener(self._sockets)},
@@ -165,7 +166,7 @@ class _Generated:
     unsaved: bool
 
 
-class _Run:
+class StartedComponent:
     """The component of the document of a tab as a child process, which can be restarted any number of times.
 
     Its output and its changes are published on the event loop. `close` ends it in every case.
@@ -294,7 +295,7 @@ class _Run:
         elsewhere: Message = NO_MESSAGE,
     ) -> None:
         self._publish(
-            RunPush(
+            StartedPush(
                 tab=self._tab,
                 component=self.component,
                 status=status,
@@ -322,7 +323,7 @@ class _Run:
         origins = self._generated.origins if self._generated else None
         origin = origins.find(text) if origins else None
         if stream == "err":
-            self._report_failures(self._words.hear(text, origin))
+            self._report_failures(self._words.parse(text, origin))
         if origin is None:
             return OutputLine(text=text, stream=stream)
         return OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)

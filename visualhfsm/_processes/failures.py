@@ -1,13 +1,21 @@
-"""What fails while a component runs: what its output says of errors, and where in the document they are."""
+"""What fails while a component runs, and how and where in the document it ended.
+
+That is what its output says of errors, and of its end; when it was cut short, what it executed then.
+"""
 
 from __future__ import annotations
 
 import re
+import signal
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from codegen.messages import Message
 from codegen.reasons import known_text
-from visualhfsm._document.origins import Origin
+from visualhfsm._base.watched_process import describe_exit
+from visualhfsm._document.origins import Origin, Origins
+from visualhfsm._monitor.messages import Stopper
+from zenoh_ice.application.last_cycle import LastCycle
 
 _RECORD: Final = re.compile(r"[\d-]+ [\d:.]+ ([A-Z]+) ")
 """The beginning of a record of the log, with its level."""
@@ -32,6 +40,15 @@ _LONGEST_TEXT: Final = 4000
 """Characters of a message that is collected from several lines."""
 _MOST_FAILURES: Final = 50
 """Failures of a run that are kept; each place and message counts once."""
+_NO_ERROR: Final = re.compile(r"[\d-]+ [\d:.]+ (DEBUG|INFO|WARNING) ")
+"""The beginning of a line of the log that reports no error."""
+_ABRUPT: Final = " ends the process before "
+_ABANDONED: Final = " is abandoned: its code must not block"
+_STOPPED: Final[Mapping[Stopper | None, Message]] = {
+    None: Message("it was stopped"),
+    "window": Message("it was stopped in another window"),
+    "viewer": Message("it was stopped by a viewer"),
+}
 
 
 class Failure(NamedTuple):
@@ -80,7 +97,7 @@ class Failures:
         self._frames: list[Origin] | None = None
         """The code that a traceback has led through; None outside of one."""
 
-    def hear(self, line: str, origin: Origin | None) -> list[Failure]:
+    def parse(self, line: str, origin: Origin | None) -> list[Failure]:
         """Take a line of stderr, and the code to which it refers; return the failures that it completes."""
         if self._frames is not None:
             return self._in_traceback(line, origin)
@@ -147,3 +164,97 @@ class Failures:
             return []
         self._known.add(key)
         return [failure]
+
+
+class LastWords:
+    """What the output of a component says about its end."""
+
+    def __init__(self) -> None:
+        self.origin: Origin | None = None
+        """Where its last error was raised."""
+        self.are_final = False
+        """Whether it reported that it crashes, or that its code ends the process at once."""
+        self.abandoned: Failure | None = None
+        """The cycle that it did not wait for at its end, the first of several."""
+        self.failures = Failures()
+        """The errors that it reported."""
+        self._in_crash = False
+
+    def parse(self, line: str, origin: Origin | None) -> list[Failure]:
+        """Take a line of stderr, and the code to which it refers; return the failures that it completes."""
+        found = self.failures.parse(line, origin)
+        if _ABANDONED in line and origin is not None:
+            self.abandoned = self.abandoned or self.failures.last
+        if line.startswith(_CRASH):
+            self.are_final = self._in_crash = True
+            self.origin = None
+        elif origin is not None and not _NO_ERROR.match(line):
+            if self._in_crash and self.origin is not None:
+                return found  # the innermost frame of a crash comes first
+            self.origin = origin
+            self.are_final = self.are_final or _ABRUPT in line
+        return found
+
+
+class End(NamedTuple):
+    """How a component ended, in words, and where; `state` is the name of the state, as far as it is known."""
+
+    message: Message
+    origin: Origin | None = None
+    state: str = ""
+
+
+def describe_end(
+    code: int,
+    words: LastWords,
+    cut_short: LastCycle | None,
+    origins: Origins | None,
+    *,
+    stopped: bool,
+    by: Stopper | None = None,
+) -> End:
+    """Describe how a component ended; `stopped` when that was requested, `by` somebody who is to be named.
+
+    `cut_short` is what it executed last if it did not end in an orderly way.
+    """
+    if stopped:
+        return _describe_stop(code, words, cut_short, origins, _STOPPED[by])
+    message = describe_exit(code)
+    if code == -signal.SIGKILL:
+        message = Message("{ending}, by somebody or because memory ran out", ending=message)
+    if cut_short is None and code == 0:
+        return End(message)
+    state = "" if cut_short is None or origins is None else origins.state_name(*cut_short[:2])
+    failure = words.failures.last or words.failures.printed
+    if cut_short is None or words.are_final:
+        if failure is not None and code != 0:
+            failure = failure if failure.state else failure._replace(state=state)
+            message = Message("it ended: {what}", what=failure.in_short)
+        return End(message, words.origin, state)
+    if code == 0:
+        message = Message("it ended at once, with exit code 0")
+    if origins is None:
+        return End(message)
+    if state:
+        if cut_short.running:
+            message = Message("{ending}, during a cycle in the state {state}", ending=message, state=state)
+        else:
+            message = Message("{ending}, after a cycle in the state {state}", ending=message, state=state)
+    place = origins.element(cut_short.automaton, cut_short.state, cut_short.transition)
+    return End(message, place, state)
+
+
+def _describe_stop(
+    code: int, words: LastWords, cut_short: LastCycle | None, origins: Origins | None, stopped: Message
+) -> End:
+    """Describe an end that was requested, and where the code hung that did not end by itself."""
+    hung = words.abandoned
+    place: Origin | None
+    if hung is not None:
+        where, place, state = hung.where, hung.origin, hung.state
+    elif code == -signal.SIGKILL and cut_short is not None and cut_short.running and origins is not None:
+        place = origins.element(cut_short.automaton, cut_short.state, cut_short.transition)
+        where = state = origins.state_name(*cut_short[:2])
+    else:
+        return End(describe_exit(code, stopped))
+    return End(Message("{ending} while hanging in {state}", ending=stopped, state=where), place, state)

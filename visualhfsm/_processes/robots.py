@@ -27,15 +27,15 @@ from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess,
 from visualhfsm._base.work import complete
 from visualhfsm._monitor.messages import (
     USUAL_LIMITS,
+    PartLimits,
     Publish,
     Robot,
-    ServiceLimits,
     Simulation,
     free_endpoint,
     own_listener,
 )
-from visualhfsm._monitor.realm.heard import heard
 from visualhfsm._monitor.realm.robot import RobotPresence
+from visualhfsm._monitor.realm.translation import translated
 from visualhfsm._processes.bodies import body_option, called, require_body
 from zenoh_ice import Settings
 
@@ -82,7 +82,7 @@ def find_worlds() -> list[World]:
     return found
 
 
-class Robots:
+class StartedRobot:
     """At most one robot's server, with the processes that move its balls. Used on the event loop only.
 
     All requests raise VisualHfsmError. With `settings`, the processes find the editor; at `endpoints`, other
@@ -98,7 +98,7 @@ class Robots:
         root: Path | None = None,
         sockets: Path | None = None,
         *,
-        limits: ServiceLimits = USUAL_LIMITS,
+        limits: PartLimits = USUAL_LIMITS,
     ) -> None:
         self._publish = publish
         self._limits = limits
@@ -135,7 +135,7 @@ class Robots:
             title=called(seen.title),
             speed=seen.speed,
             since=self._lost_at,
-            stopped=heard(seen.stopped),
+            stopped=translated(seen.stopped),
             started=self._kind,
             simulation=msgspec.structs.replace(self._simulation, balls=moving or self._simulation.balls),
             has_balls=seen.has_balls,

@@ -1,15 +1,39 @@
-"""What pytest reports of the tests of a document, and what the page gets of it."""
+"""What pytest reports of the tests of a document, and what the page gets of it.
+
+Why a test failed is a message: what `run_until` says is translated, any other text stays as it is.
+"""
 
 from __future__ import annotations
 
+import re
 import zlib
-from typing import Literal
+from typing import Final, Literal
 
 import msgspec
 
-from codegen.messages import NO_MESSAGE, Message
+from codegen.messages import NO_MESSAGE, Message, number, template
+from codegen.reasons import known_text
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Push
+
+_WHAT: Final = (
+    template("the state {path} was not reached within {limit} s"),
+    template("the state {path} was not reached"),
+    template("the condition did not hold within {limit} s"),
+    Message("the condition did not hold"),
+    template("{condition} did not hold within {limit} s"),
+    template("{condition} did not hold"),
+)
+_WHERE: Final = (
+    template("at {time} s the behavior is in {states}"),
+    template("at {time} s the behavior is paused in {states}"),
+    template("at {time} s the behavior has halted in {states}"),
+    template("at {time} s the behavior has finished in {states}"),
+    template("at {time} s the behavior has ended in {states}"),
+)
+"""Both as `hfsm_runtime/virtual/execution.py` writes them."""
+_PLACED: Final = re.compile(r"(?P<place>[^:\n]+:\d+): (?:BehaviorFailed: )?(?P<reason>.+)", re.DOTALL)
+_SENTENCE: Final = re.compile(r"(?P<what>.+?): (?P<where>at [\d.]+ s the behavior .+)\s*")
 
 
 def version_of(text: str) -> int:
@@ -119,3 +143,23 @@ class TestsPush(Push, tag="tests"):
     """Why it is not known which lines ran."""
     outdated: bool = False
     error: Message = NO_MESSAGE
+
+
+def reason_of(text: str) -> Message:
+    """Return the reason of a failed test, which may begin with its place: `test_walk.py:6: …`."""
+    if placed := _PLACED.fullmatch(text):
+        return Message("{place}: {reason}", place=placed["place"], reason=_known(placed["reason"]))
+    return _known(text)
+
+
+def _known(text: str) -> Message:
+    if found := _SENTENCE.fullmatch(text):
+        what, where = _with_numbers(found["what"], _WHAT), _with_numbers(found["where"], _WHERE)
+        return Message("{what}: {where}", what=what, where=where)
+    return known_text(text)
+
+
+def _with_numbers(text: str, templates: tuple[Message, ...]) -> Message:
+    found = known_text(text, templates)
+    numbers = {name: number(str(each)) for name, each in found.values.items() if name in ("limit", "time")}
+    return found.again({**found.values, **numbers}) if numbers else found

@@ -30,8 +30,7 @@ from visualhfsm._base.languages import decode_message
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Source
-from visualhfsm._processes.test_reasons import reason_of
-from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView
+from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView, reason_of
 from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
 
@@ -59,7 +58,7 @@ _STOP_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""
 
 
-class RunningTests(PerDocument["_TabTests"]):
+class StartedTests(PerDocument["_TabTests"]):
     """At most one run of tests for each tab, used on the event loop. All methods raise VisualHfsmError."""
 
     def __init__(self, publish: Publish, root: Path, include: Sequence[Path] = ()) -> None:
@@ -75,9 +74,9 @@ class RunningTests(PerDocument["_TabTests"]):
         if self.get(source.tab) is not None and source.path is not None:
             await self.do(source.tab, lambda tests: tests.look(source, unless_same=True))
 
-    async def run(self, source: Source, names: Sequence[str] = ()) -> None:
+    async def start(self, source: Source, names: Sequence[str] = ()) -> None:
         """Begin to run all tests of a document, or those of some names."""
-        await self.do(source.tab, lambda tests: tests.run(source, names))
+        await self.do(source.tab, lambda tests: tests.start(source, names))
 
     async def add(self, source: Source, text: Callable[[str], str]) -> str:
         """Write a new file of tests for a document, and return the name of its first test.
@@ -116,7 +115,7 @@ class _TabTests:
             self._forget_changed(files, _top(path, self._root), found)
             self._show(path, found)
 
-    async def run(self, source: Source, names: Sequence[str]) -> None:
+    async def start(self, source: Source, names: Sequence[str]) -> None:
         """Begin to run them."""
         if self._child is not None:
             raise VisualHfsmError.because("the tests run already")
@@ -148,7 +147,7 @@ class _TabTests:
         for name in self._results:
             if {name, _plain(name)} & again:
                 self._results[name] = None
-        child = ChildProcess(self._hear)
+        child = ChildProcess(self._take_words)
         try:
             await child.start(command, {**child_environment(self._include), "TMPDIR": folder.name})
         except OSError as error:
@@ -211,7 +210,7 @@ class _TabTests:
             if _plain(name) in found and name.partition("::")[0] not in changed
         }
 
-    def _hear(self, _: int, data: bytes) -> None:
+    def _take_words(self, _: int, data: bytes) -> None:
         self._words = (self._words + data.decode(errors="replace"))[-_LONGEST_WORDS:]
 
     def _take(self, data: bytes) -> None:

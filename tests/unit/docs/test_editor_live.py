@@ -1,23 +1,41 @@
-"""The page about the protocol of running components names every action."""
+"""The page about the protocol of running components names every request that steers, with its fields."""
 
 from __future__ import annotations
 
 import re
 
 from tests.support.places import ROOT
-from visualhfsm._monitor.steering import OPERATIONS
+from visualhfsm._editor import protocol as p
 
 PAGE = ROOT / "docs" / "reference/live-protocol.md"
 
 
-def test_every_action_has_its_row_with_its_arguments() -> None:
+def test_every_request_that_steers_has_its_row_with_its_fields() -> None:
     rows: dict[str, str] = {}
     for line in PAGE.read_text(encoding="utf-8").split("\n"):
         if line.startswith("| `"):
-            names, arguments = line.split("|")[1:3]
-            rows |= dict.fromkeys(re.findall(r"`(\w+)`", names), arguments)
-    assert "pause" in OPERATIONS
-    for action, operation in OPERATIONS.items():
-        assert action in rows
-        for field in operation.arguments.fields:
-            assert f"`{field}`" in rows[action], f"{action} takes {field}"
+            names, fields = line.split("|")[1:3]
+            rows |= dict.fromkeys(re.findall(r"`(\w+)`", names), fields)
+    steering: set[type[p.Request]] = {
+        *p.Steering.__subclasses__(),
+        *p.SceneRequest.__subclasses__(),
+        p.Moment,
+        p.Series,
+        p.Picture,
+        p.Body,
+    }
+    assert p.Pause in steering
+    steering |= {
+        p.StopPresent,
+        p.EmergencyStop,
+        p.ResetEmergencyStop,
+        p.StandRobot,
+        p.Identities,
+        p.RosGraph,
+        p.Facts,
+    }
+    for request in steering:
+        name = str(request.__struct_config__.tag)
+        assert name in rows
+        for field in {*request.__struct_fields__} - {"id", "component"}:
+            assert f"`{field}`" in rows[name], f"{name} takes {field}"

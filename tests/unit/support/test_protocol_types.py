@@ -74,6 +74,6 @@ def test_a_field_that_a_message_may_leave_out_is_optional() -> None:
 
 def test_every_command_and_request_has_its_fields() -> None:
     assert {"addState", "setText", "placeItems"} <= {*members("Commands")}
-    assert {"hello", "do", "undo", "control", "saveAs"} <= {*members("Requests")}
+    assert {"hello", "do", "undo", "pause", "saveAs"} <= {*members("Requests")}
     assert "op" not in members("Requests")
     assert len(fields(Document)) > len(members("DocumentFields"))  # automata and what only files have

@@ -61,6 +61,7 @@ class Follower:
         publish: Callable[[News], object] = lambda _: None,
         *,
         silence: float = 1.0,
+        awaited: bool = False,
     ) -> None:
         self.component: Final = component
         self.identity: Final = f"{MONITOR_PREFIX}{component}"
@@ -75,8 +76,9 @@ class Follower:
         self._run = 1
         self._restarted = False
         self._log = RunLog()
-        self._heard = time.monotonic()
-        self._heard_at = time.time()
+        self._received = time.monotonic()
+        self._received_at = time.time()
+        self._was_present = not awaited
         self._silent = False
         self._longest_silence = silence
         self._order = threading.Lock()  # of snapshots and silences: the last published one is valid
@@ -109,12 +111,12 @@ class Follower:
     @property
     def silence(self) -> Silence:
         """Whether it is silent."""
-        return Silence(self._heard_at if self._silent else 0.0)
+        return Silence(self._received_at if self._silent else 0.0)
 
     @property
     def age(self) -> float:
-        """Wall seconds since its last snapshot, or since it was first followed."""
-        return time.monotonic() - self._heard
+        """Wall seconds since its last snapshot, or since it was present first."""
+        return time.monotonic() - self._received
 
     def close(self) -> None:
         """Stop listening."""
@@ -133,6 +135,10 @@ class Follower:
     def update(self) -> None:
         """Request missing data, and publish changes."""
         present = self.identity in self._communicator.identities()
+        if present and not self._was_present:
+            self._was_present, self._received = True, time.monotonic()
+        if not self._was_present and self._log.newest is None:
+            return  # it has just been started
         with self._order:
             self._set_silent(not present or self.age > self._longest_silence)
         if self._silent and (self._log.newest is None or self.age > self._longest_silence):
@@ -194,7 +200,7 @@ class Follower:
         before = self._log.newest
         if not is_sound(snapshot) or self._is_of_older(snapshot):
             return
-        self._heard, self._heard_at = time.monotonic(), time.time()
+        self._received, self._received_at = time.monotonic(), time.time()
         if before is not None and snapshot.startedAt != before.component.startedAt:
             self._run += 1
             self._log = RunLog()

@@ -8,29 +8,29 @@ import msgspec
 from msgspec.structs import replace
 
 from codegen.messages import Message, joined
-from visualhfsm._monitor.realm.heard import heard
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
+from visualhfsm._monitor.realm.translation import translated
 from zenoh_ice import typed
 
-__all__ = ["heard_moment", "heard_snapshot"]
+__all__ = ["translate_moment", "translate_snapshot"]
 
 
-def heard_snapshot(snapshot: LiveSnapshot) -> LiveSnapshot:
+def translate_snapshot(snapshot: LiveSnapshot) -> LiveSnapshot:
     """Return a snapshot in which errors, a refusal and the events of the robot are messages."""
     component, robot = snapshot.component, snapshot.robot
     if component.errors or component.refusal:
         component = replace(
             component,
-            errors=[replace(each, message=heard(each.message)) for each in component.errors],
+            errors=[replace(each, message=translated(each.message)) for each in component.errors],
             refusal=_refusal(component.refusal),
         )
     if robot.health is not None and robot.health.events:
-        events = [replace(each, message=heard(each.message)) for each in robot.health.events]
+        events = [replace(each, message=translated(each.message)) for each in robot.health.events]
         robot = replace(robot, health=replace(robot.health, events=events))
     return replace(snapshot, component=component, robot=robot)
 
 
-def heard_moment(moment: msgspec.Raw | None) -> dict[str, Any] | None:
+def translate_moment(moment: msgspec.Raw | None) -> dict[str, Any] | None:
     """Return a snapshot of a log in the same way; None for none."""
     if moment is None:
         return None
@@ -38,11 +38,11 @@ def heard_moment(moment: msgspec.Raw | None) -> dict[str, Any] | None:
     component, health = found["component"], found["robot"]["health"] or {}
     component["refusal"] = _refusal(component["refusal"])
     for each in (*component["errors"], *health.get("events", ())):
-        each["message"] = heard(each["message"])
+        each["message"] = translated(each["message"])
     return found
 
 
 def _refusal(text: str) -> Message:
     """Return what a component says of a refused command, behind the place in its automata."""
     place, separator, why = text.partition(": ")
-    return joined(": ", [place, heard(why)]) if separator else Message.verbatim(text)
+    return joined(": ", [place, translated(why)]) if separator else Message.verbatim(text)

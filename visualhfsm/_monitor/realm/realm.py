@@ -16,7 +16,7 @@ from codegen.messages import Message, any_of
 from interfaces.hfsm import InvalidValue, NoSuchElement, ReloadRefused
 from interfaces.jderobot import JderobotException
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._monitor.realm.heard import heard
+from visualhfsm._monitor.realm.translation import translated
 from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
@@ -120,7 +120,7 @@ def refusals(component: str) -> Iterator[None]:
     try:
         yield
     except (NoSuchElement, InvalidValue, JderobotException) as error:
-        raise VisualHfsmError(heard(printable(error.what))) from error
+        raise VisualHfsmError(translated(printable(error.what))) from error
     except ReloadRefused as error:
         reason = printable(error.reason)
         raise VisualHfsmError.because(

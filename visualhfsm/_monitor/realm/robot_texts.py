@@ -1,6 +1,6 @@
 """The texts of robots, which speak English, as templates: `naoserver` and `naoserver_sim` say them.
 
-A refusal, an error or an event that one of them gives is said in the language of a page (`heard`). The first
+A refusal, an error or an event that one of them gives is translated for a page (`translation`). The first
 template that fits a text counts.
 """
 

@@ -17,11 +17,11 @@ from tests.support.interleaving import Nursery, interleave
 from tests.support.soak import repeated
 from visualhfsm._base import watched_process
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._monitor.messages import RunPush, Source
+from visualhfsm._monitor.messages import Source, StartedPush
 from visualhfsm._processes import components, tests
-from visualhfsm._processes.components import RunningComponents
+from visualhfsm._processes.components import StartedComponents
 from visualhfsm._processes.test_results import TestsPush
-from visualhfsm._processes.tests import RunningTests
+from visualhfsm._processes.tests import StartedTests
 from visualhfsm.trials._messages import Choices, TrialsPush
 from visualhfsm.trials._service import RunningTrials
 
@@ -41,15 +41,15 @@ def sources(tmp_path: Path) -> list[Source]:
     return found
 
 
-Service = RunningComponents | RunningTests | RunningTrials
+Service = StartedComponents | StartedTests | RunningTrials
 
 
 def requests(service: Service, source: Source) -> list[Callable[[], Awaitable[object]]]:
     match service:
-        case RunningComponents():
-            return [partial(service.run, source, []), partial(service.generate, source)]
-        case RunningTests():
-            return [partial(service.run, source), partial(service.look, source)]
+        case StartedComponents():
+            return [partial(service.start, source, []), partial(service.generate, source)]
+        case StartedTests():
+            return [partial(service.start, source), partial(service.look, source)]
         case RunningTrials():
             return [partial(service.run, source, Choices()), partial(service.look, source)]
 
@@ -57,7 +57,7 @@ def requests(service: Service, source: Source) -> list[Callable[[], Awaitable[ob
 def shown(push: object) -> int:
     """Return how many children of a document the page knows."""
     match push:
-        case RunPush():
+        case StartedPush():
             return push.status != "ended"
         case TestsPush() | TrialsPush():
             return push.status != "idle"
@@ -73,8 +73,8 @@ def role(command: Sequence[str]) -> str:
 
 
 @pytest.mark.parametrize("make", [
-    lambda pushes, folder: RunningComponents(pushes),
-    lambda pushes, folder: RunningTests(pushes, folder),
+    lambda pushes, folder: StartedComponents(pushes),
+    lambda pushes, folder: StartedTests(pushes, folder),
     lambda pushes, folder: RunningTrials(pushes),
 ], ids=["components", "tests", "trials"])  # fmt: skip
 def test_whatever_is_asked_in_any_order_no_two_children_do_the_same_and_none_is_left(
@@ -96,7 +96,7 @@ def test_whatever_is_asked_in_any_order_no_two_children_do_the_same_and_none_is_
         monkeypatch.setattr(asyncio, "to_thread", nursery.to_thread)
         known: Counter[int] = Counter()
 
-        def publish(push: RunPush | TestsPush | TrialsPush) -> None:
+        def publish(push: StartedPush | TestsPush | TrialsPush) -> None:
             known[push.tab] = shown(push)
 
         async def rest() -> None:

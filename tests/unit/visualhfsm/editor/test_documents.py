@@ -9,7 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from tests.support.editor import no_services
+from tests.support.editor import no_parts
 from tests.support.limits import FOREVER, RUN_LIMIT
 from visualhfsm import Closed, Event, Opened, Project
 from visualhfsm._editor import protocol as p
@@ -25,7 +25,7 @@ def run(folder: Path, test: Callable[[Workspace], Awaitable[None]]) -> None:
 
     async def with_workspace() -> None:
         project = Project(folder, journals=folder / "journals")
-        async with Workspace(Limits(), no_services, lambda _: project) as workspace:
+        async with Workspace(Limits(), no_parts, lambda _: project) as workspace:
             await asyncio.wait_for(test(workspace), RUN_LIMIT)
 
     asyncio.run(with_workspace())

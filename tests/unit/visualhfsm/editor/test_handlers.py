@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import get_args
 
+import msgspec
+import pytest
+
 from visualhfsm._editor import protocol as p
-from visualhfsm._editor.handlers import HANDLERS, Lane, lane_of
+from visualhfsm._editor.handlers import HANDLERS, Lane
 
 
 def test_every_request_has_a_handler() -> None:
@@ -19,6 +22,28 @@ def test_changes_of_documents_are_executed_in_order() -> None:
 
 
 def test_the_stop_of_the_operator_waits_for_nothing() -> None:
-    assert lane_of(p.Control(id=1, component="", action=p.EMERGENCY_STOP)) is Lane.STOP
-    assert lane_of(p.Control(id=1, component="dance", action="pause")) is Lane.BESIDE
-    assert lane_of(p.StopRun(id=1, tab=1)) is Lane.STOP_OF_RUN
+    assert HANDLERS[p.EmergencyStop].lane is Lane.STOP
+    assert HANDLERS[p.Pause].lane is Lane.BESIDE
+    assert HANDLERS[p.Stop].lane is Lane.STOP_STARTED
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        '{"id": 1, "op": "body", "hash": 7}',
+        '{"id": 1, "op": "pushRobot", "force": {"x": 1, "y": 0, "z": 0}, "seconds": "long"}',
+        '{"id": 1, "op": "pushRobot", "force": {"x": 1, "y": 0, "z": 0}, "seconds": 1, "power": 9000}',
+        '{"id": 1, "op": "force", "component": "dance"}',
+        '{"id": 1, "op": "pause", "component": "dance", "automaton": 1}',
+        '{"id": 1, "op": "setVariable", "component": "d", "automaton": 1, "name": "n", "value": "1", "more": 1}',
+        '{"id": 1, "op": "step", "component": "dance", "automaton": "1"}',
+        '{"id": 1, "op": "step", "component": "dance"}',
+        '{"id": 1, "op": "getStructure", "component": "dance"}',
+        '{"id": 1, "op": "dance", "component": "dance"}',
+        '{"id": 1, "op": "moment", "component": "dance"}',
+        '{"id": 1, "op": "series", "component": "dance", "names": [1]}',
+    ],
+)
+def test_what_no_component_and_no_robot_can_be_asked_is_malformed(wrong: str) -> None:
+    with pytest.raises(msgspec.DecodeError):
+        p.decode_request(wrong)

@@ -10,7 +10,7 @@ import pytest
 from visualhfsm import EditError, MissingError, OpenDocument, Project
 from visualhfsm._editor.tab import Tab, Threads
 from visualhfsm._editor.tabs import Tabs
-from visualhfsm._monitor.messages import RecentLines, RunPush
+from visualhfsm._monitor.messages import RecentLines, StartedPush
 
 
 def test_a_tab_is_found_by_what_is_known_of_it(tmp_path: Path) -> None:
@@ -41,7 +41,7 @@ def test_a_tab_is_found_by_what_is_known_of_it(tmp_path: Path) -> None:
             await threads.do(lambda: None)
             assert tabs.of_file(file) is first
             assert tabs.of_file(tmp_path / "no.xml") is None
-            second.run = RunPush(tab=2, component="ball", status="started")
+            second.started = StartedPush(tab=2, component="ball", status="started")
             assert tabs.of_component("ball") is second
             tabs.remove(first)
             assert (len(tabs), 1 in tabs) == (1, False)

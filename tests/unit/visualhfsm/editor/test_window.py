@@ -17,7 +17,7 @@ from visualhfsm._document.commands.states import AddState
 from visualhfsm._editor.protocol import Answer, Problems
 from visualhfsm._editor.tab import Tab, Threads
 from visualhfsm._editor.window import Window
-from visualhfsm._monitor.messages import Output, OutputLine, RecentLines, RunPush
+from visualhfsm._monitor.messages import Output, OutputLine, RecentLines, StartedPush
 
 
 def waiting(fill: Callable[[Window], None], lines: int = 5) -> list[dict[str, Any]]:
@@ -112,7 +112,7 @@ def test_what_was_pushed_comes_before_the_answers_in_their_order() -> None:
 def test_output_comes_last_but_before_the_news_that_its_component_has_ended() -> None:
     def fill(window: Window) -> None:
         window.push(lines("x", tab=2))
-        window.push(RunPush(tab=1, component="walk", status="ended"))
+        window.push(StartedPush(tab=1, component="walk", status="ended"))
         window.push(lines("a", "b", "c"))
         window.push(lines("d", "e", "f", "g"))
         window.answer(Answer(re=1))
@@ -177,7 +177,7 @@ def test_a_window_that_is_asleep_and_says_nothing_gets_more_output_after_a_while
 def test_what_a_former_run_has_written_is_dropped_when_another_starts() -> None:
     def fill(window: Window) -> None:
         window.push(lines("a", "b"))
-        window.push(RunPush(tab=1, component="walk", status="generating"))
+        window.push(StartedPush(tab=1, component="walk", status="generating"))
         window.push(lines("c"))
 
     run, output = waiting(fill)

@@ -62,9 +62,9 @@ def test_the_last_follower_that_leaves_is_known() -> None:
         windows.follow(window, "dance")
     windows.follow(first, "walk")
     assert windows.followed_by(first) == ["dance", "walk"]
-    assert not windows.lose(first, "dance")
-    assert windows.lose(second, "dance")
-    assert not windows.lose(second, "dance")
+    assert not windows.unfollow(first, "dance")
+    assert windows.unfollow(second, "dance")
+    assert not windows.unfollow(second, "dance")
     assert windows.followed_by(first) == ["walk"]
 
 

@@ -27,7 +27,7 @@ Heard = Sequence[tuple[str, Origin | None]]
 
 def heard(*lines: tuple[str, Origin | None]) -> list[Failure]:
     failures = Failures()
-    return [failure for line, origin in lines for failure in failures.hear(line, origin)]
+    return [failure for line, origin in lines for failure in failures.parse(line, origin)]
 
 
 def error(
@@ -97,7 +97,7 @@ def test_failures_are_found_in_the_output(lines: Heard, expected: list[Failure])
 def test_the_last_of_a_chain_of_exceptions_keeps_its_state() -> None:
     failures = Failures()
     for line, origin in CASES["a chain of exceptions"][0]:
-        failures.hear(line, origin)
+        failures.parse(line, origin)
     assert failures.last == Failure(CODE, "go", Message("RuntimeError: two"))
     assert failures.printed is None
 
@@ -115,7 +115,7 @@ def test_a_traceback_alone_is_a_failure_only_if_the_run_ends_there() -> None:
     lines: Heard = [
         (TRACEBACK, None), ('  File "walk.py", line 3, in <module>', FUNCTION), ("ValueError: it fails", None)
     ]  # fmt: skip
-    assert [found for line, origin in lines for found in failures.hear(line, origin)] == []
+    assert [found for line, origin in lines for found in failures.parse(line, origin)] == []
     assert failures.end(Message("it ended with exit code 1"), FUNCTION, "") == [
         Failure(FUNCTION, "", Message("ValueError: it fails"))
     ]
@@ -123,7 +123,7 @@ def test_a_traceback_alone_is_a_failure_only_if_the_run_ends_there() -> None:
 
 def test_an_end_after_its_error_is_no_second_failure() -> None:
     failures = Failures()
-    failures.hear(*error("ValueError: no"))
+    failures.parse(*error("ValueError: no"))
     assert failures.end(Message("it ended: no in go"), CODE, "go") == []
 
 

@@ -184,12 +184,12 @@ def test_tests_are_stopped_and_what_is_done_is_kept(path: Path) -> None:
 
     async def work(tests: Tests) -> None:
         names = ["tests/test_waits.py::test_it_waits", "behaviors/test_last.py::test_it"]
-        await tests.service.run(tests.source, names)
+        await tests.service.start(tests.source, names)
         await tests.pushes.until(lambda: outcomes(tests.now)["test_it_waits"] == "passed")
         below = children("pytest")
         assert below
         with pytest.raises(VisualHfsmError, match="run already"):
-            await tests.service.run(tests.source)
+            await tests.service.start(tests.source)
         await tests.service.stop(1)
         assert_gone(below)
         assert tests.now.status == "idle"
@@ -204,7 +204,7 @@ def test_a_document_without_tests_says_where_they_would_be(path: Path) -> None:
 
     async def work(tests: Tests) -> None:
         with pytest.raises(VisualHfsmError, match=r"test_\*.py"):
-            await tests.service.run(tests.source)
+            await tests.service.start(tests.source)
 
     go(path, work)
 
@@ -214,7 +214,7 @@ def test_without_pytest_it_says_what_to_install(path: Path, monkeypatch: pytest.
 
     async def work(tests: Tests) -> None:
         with pytest.raises(VisualHfsmError, match="visualhfsm\\[test\\]"):
-            await tests.service.run(tests.source)
+            await tests.service.start(tests.source)
 
     go(path, work)
 
@@ -232,7 +232,7 @@ def test_no_tests_run_after_they_were_stopped_or_their_tab_closed_whatever_is_as
         async def run() -> None:
             nonlocal asked
             asked += 1
-            await tests.service.run(tests.source)
+            await tests.service.start(tests.source)
 
         async def stop() -> None:
             before = asked
@@ -249,7 +249,7 @@ def test_no_tests_run_after_they_were_stopped_or_their_tab_closed_whatever_is_as
             await interleave(random.Random(seed), [run, stop, look, run, stop, close, run])
             assert not children("pytest")
             with pytest.raises(VisualHfsmError, match="the document was closed"):
-                await tests.service.run(tests.source)
+                await tests.service.start(tests.source)
         finally:
             await tests.service.close()
 

@@ -31,7 +31,7 @@ let identities = {};
 
 /** Request the servants of the realm, and without a robot there those of a Nao; none where nothing can be followed. */
 export async function loadIdentities() {
-  const asked = store.request("control", {component: "", action: "identities"});
+  const asked = store.request("identities");
   identities = /** @type {Record<string, string[]>} */ (await asked.catch(() => ({})));
 }
 
@@ -172,7 +172,7 @@ export function rosSuggestions(field, {kind, target}) {
 async function lookIntoRos(update) {
   rosNote = t("Looking…");
   update();
-  const asked = store.request("control", {component: "", action: "ros"});
+  const asked = store.request("rosGraph");
   try {
     ros = /** @type {typeof ros} */ (await asked);
     rosNote = Object.values(OF_KIND).some(([named]) => Object.keys(ros[named]).length) ? "" : t("Nothing was found.");

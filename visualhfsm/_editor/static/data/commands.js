@@ -19,7 +19,7 @@ import {n, t} from "../kit/texts.js";
  *
  * @type {Record<string, string>}
  */
-const KINDS = {do: "edit", paste: "edit", cut: "edit", copy: "edit", undo: "edit", redo: "edit", generate: "run"};
+const KINDS = {do: "edit", paste: "edit", cut: "edit", copy: "edit", undo: "edit", redo: "edit", generate: "start"};
 
 /**
  * Send a request of the user; shows why it was refused, until it succeeds.

@@ -58,14 +58,14 @@ export interface Change<Item> {
   order?: number[];
 }
 
-/** A component that runs; the file into which it is recorded, and since when. */
-export interface Running {
+/** A component that is present; the file into which it is recorded, and since when. */
+export interface Present {
   component: string;
   recording?: string;
   since?: number;
 }
 
-export type WorkspacePush = Omit<protocol.WorkspacePush, "running"> & {running: Running[]};
+export type WorkspacePush = Omit<protocol.WorkspacePush, "present"> & {present: Present[]};
 export type Workspace = Omit<WorkspacePush, "push">;
 export type Push =
   Exclude<protocol.Push, protocol.DocumentPush | protocol.WorkspacePush> | DocumentPush | WorkspacePush;
@@ -80,7 +80,7 @@ export interface Answer {
   kind: string;
 }
 
-/** `run` is another one after a restart of the editor, `key` that of `Resumption`. */
+/** `instance` is another one after a restart of the editor, `key` that of `Resumption`. */
 export interface Greeting {
   root?: string;
   demo?: boolean;
@@ -88,7 +88,7 @@ export interface Greeting {
   templates?: {name: string; description: string}[];
   worlds?: World[];
   bodies?: KnownBody[];
-  run?: string;
+  instance?: string;
   key?: string;
   viewer?: boolean;
 }
@@ -124,7 +124,7 @@ export type OwnRobot = Omit<protocol.OwnRobot, "robot"> & {robot?: Described};
 /** A difference with the `lines` of longer texts as `diff -u` has them. */
 export type Difference = protocol.Difference & {lines?: string[]};
 
-/** What attaching to a component, or opening a recording, answers. */
+/** What following a component, or opening a recording, answers. */
 export interface Followed {
   structure: LiveStructure | null;
   snapshot: LiveSnapshot | null;
@@ -143,7 +143,7 @@ export type Recording = Followed & {
   body: string;
 };
 
-/** The answers by request; `codeHelp` and `control` answer what is asked for. */
+/** The answers by request; `codeHelp` answers what is asked for. */
 export interface Answers {
   hello: Greeting;
   do: Done;
@@ -178,15 +178,15 @@ export interface Answers {
   codeHelp: unknown;
   interfaces: InterfaceDescription[];
   generate: {path: string};
-  run: {component: string; recording?: string};
-  stopRun: null;
+  start: Followed & {component: string; recording?: string};
+  stop: null;
   outputShown: null;
   lookAtTrials: null;
-  runTrials: null;
+  startTrials: null;
   stopTrials: null;
   recordTrial: null;
   lookAtTests: null;
-  runTests: null;
+  startTests: null;
   stopTests: null;
   saveTest: {name: string; complete: boolean};
   simulate: null;
@@ -197,17 +197,14 @@ export interface Answers {
   connectRobot: null;
   moveBalls: null;
   endRobot: null;
-  attach: Followed;
-  detach: null;
-  control: unknown;
+  follow: Followed;
+  unfollow: null;
   recording: Recording;
-}
-
-/** What each action of the request `control` answers. */
-export interface Controls {
   facts: RobotFacts;
+  identities: Record<string, string[]>;
+  rosGraph: unknown;
   body: Described | null;
-  at: LiveSnapshot | null;
+  moment: LiveSnapshot | null;
   explain: protocol.Explanation;
   pause: null;
   resume: null;
@@ -218,7 +215,9 @@ export interface Controls {
   forceTransition: null;
   sendEvent: null;
   setSpeed: null;
-  stop: null;
+  stopPresent: null;
+  standRobot: null;
+  resetEmergencyStop: null;
   placeObject: null;
   pushRobot: null;
   sayToRobot: string;

@@ -695,10 +695,10 @@ export type Push =
   | OutsidePush
   | ProblemsPush
   | RobotPush
-  | RunPush
   | ShelfPush
   | SnapshotPush
   | StalePush
+  | StartedPush
   | StructurePush
   | TestsPush
   | TrialsPush
@@ -767,8 +767,8 @@ export interface Requests {
     trigger?: "condition" | "event" | "finished" | "time";
     name?: string;
   };
-  /** Follow a running component. */
-  attach: {component: string};
+  /** Ask for a robot as it is drawn, by the hash of its description; null if it is not known any more. */
+  body: {hash: string};
   /** Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`. */
   checkRobot: {name: string; text: string};
   /** Close a tab; one with unsaved changes only with `discard`. */
@@ -784,14 +784,10 @@ export interface Requests {
   };
   /** Connect to a real robot at an address such as `nao.local`; `start` is its first action. */
   connectRobot: {address: string; start?: "leave" | "stand" | "stiffen"};
-  /** Steer a running component: pause, step, force a transition and the like. */
-  control: {component: string; action: string; arguments?: Record<string, unknown>};
   /** Put states, their sub-trees, the transitions among them and annotations into the window's clipboard. */
   copy: {tab: number; automaton: number; states: number[]; annotations?: number[]};
   /** Copy, and delete. */
   cut: {tab: number; automaton: number; states: number[]; annotations?: number[]};
-  /** Stop following it; it keeps running. */
-  detach: {component: string};
   /** Compare a document with another version: a file, or `saved`. */
   diff: {tab: number; against: string};
   /** Discard the changes of such a document. */
@@ -800,14 +796,24 @@ export interface Requests {
   do: {tab: number; command: Command; base?: string | null};
   /** Copy and paste in one step, beside the clipboard. */
   duplicate: {tab: number; automaton: number; states: number[]; annotations?: number[]};
+  /** Stop the robot and all components of the realm: a `StopReport`. */
+  emergencyStop: {};
   /** End the simulation, or the connection to the real robot, that was started here. */
   endRobot: {};
+  /** Ask why each transition out of the current state has not fired: an `Explanation`. */
+  explain: {component: string; automaton: number};
   /** Ask for the document as its file would hold it, or as one `page` of HTML, to download it. */
   export: {tab: number; page?: boolean};
   /** Ask for the run of a followed component, or of an open recording, as one page of HTML, to download it. */
   exportRun: {component: string; tab?: number};
   /** Move an automaton with all below it to a new file, and import it from there. */
   extract: {tab: number; automaton: number; path: string};
+  /** Ask for the constants of the robot: `RobotFacts`. */
+  facts: {};
+  /** Follow a running component. */
+  follow: {component: string};
+  /** Fire a transition in the next cycle. */
+  forceTransition: {component: string; automaton: number; transition: number};
   /** Generate the component's Python. */
   generate: {tab: number};
   /** Undo or redo up to a step of the document; `revision` is that of the step. */
@@ -816,6 +822,8 @@ export interface Requests {
   guessRobot: {path: string};
   /** Ask for the whole state, in a language such as `es`; the first request of a window. */
   hello: {language?: string};
+  /** Ask for the servants of the realm, each with the type ids of its interfaces. */
+  identities: {};
   /** Ask for the content of the automata that a document imports from other files. */
   imported: {tab: number};
   /** Copy the content of an imported automaton into the document. */
@@ -830,6 +838,8 @@ export interface Requests {
   lookAtTests: {tab: number};
   /** Ask for the plan of a document's trials, and what those that were run say: the push `trials`. */
   lookAtTrials: {tab: number};
+  /** Ask for the snapshot of a component, or a recording, at a component time in s. */
+  moment: {component: string; time: number};
   /** Move the balls of the simulation along their routes, or leave them where they are. */
   moveBalls: {moving: boolean};
   /** Create a document from a template. */
@@ -842,6 +852,14 @@ export interface Requests {
   outputShown: {};
   /** Paste into an automaton, with the upper left corner at `x`, `y` if given. */
   paste: {tab: number; automaton: number; x?: number | null; y?: number | null};
+  /** Let running cycles end, and start none. */
+  pause: {component: string};
+  /** Ask for the picture of a camera at a wall time, as JPEG; null if that was not kept. */
+  picture: {component: string; camera: string; at: number};
+  /** Put something somewhere, at rest. */
+  placeObject: {name: string; position: Vector3};
+  /** Push the torso with a force in N; refused as a command of the robot is. */
+  pushRobot: {force: Vector3; seconds: number};
   /** Write states with all below them as a ready state of the project. */
   putOnShelf: {
     tab: number;
@@ -862,21 +880,16 @@ export interface Requests {
   recover: {journal: string};
   /** Redo the step that was undone last. */
   redo: {tab: number};
+  /** Load the component's file again, and go on in it: a `ReloadReport`. */
+  reload: {component: string};
+  /** Let the robot accept commands again. */
+  resetEmergencyStop: {};
   /** Decide about a document whose file another program changed: keep it, read the file, or merge both. */
   resolve: {tab: number; choice: "merge" | "mine" | "theirs"};
-  /** Generate and start the component as a process; `arguments` are those of its command line. */
-  run: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string; beside?: string[]};
-  /** Run the tests of a document as it was saved, or some by name; the push `tests` has the results. */
-  runTests: {tab: number; names?: string[]};
-  /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */
-  runTrials: {
-    tab: number;
-    runs?: number | null;
-    state?: string;
-    robot?: "" | "fake" | "none" | "sim";
-    limit?: number | null;
-    again?: boolean;
-  };
+  /** Go on after a pause. */
+  resume: {component: string};
+  /** Ask for the graph of ROS, which takes a second. */
+  rosGraph: {};
   /** Save to the file that the document came from, with `overwrite` also over an older dialect. */
   save: {tab: number; overwrite?: boolean};
   /** Save to another file, which is the document's from then on. */
@@ -885,20 +898,53 @@ export interface Requests {
   saveRobot: {name: string; text: string; overwrite?: boolean};
   /** Write what a followed component, or a recorded one, did as a new test. */
   saveTest: {tab: number; component: string};
+  /** Say something to the robot; the answer is what programs recognized in it. */
+  sayToRobot: {text: string};
   /** Search names and code, in one document or in all open ones, for a text or a whole word. */
   search: {text: string; whole?: boolean; tab?: number | null};
+  /** Send an event, with data in JSON or blank. */
+  sendEvent: {component: string; name: string; data: string};
+  /** Ask for numbers over time, by their names: at most `points`, so that no peak is lost. */
+  series: {component: string; names: string[]; start?: number; end?: number; points?: number};
+  /** Replace all breakpoints. */
+  setBreakpoints: {component: string; breakpoints: Breakpoint[]};
+  /** Let time pass faster or slower in a dry run: seconds in one of wall time. */
+  setSpeed: {component: string; speed: number};
+  /** Set a variable of an automaton, or with 0 a parameter, to a value in JSON. */
+  setVariable: {component: string; automaton: number; name: string; value: string};
   /** Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go. */
   share: {shared?: boolean};
   /** Start a simulated robot, or start it again with other options; what was started here before is ended. */
   simulate: {world?: string; speed?: string; balls?: boolean; body?: string};
+  /** Put a simulated robot on its feet where it is. */
+  standRobot: {};
+  /** Generate and start the component as a process; `arguments` are those of its command line. */
+  start: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string; beside?: string[]};
+  /** Run the tests of a document as it was saved, or some by name; the push `tests` has the results. */
+  startTests: {tab: number; names?: string[]};
+  /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */
+  startTrials: {
+    tab: number;
+    runs?: number | null;
+    state?: string;
+    robot?: "" | "fake" | "none" | "sim";
+    limit?: number | null;
+    again?: boolean;
+  };
+  /** Run one cycle of one automaton, or of all with 0, while paused. */
+  step: {component: string; automaton: number};
   /** Stop the process of a component that was started here. */
-  stopRun: {tab: number};
+  stop: {tab: number};
+  /** Stop a component that is followed, also one that was started elsewhere. */
+  stopPresent: {component: string};
   /** Stop the tests of a document. */
   stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
   /** Undo the last step. */
   undo: {tab: number};
+  /** Stop following it; it keeps running. */
+  unfollow: {component: string};
 }
 
 /** The `variable` of a state's automaton that takes the output `name` of one of the automata below. */
@@ -955,19 +1001,6 @@ export interface RosInterface {
   stop: string;
 }
 
-/** The status of a component that was started here. */
-export interface RunPush {
-  push: "run";
-  tab: number;
-  component: string;
-  status: "ended" | "generating" | "started" | "starting" | "stopping";
-  exitCode: number | null;
-  message: string;
-  elsewhere: string;
-  place: Place | null;
-  line: number;
-}
-
 /** What can be drawn as ready states: ours, then those of the project. */
 export interface ShelfPush {
   push: "shelf";
@@ -1003,6 +1036,19 @@ export interface StalePush {
   push: "stale";
   component: string;
   since: number;
+}
+
+/** The status of a component that was started here. */
+export interface StartedPush {
+  push: "started";
+  tab: number;
+  component: string;
+  status: "ended" | "generating" | "started" | "starting" | "stopping";
+  exitCode: number | null;
+  message: string;
+  elsewhere: string;
+  place: Place | null;
+  line: number;
 }
 
 /** A state: its position on the canvas in pixels, its code, and the automata that it owns. */
@@ -1200,6 +1246,13 @@ export interface UndoStep {
   revision: number;
 }
 
+/** A vector in the frame that its holder names. */
+export interface Vector3 {
+  x: number;
+  y: number;
+  z: number;
+}
+
 /** A way to fail: so many trials, the numbers of some, and the timeline of one. */
 export interface Way {
   reason: string;
@@ -1214,7 +1267,7 @@ export interface WorkspacePush {
   push: "workspace";
   tabs: TabState[];
   recoverable: Recoverable[];
-  running: Record<string, unknown>[];
+  present: Record<string, unknown>[];
 }
 
 /** A world of the simulation; `balls` says whether it has balls that can be moved. */

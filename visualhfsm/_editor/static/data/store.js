@@ -1,5 +1,5 @@
 /**
- * The connection to the server and its state: open documents, problems, running components.
+ * The connection to the server and its state: open documents, problems, present components.
  *
  * The server is the truth. The page sends requests, and every change arrives as a push, before the answer to the
  * request that made it. The messages are those of visualhfsm/_editor/protocol.py.
@@ -15,7 +15,7 @@ import {viewing} from "../kit/viewing.js";
 /**
  * @import {Target} from "../kit/events.js"
  * @import {Answer, Answers, Fields, FieldsOf, Greeting, Push, Workspace} from "./messages.js"
- * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, ReadyState, Requests, RobotPush, RunPush,
+ * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, ReadyState, Requests, RobotPush, StartedPush,
  *   ShelfPush, SnapshotPush, StalePush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
@@ -23,9 +23,9 @@ import {viewing} from "../kit/viewing.js";
  *   those that are imported; `checked` is the revision that the problems, with the `counts` of all, are those of
  * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
  * @typedef {Required<Omit<RobotPush, "push">>} Robot
- * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null, restarted: null,
+ * @typedef {{connection: {code?: number, reason?: string}, workspace: {former: Workspace}, request: null, restarted: null,
  *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
- *   problems: ProblemsPush, output: OutputPush, run: RunPush, robot: RobotPush, shelf: ShelfPush, snapshot: SnapshotPush,
+ *   problems: ProblemsPush, output: OutputPush, started: StartedPush, robot: RobotPush, shelf: ShelfPush, snapshot: SnapshotPush,
  *   structure: StructurePush, stale: StalePush, outside: OutsidePush,
  *   tests: TestsPush, trials: TrialsPush}} StoreEvents
  */
@@ -81,14 +81,14 @@ export class RequestError extends Error {
 
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
- * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`,
+ * `request` before one that others may have to precede, and one of the name of each further push (`output`, `started`,
  * `robot`, `shelf`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `trials`, `closed`).
  */
 class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Map<number, OpenDocument>} */
   documents = new Map();
   /** @type {Workspace} */
-  workspace = {tabs: [], recoverable: [], running: []};
+  workspace = {tabs: [], recoverable: [], present: []};
   robot = NO_ROBOT;
   /** The trials of each tab, as far as any were asked for. @type {Map<number, TrialsPush>} */
   trials = new Map();
@@ -257,7 +257,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   }
 
   async #greet() {
-    const former = this.greeting.run;
+    const former = this.greeting.instance;
     const asked = this.request("hello", {language});
     try {
       this.greeting = (await asked) ?? {};
@@ -266,8 +266,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
       this.#emit("failure", {error});
       return;
     }
-    const {run, key} = this.greeting;
-    if (former && run !== former) {
+    const {instance, key} = this.greeting;
+    if (former && instance !== former) {
       this.restarted = true;
       this.#emit("restarted");
       location.reload();
@@ -334,12 +334,15 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         this.#emit("document", {tab: message.tab, changed, whole: Boolean(message.full)});
         return;
       }
-      case "workspace":
+      case "workspace": {
+        const former = this.workspace;
         this.workspace = message;
         for (const tab of this.documents.keys()) {
           if (!message.tabs.some((each) => each.tab === tab)) this.documents.delete(tab);
         }
-        break;
+        this.#emit("workspace", {former});
+        return;
+      }
       case "robot":
         this.robot = {...NO_ROBOT, ...message};
         break;

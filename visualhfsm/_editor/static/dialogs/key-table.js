@@ -78,7 +78,7 @@ export function keyTable() {
       "component",
       "generate",
       "run",
-      "stopRun",
+      "stop",
       "tests",
       "trials",
     ],

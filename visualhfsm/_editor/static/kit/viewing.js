@@ -10,7 +10,9 @@ const ALLOWED = new Set([
     " ",
   ),
   ..."goLeft goRight goUp goDown goNext goBack search problems output tree theme language palette help".split(" "),
-  ..."nextTab previousTab attach detach follow livePanel robotDock robotView cameras timeline backToLive".split(" "),
+  ..."nextTab previousTab followComponent unfollow follow livePanel robotDock robotView cameras timeline backToLive".split(
+    " ",
+  ),
   ..."interfaces timing variables functions component export stopRobot".split(" "),
 ]);
 

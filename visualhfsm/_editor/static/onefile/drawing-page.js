@@ -51,7 +51,7 @@ async function show() {
   const {name, document: full, imported} = content;
   const named = {tab: TAB, title: name, component: name, path: "", recording: name};
   store.show({answer: () => null, frames: {}}, [
-    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], running: []},
+    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], present: []},
     {push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full},
   ]);
   if (imported.length) store.showContent(TAB, imported);

@@ -52,7 +52,7 @@ async function run() {
  * @typedef {{time?: number, camera?: string, at?: number, names?: string[], start?: number, end?: number}} Wanted
  * @param {Content} content
  * @param {string[]} moments
- * @returns {(op: string, fields: {action?: string, arguments?: Wanted}) => any}
+ * @returns {(op: string, fields?: Wanted) => any}
  */
 const answers = ({times, pictures, body}, moments) => {
   /** @param {string} camera @param {number} at */
@@ -73,11 +73,11 @@ const answers = ({times, pictures, body}, moments) => {
       values: Object.fromEntries(names.map((name) => [name, numbers.map((each) => each.get(name) ?? null)])),
     };
   };
-  return (op, {action, arguments: {time = 0, camera = "", at = 0, names = [], start = 0, end = Infinity} = {}}) => {
-    if (action === "at") return unpacked(moments[times.findLastIndex((each) => each <= time)] ?? moments[0]);
-    if (action === "body") return body;
-    if (action === "series") return series(names, start, end);
-    return action === "picture" ? picture(camera, at) : null;
+  return (op, {time = 0, camera = "", at = 0, names = [], start = 0, end = Infinity} = {}) => {
+    if (op === "moment") return unpacked(moments[times.findLastIndex((each) => each <= time)] ?? moments[0]);
+    if (op === "body") return body;
+    if (op === "series") return series(names, start, end);
+    return op === "picture" ? picture(camera, at) : null;
   };
 };
 
@@ -87,7 +87,7 @@ function pushes({name, document}) {
   const named = {tab: TAB, title, component: name, path: "", recording: name};
   /** @type {Push[]} */
   const all = [
-    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], running: []},
+    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], present: []},
   ];
   if (document) all.push({push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full: document});
   return all;

@@ -5,7 +5,7 @@ import {PageElement} from "../data/element.js";
 import {monitor, spokenStatus} from "../run/monitor.js";
 import {page} from "../data/page.js";
 import {required} from "../kit/required.js";
-import {runs, spokenEnd} from "../data/runs.js";
+import {started, spokenEnd} from "../data/started.js";
 import {t} from "../kit/texts.js";
 import {outputLog} from "../data/output-log.js";
 
@@ -24,7 +24,7 @@ const STATUS = {
 class Output extends PageElement {
   static properties = {follows: {state: true}};
   /** @type {typeof PageElement.watches} */
-  static watches = {page: ["tab"], store: ["run"]};
+  static watches = {page: ["tab"], store: ["started"]};
 
   constructor() {
     super();
@@ -76,13 +76,13 @@ class Output extends PageElement {
   }
 
   #status() {
-    const run = runs.of(page.tab);
+    const run = started.of(page.tab);
     if (!run) return t("Not run yet: press F5.");
     // Whether it is paused is known while it is followed.
     if (run.status === "started" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
       return spokenStatus(monitor.newest.component.status);
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
-    return spokenEnd(runs.endOf(run));
+    return spokenEnd(started.endOf(run));
   }
 
   /** @returns {HTMLElement | null} */

@@ -27,8 +27,7 @@ export function bodyOf(hash) {
 
 /** @param {string} hash */
 async function ask(hash) {
-  const fields = {component: "", action: "body", arguments: {hash}};
-  const found = /** @type {Described | null} */ (await store.request("control", fields));
+  const found = await store.request("body", {hash});
   if (!found) throw new Error(t("The editor does not know this robot any more."));
   return found;
 }

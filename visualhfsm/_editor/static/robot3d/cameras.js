@@ -222,7 +222,7 @@ export class Camera extends MonitorElement {
     while (monitor.looking && monitor.looking.at !== this.#former) {
       const at = (this.#former = monitor.looking.at);
       try {
-        const picture = await monitor.control("picture", {camera: this.name, at});
+        const picture = await monitor.ask("picture", {camera: this.name, at});
         this.problem = picture ? "" : t("no picture of this moment");
         if (picture) await this.#paint(new Blob([Uint8Array.from(atob(picture), (c) => c.charCodeAt(0))]));
         else this.#drawWithoutImage();

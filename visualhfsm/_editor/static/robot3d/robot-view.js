@@ -186,7 +186,7 @@ export class RobotView extends MonitorElement {
     const form = /** @type {HTMLFormElement} */ (event.target);
     const text = String(new FormData(form).get("text"));
     try {
-      const understood = await monitor.control("sayToRobot", {text});
+      const understood = await store.request("sayToRobot", {text});
       this.message = understood ? t("It understood: {words}", {words: understood}) : t("No program recognized that.");
       form.reset();
     } catch (error) {
@@ -248,9 +248,9 @@ export class RobotView extends MonitorElement {
     this.grabbing = new Grabbing(this.drawing, {
       place: async (name, position) => {
         await letRest(name);
-        await monitor.control("placeObject", {name, position});
+        await store.request("placeObject", {name, position});
       },
-      push: (force, seconds) => monitor.control("pushRobot", {force, seconds}),
+      push: (force, seconds) => store.request("pushRobot", {force, seconds}),
       report: (message) => (this.message = message),
     });
     this.frames = receiveFrames("poses", {

@@ -10,16 +10,16 @@ import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
 import {STOP_KEY, stopRobot} from "./stop.js";
 
-const attached = () => Boolean(monitor.component);
+const followed = () => Boolean(monitor.component);
 /** Whether there is something to show live: a component, or at least a robot. */
-const hasLive = () => attached() || store.robot.status === "present";
+const hasLive = () => followed() || store.robot.status === "present";
 const steers = () => monitor.steers;
 /** Whether the component runs, as far as is known. */
 const runs = () => monitor.isLive && !monitor.ended && !monitor.since && store.online;
 const recorder = () => import("./recorder.js");
 const paused = () => monitor.newest?.component.status !== 0;
 /** Whether the selection belongs to the component. */
-const here = () => attached() && page.tab === monitor.tab;
+const here = () => followed() && page.tab === monitor.tab;
 const selected = () => page.state ?? page.transition;
 /** Whether the selected element can have a breakpoint, now or when the component runs. */
 const breakable = () => Boolean(page.document && selected()) && (monitor.breakpoints.arePlanned(page.tab) || steers());
@@ -81,7 +81,7 @@ async function runWith({app}) {
 /** @type {import("../kit/registry.js").Action[]} */
 export const monitorActions = [
   {
-    id: "attach",
+    id: "followComponent",
     label: t("Follow"),
     icon: "link",
     keys: ["Alt+A"],
@@ -90,13 +90,13 @@ export const monitorActions = [
     hint: t("a component that runs anywhere in the realm"),
   },
   {
-    id: "detach",
-    label: t("Detach"),
+    id: "unfollow",
+    label: t("Unfollow"),
     icon: "unlink",
     keys: ["Alt+Shift+A"],
     scope: "typing",
-    enabled: attached,
-    run: () => monitor.detach(),
+    enabled: followed,
+    run: () => monitor.unfollow(),
     hint: t("it keeps running"),
   },
   {
@@ -228,7 +228,7 @@ export const monitorActions = [
     label: t("Keep what is active in view"),
     icon: "target",
     keys: ["G"],
-    enabled: attached,
+    enabled: followed,
     run: () => monitor.setFollows(!monitor.follows),
     hint: t("open sub-automata as they become active"),
     checked: () => monitor.follows,
@@ -267,7 +267,7 @@ export const monitorActions = [
     id: "timeline",
     label: t("Timeline"),
     icon: "timing",
-    enabled: () => Boolean(page.document) && attached(),
+    enabled: () => Boolean(page.document) && followed(),
     run: ({app}) => app.showBottom("hfsm-monitor-timeline"),
     hint: t("the run over time"),
   },
@@ -351,8 +351,8 @@ export const monitoredSelection = () =>
 
 /** The groups of the list of keys. */
 export const MONITOR_KEYS = [
-  "attach",
-  "detach",
+  "followComponent",
+  "unfollow",
   "tryIt",
   "record",
   "runWith",
@@ -379,5 +379,5 @@ export const MONITOR_KEYS = [
 export const RUN_MENU = [
   ["tryIt", "tests", "trials", "runWith", "startHere", "recordRun", "generate"],
   ["stepAll", "sendEvent"],
-  ["attach", "detach", "openRecording", "exportRun", "pictureRate"],
+  ["followComponent", "unfollow", "openRecording", "exportRun", "pictureRate"],
 ];

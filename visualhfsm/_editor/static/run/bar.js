@@ -13,7 +13,7 @@ import {keyOf, spoken} from "../kit/keys.js";
 import {page} from "../data/page.js";
 import {isEnabled, perform} from "../kit/registry.js";
 import {needsRobot} from "../data/robot.js";
-import {runs, spokenEnd} from "../data/runs.js";
+import {started, spokenEnd} from "../data/started.js";
 import {actionButton, menuButton} from "../kit/buttons.js";
 import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
@@ -29,9 +29,9 @@ const WRITING = "hfsm-code-panel, hfsm-data-panel, dialog";
 
 class MonitorBar extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
-  static kinds = ["shown", "mode", "structure", "running"];
+  static kinds = ["shown", "mode", "structure", "present"];
   /** @type {typeof MonitorElement.watches} */
-  static watches = {page: ["change"], store: ["connection", "document", "problems", "robot", "run", "workspace"]};
+  static watches = {page: ["change"], store: ["connection", "document", "problems", "robot", "started", "workspace"]};
 
   #stop = ""; // the breakpoints at which it paused last
   /** The cycle that hangs, and where it was first seen to: a loop has several lines. */
@@ -56,7 +56,7 @@ class MonitorBar extends MonitorElement {
                 ${actionButton("run", this.context, {label: "short", kind: "primary"})}
                 ${menuButton(t("Other ways to run"), "chevron", this.#more)}
                 ${this.#button("pauseResume", paused ? {image: "resume", words: t("Resume")} : {words: t("Pause")})}
-                ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}${this.#record()}
+                ${["stepOne", "stop"].map((id) => this.#button(id))}${this.#reload()}${this.#record()}
               </div>`
         }
         ${monitor.isShownBeside(page.tab) ? this.#followed() : this.#ended()}
@@ -117,11 +117,11 @@ class MonitorBar extends MonitorElement {
 
   /** How the run of the shown document has ended if it was too short to be followed. */
   #ended() {
-    const run = runs.of(page.tab);
+    const run = started.of(page.tab);
     if (run?.status !== "ended" || !run.place) return nothing;
-    const failed = runs.failed(page.tab);
+    const failed = started.failed(page.tab);
     return html`<span class="live-status ${failed ? "failed" : "ended"}"
-        ><span class="sign" aria-hidden="true"></span>${spokenEnd(runs.endOf(run))}</span
+        ><span class="sign" aria-hidden="true"></span>${spokenEnd(started.endOf(run))}</span
       >
       ${failureLink(failed)}<strong class="component">${run.component}</strong>`;
   }
@@ -271,7 +271,7 @@ export function statusOf() {
   if (since && !monitor.ended)
     return {
       status: "stale",
-      word: monitor.running.includes(monitor.component)
+      word: monitor.present.includes(monitor.component)
         ? t("Silent since {time}", {time: clockTime(since)})
         : t("Gone since {time}", {time: clockTime(since)}),
     };
@@ -308,12 +308,12 @@ export function statusOf() {
 
 /** Whether the editor has started the followed component. */
 function isStartedHere() {
-  return runs.of(monitor.tab)?.component === monitor.component;
+  return started.of(monitor.tab)?.component === monitor.component;
 }
 
 /** Whether the editor is stopping the followed component, which it has started. */
 function isStopping() {
-  return isStartedHere() && runs.of(monitor.tab)?.status === "stopping";
+  return isStartedHere() && started.of(monitor.tab)?.status === "stopping";
 }
 
 /** Whether the followed component uses a robot; undefined when its document is not open. */
@@ -331,13 +331,13 @@ function spokenDelay({id, lastCycle}) {
 
 /** The run that the followed component has ended with an error, unless the code has changed since. */
 function failedRun() {
-  return isStartedHere() ? runs.failed(monitor.tab) : undefined;
+  return isStartedHere() ? started.failed(monitor.tab) : undefined;
 }
 
-/** A link to where a run has failed. @param {import("../data/protocol.js").RunPush | undefined} run */
+/** A link to where a run has failed. @param {import("../data/protocol.js").StartedPush | undefined} run */
 function failureLink(run) {
   if (!run) return nothing;
-  return html`<button type="button" class="link" title=${t("Show what failed")} @click=${() => runs.showEnd(run)}>
+  return html`<button type="button" class="link" title=${t("Show what failed")} @click=${() => started.showEnd(run)}>
     ${run.line ? t("line {line}", {line: run.line}) : t("show it")}
   </button>`;
 }

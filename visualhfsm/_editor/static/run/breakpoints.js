@@ -31,10 +31,10 @@ export class Breakpoints {
     this.#monitor = monitor;
   }
 
-  /** Whether those of a tab are kept for later: its component is not followed, or has ended. @param {number} tab */
+  /** Whether those of a tab are kept for later: its component is not known yet, or has ended. @param {number} tab */
   arePlanned(tab) {
-    const {component, isOver, tab: followed} = this.#monitor;
-    return !component || isOver || followed !== tab;
+    const {structure, isOver, tab: followed} = this.#monitor;
+    return !structure || isOver || followed !== tab;
   }
 
   /** The breakpoints of the component of a tab, or those planned for it. @param {number} tab */

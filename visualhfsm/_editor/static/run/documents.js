@@ -97,13 +97,13 @@ export async function openRecording() {
  */
 export function awaitRecording(tab, path) {
   notify(t("The run is recorded into {path}.", {path}));
-  /** @param {CustomEvent<import("../data/protocol.js").RunPush>} event */
+  /** @param {CustomEvent<import("../data/protocol.js").StartedPush>} event */
   const ended = ({detail}) => {
     if (detail.tab !== tab || detail.status !== "ended") return;
-    store.removeEventListener("run", ended);
+    store.removeEventListener("started", ended);
     notify(t("The run was recorded into {path}.", {path}), "info", {label: t("Play it"), run: () => play(path)});
   };
-  store.addEventListener("run", ended);
+  store.addEventListener("started", ended);
 }
 
 /** @param {string} path */

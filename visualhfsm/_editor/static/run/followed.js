@@ -80,7 +80,7 @@ export class Followed {
 
   /** Whether it runs as far as is known, and may be steered. */
   get steers() {
-    return this.isLive && this.writable && !this.since && !this.ended;
+    return Boolean(this.newest) && this.isLive && this.writable && !this.since && !this.ended;
   }
 
   /** Whether its state is unknown: it is silent, and no end was reported. */

@@ -4,13 +4,14 @@
  * One component, or one recording, is followed at a time. `shown.js` has what views read of it, `followed.js` what is
  * known of it, `starts.js` what this window has started.
  *
- * @import {Answers, Controls, Followed as Reported} from "../data/messages.js"
- * @import {LiveSnapshot, LiveStructure, RunPush} from "../data/protocol.js"
+ * @import {Answers, FieldsOf, Followed as Reported, Workspace} from "../data/messages.js"
+ * @import {LiveSnapshot, LiveStructure, Requests, StartedPush} from "../data/protocol.js"
  * @import {MonitorEvents} from "./shown.js"
+ * @typedef {{component: string, awaited?: boolean, tab?: number, structure?: LiveStructure}} Next
  */
 
 import {notify, notifyError, clearErrors} from "../kit/notices.js";
-import {runs} from "../data/runs.js";
+import {started} from "../data/started.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 import {viewing} from "../kit/viewing.js";
@@ -27,6 +28,10 @@ export const spokenStatus = (status) => [t("Running"), t("Paused"), t("Halted")]
 export const ON_TIME = 1;
 export const ON_EVENT = 2;
 
+/** The present components of open documents. @param {Pick<Workspace, "tabs" | "present">} workspace */
+const shown = ({tabs, present}) =>
+  tabs.map((each) => each.component).filter((component) => present.some((each) => each.component === component));
+
 /** Chooses what is followed, takes what it sends, and steers it. */
 class Monitor extends Shown {
   breakpoints = new Breakpoints(this);
@@ -34,55 +39,41 @@ class Monitor extends Shown {
   /** Whether the canvas follows the deepest active automaton. */
   follows = false;
 
-  #expected = ""; // a component that was just started
-  #lost = ""; // the component that was followed when the connection was lost
   /**
-   * The component to follow, and its pushes before the answer.
+   * What is followed next: it was asked for, or is `awaited`, until it is present again. The component of a `tab` is known
+   * when that starts; a structure may come before the answer.
    *
-   * @type {{component: string, structure: LiveStructure | undefined} | undefined}
+   * @type {Next | undefined}
    */
-  #attaching;
-
-  /**
-   * The components of open documents that ran when a viewer last looked.
-   *
-   * @type {readonly string[]}
-   */
-  #seen = [];
+  #next;
 
   constructor() {
     super();
     store.addEventListener("snapshot", ({detail}) => detail.component === this.component && this.#take(detail.value));
     store.addEventListener("structure", ({detail}) => {
       if (detail.component === this.component) this.#learn(detail.value);
-      else if (detail.component === this.#attaching?.component) this.#attaching.structure = detail.value;
+      else if (detail.component === this.#next?.component) this.#next.structure = detail.value;
     });
     store.addEventListener("stale", ({detail}) => detail.component === this.component && this.#lose(detail.since));
-    store.addEventListener("workspace", () => this.#look());
+    store.addEventListener("workspace", ({detail}) => this.#look(detail.former));
     store.addEventListener("connection", () => this.#reconnect());
-    store.addEventListener("run", ({detail}) => this.#ran(detail));
+    store.addEventListener("started", ({detail}) => this.#takeStarted(detail));
     store.addEventListener("closed", ({detail}) => this.#closed(detail.tab));
   }
 
   /**
-   * Follow a component as soon as it runs: this window has started it.
+   * Start the component of a tab, and follow it by the answer.
    *
-   * @param {string} component
+   * @template {Answers["start"] | null | undefined} Answer
+   * @param {number} tab
+   * @param {() => Promise<Answer>} request that starts it
    */
-  expect(component) {
-    this.#expected = component;
-    this.starts.begin(component);
-    if (this.component === component) {
-      this.lookAt(undefined);
-    } else if (this.since) {
-      this.detach(); // a lost component gives way at once
-    }
-    this.#look();
-  }
-
-  /** Watch a component if it runs when the connection is back; the followed one is anyway. @param {string} component */
-  lookFor(component) {
-    if (component !== this.component) this.#expected = component;
+  async start(tab, request) {
+    const {online, workspace} = store;
+    const answer = await this.#turn({component: "", tab}, request);
+    const {component = ""} = workspace.tabs.find((each) => each.tab === tab) ?? {};
+    if (!answer && online && !store.online) this.#next = {component, awaited: true}; // it may have started
+    return answer;
   }
 
   /**
@@ -90,29 +81,41 @@ class Monitor extends Shown {
    *
    * @param {string} component
    */
-  async attach(component) {
+  async follow(component) {
     if (this.component === component && !this.recording) return true;
-    await this.detach();
-    const asked = (this.#attaching = {component, structure: undefined});
-    let found;
-    try {
-      found = await store.request("attach", {component});
-    } catch (error) {
-      if (this.#attaching === asked) this.#attaching = undefined;
-      notifyError(error);
-      return false;
+    await this.#turn({component}, () => store.request("follow", {component}).catch(notifyError));
+    return this.component === component;
+  }
+
+  /**
+   * Turn to what a request asks for, unless something else was asked for meanwhile, or it has ended.
+   *
+   * @template {Reported | null | undefined | void} Answer
+   * @param {Next} next
+   * @param {() => Promise<Answer>} request
+   */
+  async #turn(next, request) {
+    this.#next = next;
+    const answer = await request();
+    const isNext = this.#next === next;
+    if (isNext) this.#next = undefined;
+    if (!answer) return answer;
+    const {component} = next;
+    if (!isNext) {
+      if (![this.component, this.#next?.component].includes(component))
+        store.request("unfollow", {component}).catch(() => {}); // it is gone already
+      return answer;
     }
-    if (this.#attaching !== asked) {
-      // another component was chosen meanwhile
-      if (![this.component, this.#attaching?.component].includes(component))
-        store.request("detach", {component}).catch(() => {}); // it is gone already
-      return false;
+    const isFollowed = this.component === component;
+    if (isFollowed && next.tab) {
+      this.lookAt(undefined); // its next run is followed, too
+      return answer;
     }
-    this.#attaching = undefined;
+    if (!isFollowed) this.unfollow();
     this.followed.component = component;
     this.followed.writable = this.starts.has(component);
-    this.#begin({...found, structure: asked.structure ?? found.structure});
-    return true;
+    this.#begin({...answer, structure: next.structure ?? answer.structure});
+    return answer;
   }
 
   /** The component that is followed has ended. @param {string} message how */
@@ -129,8 +132,8 @@ class Monitor extends Shown {
    * @param {Answers["recording"]} found
    */
   async lookAtRecording(path, found) {
-    await this.detach();
-    this.#attaching = undefined;
+    await this.unfollow();
+    this.#next = undefined;
     const {followed} = this;
     const {component, shortened, tab, world, cameras, body} = found;
     followed.component = component;
@@ -142,14 +145,14 @@ class Monitor extends Shown {
   }
 
   /** Follow nothing. */
-  async detach() {
+  async unfollow() {
     const {component} = this;
     if (!component) return;
     this.followed = new Followed();
     this.breakpoints = new Breakpoints(this);
     this.#emit("structure", "shown");
     this.#emit("mode", "shown");
-    if (store.online) await store.request("detach", {component}).catch(() => {}); // it is gone already
+    if (store.online) await store.request("unfollow", {component}).catch(() => {}); // it is gone already
   }
 
   /** @param {boolean} allowed */
@@ -176,46 +179,42 @@ class Monitor extends Shown {
 
   /** Request the constants of a present robot, unless they are known. @param {string[]} [joints] that it has */
   async learnRobot(joints) {
-    if (await this.robot.complete(joints, () => this.control("facts"))) this.#emit("structure");
+    if (await this.robot.complete(joints, () => store.request("facts"))) this.#emit("structure");
   }
 
   /**
-   * Send a control request to the component.
+   * Send a request about the component.
    *
-   * @template {keyof Controls} Action
-   * @param {Action} action
-   * @param {Record<string, unknown>} args
-   * @returns {Promise<Controls[Action]>} its result; rejected with a RequestError
+   * @template {keyof Requests} Op
+   * @param {Op} op
+   * @param {FieldsOf<Omit<Requests[Op], "component">>} fields
    */
-  control(action, args = {}) {
-    return /** @type {Promise<Controls[typeof action]>} */ (
-      store.request("control", {component: this.component, action, arguments: args})
-    );
+  ask(op, ...[fields]) {
+    return store.request(op, .../** @type {any} */ ([{component: this.component, ...fields}]));
   }
 
   /**
-   * The same for an action of the user, with refusals shown.
+   * The same for an action of the user, with refusals shown; answered with undefined then.
    *
-   * @template {keyof Controls} Action
-   * @param {Action} action
-   * @param {Record<string, unknown>} args
-   * @returns {Promise<Controls[Action] | null | undefined>} undefined then
+   * @template {keyof Requests} Op
+   * @param {Op} op
+   * @param {FieldsOf<Omit<Requests[Op], "component">>} fields
    */
-  async steer(action, args = {}) {
+  async steer(op, ...fields) {
     if (!this.steers) return undefined;
     try {
-      const done = (await this.control(action, args)) ?? null;
-      clearErrors(`control ${action}`);
+      const done = (await this.ask(op, ...fields)) ?? null;
+      clearErrors(`steer ${op}`);
       return done;
     } catch (error) {
-      notifyError(error, {about: `control ${action}`});
+      notifyError(error, {about: `steer ${op}`});
       return undefined;
     }
   }
 
   /** End the component, which somebody else has started. */
   async stop() {
-    if ((await this.steer("stop")) !== undefined) this.end(t("it was stopped"));
+    if ((await this.steer("stopPresent")) !== undefined) this.end(t("it was stopped"));
   }
 
   /** @param {Reported} reported */
@@ -263,20 +262,24 @@ class Monitor extends Shown {
       );
   }
 
-  /** A component was started from a tab, or has ended. @param {RunPush} run */
-  #ran(run) {
+  /** A component was started from a tab, or has ended. @param {StartedPush} run */
+  #takeStarted(run) {
     const {tab, component, status} = run;
     this.starts.from(component, tab);
+    if (status === "generating" && this.#next?.tab === tab) {
+      this.#next.component = component;
+      this.starts.begin(component);
+    }
     if (status === "starting" && component === this.component) this.followed.begun = true;
     if (status !== "ended") return;
-    if (component === this.#expected) this.#expected = "";
+    if (component === this.#next?.component) this.#next = undefined;
     this.starts.end(component);
-    if (component === this.component) this.end(run.place || !this.ended ? runs.endOf(run) : this.ended.message);
+    if (component === this.component) this.end(run.place || !this.ended ? started.endOf(run) : this.ended.message);
   }
 
   /** A component ends with the tab from which it was started, a recording with its own. @param {number} tab */
   #closed(tab) {
-    if ((this.recording ? this.recording.tab : this.starts.tabOf(this.component)) === tab) this.detach();
+    if ((this.recording ? this.recording.tab : this.starts.tabOf(this.component)) === tab) this.unfollow();
   }
 
   /** @param {number} since */
@@ -286,43 +289,36 @@ class Monitor extends Shown {
     this.#emit("mode", "shown");
   }
 
-  /** Attach to the component that was just started, as soon as it is present. */
-  #look() {
-    if (this.#expected && this.running.includes(this.#expected)) {
-      const component = this.#expected;
-      this.#expected = "";
-      this.attach(component);
-    } else if (this.running.includes(this.#lost)) {
-      const component = this.#lost;
-      this.#lost = "";
-      this.followed.component = "";
-      this.attach(component).then((done) => done || this.#emit("mode", "shown"));
-    } else if (viewing.on) {
-      this.#lookOn();
+  /**
+   * Follow again what is present again. Viewers start nothing: they follow a shown document that begins to run, unless
+   * what they follow still does.
+   *
+   * @param {Pick<Workspace, "tabs" | "present">} [former]
+   */
+  #look(former = {tabs: [], present: []}) {
+    const next = this.#next;
+    if (next?.awaited && this.present.includes(next.component)) {
+      const failed = () => this.#emit("mode", "shown");
+      this.#turn({...next, awaited: false}, () => store.request("follow", {component: next.component}).catch(failed));
+    } else if (viewing.on && (!this.component || this.since || this.ended)) {
+      const known = shown(former);
+      const begun = shown(store.workspace).find((component) => !known.includes(component));
+      if (begun) this.follow(begun);
     }
-    this.#emit("running");
-  }
-
-  /** Viewers start nothing: they follow a shown document that begins to run, unless what they follow still does. */
-  #lookOn() {
-    const {tabs} = store.workspace;
-    const running = this.running.filter((component) => tabs.some((each) => each.component === component));
-    const begun = running.find((component) => !this.#seen.includes(component));
-    this.#seen = running;
-    if (begun && (!this.component || this.since || this.ended)) this.attach(begun);
+    this.#emit("present");
   }
 
   #reconnect() {
     if (this.recording) return;
-    if (!this.component) {
-      if (store.online) this.#look();
-    } else if (!store.online) {
-      this.followed.since ||= Date.now() / 1000;
-      this.starts.forget(); // components may end unseen while offline
-      this.#lost = this.component;
-      this.#emit("mode", "shown");
-    } else {
+    if (store.online) {
       this.#look();
+      return;
+    }
+    this.starts.forget(); // components may end unseen while offline
+    if (this.component) {
+      this.followed.since ||= Date.now() / 1000;
+      this.#next = {component: this.component, awaited: true};
+      this.#emit("mode", "shown");
     }
   }
 

@@ -129,7 +129,7 @@ export class MonitorPanel extends MonitorElement {
   render() {
     const tabs = this.#tabs.map(({id, label}) => ({id, label, filled: id === "errors" && hasErrors()}));
     const hint = t("Nothing is followed. Press F5 to run this component, or {key} to follow a running one.", {
-      key: keyOf("attach"),
+      key: keyOf("followComponent"),
     });
     if (!tabs.length)
       return html`<div class="empty">

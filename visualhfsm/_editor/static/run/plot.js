@@ -68,7 +68,7 @@ export class Plot {
     const start = monitor.recording ? 0 : Math.max(0, monitor.past.end - span);
     let found;
     try {
-      found = await monitor.control("series", {names, start, end, points: POINTS});
+      found = await monitor.ask("series", {names, start, end, points: POINTS});
     } catch {
       return undefined; // the component was lost; the next one begins a new plot
     }

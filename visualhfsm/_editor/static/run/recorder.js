@@ -36,7 +36,7 @@ export async function toggleRecording() {
 function awaitEnd(path) {
   let begun = false;
   const look = () => {
-    const goesOn = store.workspace.running.some(({recording}) => recording && path.endsWith(`/${recording}`));
+    const goesOn = store.workspace.present.some(({recording}) => recording && path.endsWith(`/${recording}`));
     if (goesOn) begun = true;
     if (goesOn || !begun) return;
     store.removeEventListener("workspace", look);

@@ -49,7 +49,7 @@ class Scrubbing extends /** @type {new () => import("../kit/events.js").Target<{
       while (this.#wanted !== undefined) {
         /** @type {number} */
         const asked = this.#wanted;
-        const found = await monitor.control("at", {time: asked});
+        const found = await monitor.ask("moment", {time: asked});
         if (this.#wanted === undefined) break; // back to the present
         if (found) {
           this.#found = found;

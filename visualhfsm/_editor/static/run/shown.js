@@ -4,7 +4,7 @@
  * `snapshot` is what is shown: the newest moment, or one of the past while looking back.
  *
  * @import {Target} from "../kit/events.js"
- * @typedef {{mode: null, structure: null, snapshot: null, shown: null, running: null}} MonitorEvents
+ * @typedef {{mode: null, structure: null, snapshot: null, shown: null, present: null}} MonitorEvents
  */
 
 import {store} from "../data/store.js";
@@ -12,7 +12,7 @@ import {Followed} from "./followed.js";
 import {Starts} from "./starts.js";
 
 /**
- * Events: `mode` when it is attached, detached, lost or found, or when permission to steer it changes; `structure` when
+ * Events: `mode` when it is followed or no longer, lost or found, or when permission to steer it changes; `structure` when
  * that or breakpoints change; `snapshot` at each new moment of the component; `shown` when the `snapshot` changes.
  */
 export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (EventTarget) {
@@ -133,14 +133,14 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
     return Boolean(this.component) && !(this.isOver && this.tab && this.tab !== tab);
   }
 
-  /** The components that run in the realm. @returns {string[]} */
-  get running() {
-    return (store.workspace.running ?? []).map((each) => each.component);
+  /** The components that are present in the realm. @returns {string[]} */
+  get present() {
+    return (store.workspace.present ?? []).map((each) => each.component);
   }
 
   /** When the current recording of it began, s since 1970; 0 without one. */
   get recordedSince() {
-    return store.workspace.running?.find((each) => each.component === this.component)?.since ?? 0;
+    return store.workspace.present?.find((each) => each.component === this.component)?.since ?? 0;
   }
 
   /** The tab of the document of the component, first of all the one that it was started from; 0 without one. */

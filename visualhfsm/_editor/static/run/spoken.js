@@ -4,7 +4,7 @@
  * The bar says more, such as how long something hangs, which would be read once a second. Errors are notices.
  */
 
-import {runs} from "../data/runs.js";
+import {started} from "../data/started.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
@@ -24,7 +24,7 @@ let later = 0;
 
 /** How the run of the shown document is. */
 function spokenStatus() {
-  const run = runs.of(page.tab);
+  const run = started.of(page.tab);
   if (!monitor.component || !monitor.isShownBeside(page.tab)) return STARTS[run?.status ?? ""] ?? "";
   const {word, spoken = word} = statusOf();
   return spoken;
@@ -63,6 +63,6 @@ region.setAttribute("aria-atomic", "false");
 region.append(status, " ", place);
 document.body.append(region);
 for (const kind of /** @type {const} */ (["mode", "snapshot", "structure"])) monitor.addEventListener(kind, look);
-store.addEventListener("run", look);
+store.addEventListener("started", look);
 page.addEventListener("tab", look);
 setTimeout(look, 100); // readers know the region by then

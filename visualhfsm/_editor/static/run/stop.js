@@ -1,7 +1,8 @@
 /** The operator's stop button: it asks no question, does not wait, and works in every mode. */
 
 import {clearErrors, messageOf, notify} from "../kit/notices.js";
-import {runs} from "../data/runs.js";
+import {started} from "../data/started.js";
+import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
@@ -22,21 +23,21 @@ const late = new Map();
 export async function stopRobot() {
   clearErrors(STOP);
   late.clear();
-  runs.stopHere();
+  started.stopHere();
   let confirmed = () => {};
   const timer = setTimeout(() => {
     const what = t("STOP is not confirmed yet, and repeated. If the robot moves, use its own button.");
     confirmed = report(what);
   }, LATE);
   try {
-    const {stopped, failed} = await monitor.control("emergencyStop");
+    const {stopped, failed} = await store.request("emergencyStop");
     const problems = [];
     for (const [name, reason] of Object.entries(failed)) {
       const problem = `${name}: ${reason}`;
-      if (monitor.running.includes(name)) late.set(name, report(t("Not stopped. {problems}", {problems: problem})));
+      if (monitor.present.includes(name)) late.set(name, report(t("Not stopped. {problems}", {problems: problem})));
       else problems.push(problem);
     }
-    const hung = runs.failed(monitor.tab)?.component === monitor.component; // and where is said already
+    const hung = started.failed(monitor.tab)?.component === monitor.component; // and where is said already
     if (stopped.includes(monitor.component) && !hung) monitor.end(t("it was stopped by STOP"));
     if (stopped.length) notify(t("Stopped: {names}.", {names: stopped.join(", ")}));
     else if (!problems.length && !late.size)
@@ -53,7 +54,7 @@ export async function stopRobot() {
 /** Say of those that ended late that they have ended. */
 function look() {
   for (const [name, takeBack] of late) {
-    if (monitor.running.includes(name)) continue;
+    if (monitor.present.includes(name)) continue;
     late.delete(name);
     takeBack();
     notify(t("{name} has ended, too.", {name}));
@@ -62,7 +63,7 @@ function look() {
 
 /** Listen before all others, also while an open dialog keeps the button behind it from being pressed. */
 export function listenForStop() {
-  monitor.addEventListener("running", look);
+  monitor.addEventListener("present", look);
   window.addEventListener(
     "pointerdown",
     (event) => {

@@ -60,7 +60,7 @@ class Timeline extends MonitorElement {
   render() {
     if (!monitor.component)
       return html`<p class="empty">
-        ${t("Nothing is followed. Press F5 to run this component, or {key} to follow a running one.", {key: keyOf("attach")})}
+        ${t("Nothing is followed. Press F5 to run this component, or {key} to follow a running one.", {key: keyOf("followComponent")})}
       </p>`;
     const lanes = (this.lanes = this.#findLanes());
     const height = lanes.length * (LANE + GAP) + AXIS;

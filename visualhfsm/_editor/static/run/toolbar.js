@@ -4,45 +4,45 @@ import {html} from "lit";
 
 import {keyOf} from "../kit/keys.js";
 import {required} from "../kit/required.js";
-import {runs} from "../data/runs.js";
+import {started} from "../data/started.js";
 import {n, t} from "../kit/texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
 export class MonitorToolbar extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
-  static kinds = ["mode", "running"];
+  static kinds = ["mode", "present"];
 
   render() {
-    const {running} = monitor;
-    const words = running.length ? n("{count} running", "{count} running", running.length) : t("Nothing runs");
+    const {present} = monitor;
+    const words = present.length ? n("{count} running", "{count} running", present.length) : t("Nothing runs");
     return html`<button
       type="button"
-      class="running-now ${running.length ? "some" : ""}"
+      class="running-now ${present.length ? "some" : ""}"
       aria-label=${words}
       aria-haspopup="menu"
       aria-expanded="false"
-      title=${t("Components that run in the realm ({key})", {key: keyOf("attach")})}
+      title=${t("Components that run in the realm ({key})", {key: keyOf("followComponent")})}
       @click=${() => this.open()}
     >
       <span class="pulse" aria-hidden="true"></span><span class="word">${words}</span
-      ><span class="short" aria-hidden="true">${running.length || ""}</span>
+      ><span class="short" aria-hidden="true">${present.length || ""}</span>
     </button>`;
   }
 
   /** Show the running components, to choose one; hide the list if it is shown already. */
   async open() {
     const {dropMenu} = await import("../shell/menu.js");
-    const {running} = monitor;
-    const components = running.map((name) => {
+    const {present} = monitor;
+    const components = present.map((name) => {
       const isFollowed = name === monitor.component;
-      const shown = runs.elsewhere.includes(name) ? t("{name}, started elsewhere", {name}) : name;
+      const shown = started.elsewhere.includes(name) ? t("{name}, started elsewhere", {name}) : name;
       const label = isFollowed ? t("{name} (followed)", {name: shown}) : shown;
       return {id: name, label, icon: isFollowed ? "properties" : "link", run: () => this.#follow(name)};
     });
-    const more = monitor.component ? ["openRecording", "detach"] : ["openRecording"];
-    const title = running.length ? t("Running now") : t("No component runs in this realm");
-    const groups = running.length ? [components, more] : [more];
+    const more = monitor.component ? ["openRecording", "unfollow"] : ["openRecording"];
+    const title = present.length ? t("Running now") : t("No component runs in this realm");
+    const groups = present.length ? [components, more] : [more];
     dropMenu(required(this.querySelector("button"), "button"), {groups, title}, this.context);
   }
 

@@ -96,7 +96,7 @@ async function show(canvas, group, pinned) {
   while (shown === current && monitor.isLive) {
     let explanation;
     try {
-      explanation = await monitor.control("explain", {automaton: current.automaton});
+      explanation = await monitor.ask("explain", {automaton: current.automaton});
     } catch {
       break; // the component was lost; the canvas shows that
     }

@@ -7,20 +7,20 @@ import {monitorActions, monitoredSelection} from "../run/actions.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
 import {addActions} from "../kit/registry.js";
-import {runs} from "../data/runs.js";
+import {started} from "../data/started.js";
 import {n, t} from "../kit/texts.js";
 
 const hasDocument = () => Boolean(page.document);
 
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
-const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && runs.isRunning(tab)) || 0;
+const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && started.isAlive(tab)) || 0;
 
 /** Stop the component that was started here, or else the followed one. */
-function stopRun() {
+function stop() {
   const tab = startedHere();
   if (!tab) return monitor.stop();
-  runs.stopHere(tab);
-  return commands.ask("stopRun", {tab});
+  started.stopHere(tab);
+  return commands.ask("stop", {tab});
 }
 
 const files = () => import("../data/files.js");
@@ -188,13 +188,13 @@ addActions([
     run: ({app}) => app.run(),
   },
   {
-    id: "stopRun",
+    id: "stop",
     label: t("Stop"),
     icon: "stop",
     keys: ["Shift+F5"],
     scope: "typing",
     enabled: () => startedHere() > 0 || monitor.steers,
-    run: stopRun,
+    run: stop,
     hint: t("the component of the shown document, or else the followed one"),
   },
 

@@ -30,7 +30,7 @@ import {listenForStop} from "../run/stop.js";
 import {outputLog} from "../data/output-log.js";
 import {perform} from "../kit/registry.js";
 import {chosenBody, isReadyFor} from "../data/robot.js";
-import {runs} from "../data/runs.js";
+import {started} from "../data/started.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
 import {banner, keepStopInView} from "./shell.js";
@@ -86,7 +86,7 @@ const BOTTOM = [
 export class HfsmApp extends PageElement {
   static properties = {side: {state: true}, bottom: {state: true}, tree: {state: true}};
   /** @type {typeof PageElement.watches} */
-  static watches = {page: ["change"], store: ["workspace", "document", "connection", "run", "robot", "outside"]};
+  static watches = {page: ["change"], store: ["workspace", "document", "connection", "started", "robot", "outside"]};
 
   constructor() {
     super();
@@ -154,7 +154,7 @@ export class HfsmApp extends PageElement {
       (event) =>
         store.workspace.tabs.some((each) => each.dirty) && !store.online && !store.restarted && event.preventDefault(),
     );
-    this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
+    this.listen(monitor, "present", () => monitor.present.length && this.#showMonitor("hfsm-monitor-toolbar"));
     this.listen(monitor, "mode", () => this.#monitored());
     for (const kind of /** @type {const} */ (["mode", "structure"]))
       this.listen(monitor, kind, () => this.#showRobot());
@@ -207,7 +207,7 @@ export class HfsmApp extends PageElement {
    * @param {string[]} options
    */
   async run(options = [], {record = false, dryRun = false} = {}) {
-    const {tab, tabState, document: shown} = page;
+    const {tab, document: shown} = page;
     if (!shown) return;
     page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
@@ -217,7 +217,7 @@ export class HfsmApp extends PageElement {
       dryRun = settled === "dryRun";
       page.show(tab);
     }
-    runs.dismiss(tab);
+    started.dismiss(tab);
     import("../run/spoken.js");
     if (dryRun) this.showLive("dryRun");
     const opens = !this.#wanted.bottom;
@@ -225,13 +225,10 @@ export class HfsmApp extends PageElement {
     this.outputOpened = opens;
     const body = dryRun ? chosenBody() : "";
     const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
-    const started = await askBy("run", tab, () => startBeside(request));
-    if (started === null && this.outputOpened) this.showBottom("");
-    if (started === null) return;
-    if (started) monitor.expect(started.component);
-    else if (store.online) this.#showErrors();
-    else if (tabState) monitor.lookFor(tabState.component); // it may have started
-    if (started?.recording) (await import("../run/documents.js")).awaitRecording(tab, started.recording);
+    const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
+    if (answer === null && this.outputOpened) this.showBottom("");
+    if (answer === undefined && store.online) this.#showErrors();
+    if (answer?.recording) (await import("../run/documents.js")).awaitRecording(tab, answer.recording);
   }
 
   /** Show the errors of the document, for which no component was generated; they may not be known yet. */
@@ -302,7 +299,7 @@ export class HfsmApp extends PageElement {
 
   /** Follow a component that runs, and show its document. @param {string} component */
   async follow(component) {
-    if (!(await monitor.attach(component))) return;
+    if (!(await monitor.follow(component))) return;
     if (monitor.tab) page.show(monitor.tab);
     else await this.openFollowed();
   }
@@ -637,9 +634,9 @@ keepStopInView();
 restoreSizes();
 /** What a window shows first: what it showed before it was loaded again; to who looks on, what runs. */
 function firstTab() {
-  const {tabs, running} = store.workspace;
+  const {tabs, present} = store.workspace;
   const former = Number(windowStorage.getItem(SHOWN));
-  const live = tabs.find(({component}) => running.some((each) => each.component === component));
+  const live = tabs.find(({component}) => present.some((each) => each.component === component));
   return (tabs.find(({tab}) => tab === former) ?? (viewing.on ? live : undefined) ?? tabs[0])?.tab ?? 0;
 }
 

@@ -4,7 +4,7 @@
  */
 
 import {confirm} from "../kit/dialog.js";
-import {runs} from "../data/runs.js";
+import {started} from "../data/started.js";
 import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 
@@ -19,16 +19,16 @@ const accepted = new Set();
 /**
  * Start a component; ask first whether to run beside those of others.
  *
- * @param {Requests["run"]} request
- * @returns {Promise<Answers["run"] | null>} null if the user decides against it; rejected with a RequestError
+ * @param {Requests["start"]} request
+ * @returns {Promise<Answers["start"] | null>} null if the user decides against it; rejected with a RequestError
  */
 export async function startBeside(request) {
-  for (const name of accepted) if (!runs.elsewhere.includes(name)) accepted.delete(name);
+  for (const name of accepted) if (!started.elsewhere.includes(name)) accepted.delete(name);
   try {
-    return await store.request("run", {...request, beside: [...accepted]});
+    return await store.request("start", {...request, beside: [...accepted]});
   } catch (error) {
     if (!(error instanceof RequestError && error.kind === "shared")) throw error;
-    const others = runs.elsewhere; // those that the server has named, and those that are accepted
+    const others = started.elsewhere; // those that the server has named, and those that are accepted
     const choice = await confirm({
       title: t("Others use this robot"),
       text: error.message,

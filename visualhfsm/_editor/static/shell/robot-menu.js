@@ -141,8 +141,8 @@ class RobotMenu extends PageElement {
               changed || !runs ? "primary" : "",
             )
       }
-      ${isHere && simulated ? this.#button("up", t("Put the robot upright"), () => control("standRobot")) : nothing}
-      ${isHere && store.robot.stopped ? this.#button("reload", t("Reset the emergency stop"), () => control("resetEmergencyStop")) : nothing}
+      ${isHere && simulated ? this.#button("up", t("Put the robot upright"), () => store.request("standRobot")) : nothing}
+      ${isHere && store.robot.stopped ? this.#button("reload", t("Reset the emergency stop"), () => store.request("resetEmergencyStop")) : nothing}
       ${
         started
           ? this.#button("stop", runs ? t("Stop the simulation") : t("End the connection"), () =>
@@ -205,9 +205,6 @@ const choice = (label, chosen, options, choose) =>
       ${options.map(([value, words, title = ""]) => html`<option value=${value} ?selected=${value === chosen} title=${title}>${words}</option>`)}
     </select></label
   >`;
-
-/** @param {string} action */
-const control = (action) => store.request("control", {component: "", action, arguments: {}});
 
 /** Ask for the address of a real robot, and whether it may move; then connect to it. */
 export async function connect() {

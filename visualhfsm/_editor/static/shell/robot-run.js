@@ -122,5 +122,5 @@ async function resetStop() {
     choices: [["reset", t("Reset the emergency stop and run"), "primary"]],
   });
   if (choice !== "reset") return false;
-  return (await ask("control", {component: "", action: "resetEmergencyStop", arguments: {}})) !== undefined;
+  return (await ask("resetEmergencyStop")) !== undefined;
 }

@@ -247,7 +247,7 @@ class Breadcrumbs extends PageElement {
 
 class Status extends PageElement {
   /** @type {typeof PageElement.watches} */
-  static watches = {page: ["change"], store: ["document", "workspace", "problems", "connection", "run"]};
+  static watches = {page: ["change"], store: ["document", "workspace", "problems", "connection", "started"]};
 
   firstUpdated() {
     this.listen(/** @type {Target<{view: null}>} */ (this.context.canvas), "view", () => this.#showZoom());
@@ -347,7 +347,7 @@ function stoppedBanner() {
 
 async function resetStop() {
   try {
-    await store.request("control", {component: "", action: "resetEmergencyStop", arguments: {}});
+    await store.request("resetEmergencyStop");
   } catch (error) {
     notifyError(error);
   }

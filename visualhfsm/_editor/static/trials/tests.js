@@ -215,7 +215,7 @@ class TestsPanel extends PageElement {
   async #run(names) {
     const {tab} = page;
     if (page.tabState?.dirty && !(await (await import("../data/files.js")).save(tab))) return;
-    await ask("runTests", {tab, names});
+    await ask("startTests", {tab, names});
   }
 
   /** A recording has no tests, but can become one. */

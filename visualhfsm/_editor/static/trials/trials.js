@@ -244,7 +244,7 @@ class TrialsPanel extends PageElement {
     event.preventDefault();
     const trials = store.trials.get(page.tab);
     if (!trials?.plan) return;
-    if ((await ask("runTrials", {tab: page.tab, ...requestOf(trials, trials.plan, this.draft)})) !== undefined)
+    if ((await ask("startTrials", {tab: page.tab, ...requestOf(trials, trials.plan, this.draft)})) !== undefined)
       this.draft = {};
   };
 

@@ -9,7 +9,7 @@ import msgspec
 from interfaces.hfsm import ComponentSnapshot, ErrorReport
 from interfaces.nao import HealthEvent, HealthReport, Severity
 from visualhfsm._base.languages import encoder
-from visualhfsm._monitor.realm.moments import heard_moment, heard_snapshot
+from visualhfsm._monitor.realm.moments import translate_moment, translate_snapshot
 from visualhfsm._monitor.realm.robot import RobotState
 from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog
 
@@ -35,8 +35,8 @@ def test_a_snapshot_is_said_in_spanish_now_and_later() -> None:
         "ZeroDivisionError: división entre cero",
         "caído: el torso se inclina 80°",
     ]
-    assert texts_in_spanish(heard_snapshot(snapshot())) == expected
+    assert texts_in_spanish(translate_snapshot(snapshot())) == expected
     log = RunLog()
     log.add(snapshot())
-    assert texts_in_spanish(heard_moment(log.at(1.0))) == expected
-    assert heard_moment(None) is None
+    assert texts_in_spanish(translate_moment(log.at(1.0))) == expected
+    assert translate_moment(None) is None

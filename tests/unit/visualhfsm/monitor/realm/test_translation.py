@@ -19,7 +19,7 @@ from naoserver.errors import CommandRefused
 from tests.support.automata import component
 from tests.support.places import ROOT
 from visualhfsm._base.languages import encoder
-from visualhfsm._monitor.realm.heard import heard, heard_explanation
+from visualhfsm._monitor.realm.translation import translate_explanation, translated
 
 STATES = (State(id=1, name="a", initial=True), State(id=2, name="b", final=True))
 
@@ -61,21 +61,21 @@ def to_b(id: int, **rest: object) -> Transition:
     ],
 )
 def test_why_a_transition_does_not_fire_is_said_in_spanish(transition: Transition, reason: str) -> None:
-    said = in_spanish(heard_explanation(explained(transition)))
+    said = in_spanish(translate_explanation(explained(transition)))
     assert said["transitions"][0]["reason"] == reason
     assert said["summary"] == f"walker está en a desde hace 0,35 s. 1. t1: {reason}."
 
 
 def test_a_guard_that_an_event_asked_is_said_in_spanish() -> None:
     asked = explained(to_b(1, event="lost", guard=lambda _: False, condition="ready"), "lost")
-    said = in_spanish(heard_explanation(asked))["transitions"][0]["reason"]
+    said = in_spanish(translate_explanation(asked))["transitions"][0]["reason"]
     assert said == "su guarda `ready` era falsa cuando llegó lost hace 0,35 s"
 
 
 def test_values_of_a_guard_are_code_in_every_language() -> None:
     count = 3
     asked = to_b(1, guard=lambda: count > 5, condition="count > 5")
-    (reason,) = heard_explanation(explained(asked)).transitions
+    (reason,) = translate_explanation(explained(asked)).transitions
     assert reason.reason == explained(asked).transitions[0].reason
     said = in_spanish(reason)["reason"]
     assert said == "su guarda `count > 5` era falsa al evaluarla hace 0,05 s; ahora count = 3"
@@ -83,7 +83,7 @@ def test_values_of_a_guard_are_code_in_every_language() -> None:
 
 def test_a_state_without_a_way_out_is_explained_in_spanish() -> None:
     ended = explained(to_b(1, guard=lambda: True))
-    assert in_spanish(heard_explanation(ended))["summary"] == "walker ha acabado en b; entró por t1."
+    assert in_spanish(translate_explanation(ended))["summary"] == "walker ha acabado en b; entró por t1."
 
 
 def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
@@ -93,13 +93,13 @@ def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
     with pytest.raises(CommandRefused) as refused:
         gate.require("somebody")
     gate.reset()
-    said = [in_spanish({"": heard(each.message)})[""] for each in events.snapshot()[0]]
+    said = [in_spanish({"": translated(each.message)})[""] for each in events.snapshot()[0]]
     assert said == [
         "parada de emergencia: se pulsó STOP en el editor",
         "orden rechazada: el robot está parado: se pulsó STOP en el editor",
         "se ha levantado la parada de emergencia",
     ]
-    assert in_spanish({"": heard(str(refused.value))})[""] == (
+    assert in_spanish({"": translated(str(refused.value))})[""] == (
         "el robot está parado: se pulsó STOP en el editor; levanta antes la parada de emergencia"
     )
 
@@ -144,7 +144,7 @@ def refusals_in(module: ast.Module) -> Iterator[str]:
 def test_every_refusal_of_a_robot_is_known() -> None:
     found = list(refusals())
     assert len(found) > 30
-    assert [text for text in found if in_spanish({"": heard(text)})[""] == text] == []
+    assert [text for text in found if in_spanish({"": translated(text)})[""] == text] == []
 
 
 @pytest.mark.parametrize(
@@ -177,9 +177,9 @@ def test_every_refusal_of_a_robot_is_known() -> None:
     ],
 )
 def test_parts_of_what_a_robot_says_are_said_in_spanish_too(english: str, spanish: str) -> None:
-    assert in_spanish({"": heard(english)})[""] == spanish
+    assert in_spanish({"": translated(english)})[""] == spanish
 
 
 def test_what_is_not_known_stays_as_it_is() -> None:
     for text in ("¿Qué?", "", "the ball is in goal", "x" * 1000):
-        assert in_spanish({"": heard(text)})[""] == text
+        assert in_spanish({"": translated(text)})[""] == text

@@ -11,7 +11,7 @@ from codegen.hfsm.document import Document
 from tests.support.documents import document, state, sub
 from visualhfsm._document.imported_places import ImportedPlaces
 from visualhfsm._document.places import Place, texts_at
-from visualhfsm._editor.imports import Imports
+from visualhfsm._editor.tab import Imports
 
 CODE = Place(kind="state", automaton=2, id=1, part="code")
 

@@ -12,11 +12,11 @@ import {t} from "../kit/texts.js";
 /** @type {(string | undefined)[]} */
 const ALIVE = ["generating", "starting", "started", "stopping"];
 
-/** @import {RunPush} from "./protocol.js" */
+/** @import {StartedPush} from "./protocol.js" */
 
-class Runs {
-  /** @type {Map<number, RunPush>} */
-  #runs = new Map();
+class Started {
+  /** @type {Map<number, StartedPush>} */
+  #started = new Map();
   /** Functions that remove the message that the component of a tab has ended. @type {Map<number, () => void>} */
   #notices = new Map();
   /** The tabs whose run has failed in code that was changed since. @type {Set<number>} */
@@ -25,7 +25,7 @@ class Runs {
   #watched = new Set();
 
   constructor() {
-    store.addEventListener("run", ({detail}) => this.#take(detail));
+    store.addEventListener("started", ({detail}) => this.#take(detail));
     store.addEventListener("problems", ({detail}) => this.#review(detail.tab));
     store.addEventListener("closed", ({detail}) => this.#forget(detail.tab));
   }
@@ -33,15 +33,15 @@ class Runs {
   /**
    * The last status of the component of a tab; undefined if it never ran.
    *
-   * @returns {RunPush | undefined}
+   * @returns {StartedPush | undefined}
    * @param {number} tab
    */
   of(tab) {
-    return this.#runs.get(tab);
+    return this.#started.get(tab);
   }
 
   /** @param {number} tab */
-  isRunning(tab) {
+  isAlive(tab) {
     return ALIVE.includes(this.of(tab)?.status);
   }
 
@@ -51,7 +51,7 @@ class Runs {
     else this.#watched.clear();
   }
 
-  /** How a run has ended, in a window that saw it: also who has stopped it, if not this window. @param {RunPush} run */
+  /** How a run has ended, in a window that saw it: also who has stopped it, if not this window. @param {StartedPush} run */
   endOf({tab, message, elsewhere}) {
     return (this.#watched.has(tab) && elsewhere) || message;
   }
@@ -68,9 +68,9 @@ class Runs {
 
   /** The components of the realm that this editor has not started: another editor has, or a terminal. */
   get elsewhere() {
-    const {tabs, running} = store.workspace;
+    const {tabs, present} = store.workspace;
     const ours = new Set(tabs.flatMap(({tab}) => this.of(tab)?.component ?? []));
-    return running.map(({component}) => component).filter((name) => !ours.has(name));
+    return present.map(({component}) => component).filter((name) => !ours.has(name));
   }
 
   /** Remove the message that the component of a tab has ended. @param {number} tab */
@@ -79,18 +79,18 @@ class Runs {
     this.#notices.delete(tab);
   }
 
-  /** @param {RunPush} run */
+  /** @param {StartedPush} run */
   #take(run) {
     const former = this.of(run.tab)?.status; // undefined for the first status in a new window
-    this.#runs.set(run.tab, run);
+    this.#started.set(run.tab, run);
     this.#corrected.delete(run.tab);
-    if (run.status === "generating" || (!former && this.isRunning(run.tab))) this.#watched.add(run.tab);
+    if (run.status === "generating" || (!former && this.isAlive(run.tab))) this.#watched.add(run.tab);
     if (run.status === "generating" && former !== "generating") outputLog.clear(run.tab);
     const failed = run.exitCode || run.place;
     if (run.status === "ended" && failed && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
   }
 
-  /** @param {RunPush} run */
+  /** @param {StartedPush} run */
   #tellEnd(run) {
     const {tab, component, place, line} = run;
     const message = this.endOf(run);
@@ -102,7 +102,7 @@ class Runs {
     this.#notices.set(tab, notify(text, "error", link ?? undefined, {tab}));
   }
 
-  /** Show where a run has ended. @param {RunPush} run */
+  /** Show where a run has ended. @param {StartedPush} run */
   showEnd({tab, place, line}) {
     if (!place) return;
     page.show(tab);
@@ -122,7 +122,7 @@ class Runs {
 
   /** @param {number} tab */
   #forget(tab) {
-    this.#runs.delete(tab);
+    this.#started.delete(tab);
     this.#corrected.delete(tab);
     this.#watched.delete(tab);
     this.dismiss(tab);
@@ -140,4 +140,4 @@ export function spokenEnd(message) {
   return how.startsWith("with") ? `Ended ${how}` : t("Ended: {how}", {how});
 }
 
-export const runs = new Runs();
+export const started = new Started();

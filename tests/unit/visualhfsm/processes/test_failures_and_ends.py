@@ -13,7 +13,7 @@ from tests.support.editing import tree
 from visualhfsm._document.origins import Origin, Origins
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Stopper
-from visualhfsm._processes.ending import End, LastWords, describe_end
+from visualhfsm._processes.failures import End, LastWords, describe_end
 from zenoh_ice.application.last_cycle import LastCycle
 
 HERE = Origin(Place(kind="state", automaton=1, id=1, part="code"), 2)
@@ -26,7 +26,7 @@ SOMEWHERE = Path("walk.py")
 def words(*heard: tuple[str, Origin | None]) -> LastWords:
     made = LastWords()
     for line, origin in heard:
-        made.hear(line, origin)
+        made.parse(line, origin)
     return made
 
 

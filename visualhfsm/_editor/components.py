@@ -1,65 +1,43 @@
-"""Components and the robot, as the windows run, follow, record and stop them."""
+"""Components and the robot, as the windows start, follow, record and stop them."""
 
 from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
+from collections.abc import Collection, Coroutine, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from codegen.messages import joined
 from codegen.reasons import reason
 from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
 from visualhfsm._document.serialization import written
 from visualhfsm._monitor.messages import Stopper
-from visualhfsm.project._root import Root
 
-from .news import Realm
-from .services import Services
-from .tab import Tab, Threads
-from .tabs import Tabs
+from .tab import Tab
 from .window import Window
-from .windows import Windows
+
+if TYPE_CHECKING:
+    from .workspace import Workspace
 
 _RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
 _LEAVING_PERIOD: Final = 0.1  # s
 
 
-class Runs:
+class Components:
     """The components of the realm and those that were started here. Used on the event loop only.
 
-    `changed` is called when the state of a tab or of the realm is new. At STOP, components have `end_limit` s
-    to end before their processes are ended.
+    At STOP, components have some time to end before their processes are ended.
     """
 
-    def __init__(
-        self,
-        services: Services,
-        *,
-        tabs: Tabs,
-        windows: Windows,
-        threads: Threads,
-        root: Root,
-        realm: Realm,
-        end_limit: float,
-        leaving_limit: float,
-        changed: Callable[[], None],
-    ) -> None:
-        self._realm = realm
-        self._services = services
-        self._tabs = tabs
-        self._windows = windows
-        self._threads = threads
-        self._root = root
-        self._end_limit = end_limit
-        self._leaving_limit = leaving_limit
-        self._changed = changed
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
+        self._parts = workspace.parts
         self._stops: set[asyncio.Task[object]] = set()
 
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
-        if names := [str(each["component"]) for each in self._realm.components.running]:
+        if names := [str(each["component"]) for each in self._workspace.present.components]:
             raise VisualHfsmError.because(
                 "stop {names} first: it would drive the real robot at once", names=", ".join(names)
             )
@@ -69,12 +47,12 @@ class Runs:
 
         They count only for a document that uses a robot.
         """
-        ours = {each.run.component for each in self._tabs if each.run is not None}
-        names = [str(each["component"]) for each in self._realm.components.running]
+        ours = {each.started.component for each in self._workspace.tabs if each.started is not None}
+        names = [str(each["component"]) for each in self._workspace.present.components]
         others = [name for name in names if name not in ours and name not in accepted]
         if not others or not tab.shown.document.interfaces:
             return
-        found = await self._services.live.described(others)
+        found = await self._parts.followers.described(others)
         raise SharedRobotError.because(
             "{components} runs on this robot, and was started in another editor or a terminal. Two "
             "components that move the same joints work against each other. The list of what runs, beside "
@@ -84,17 +62,24 @@ class Runs:
 
     # ---------------------------------------------------------------------------------------- components
 
-    async def run(
-        self, tab: Tab, arguments: Sequence[str], *, record: bool = False, dry_run: str | None = None
+    async def start(
+        self,
+        window: Window,
+        tab: Tab,
+        arguments: Sequence[str],
+        *,
+        record: bool = False,
+        dry_run: str | None = None,
     ) -> dict[str, Any]:
-        """Start the component of a tab; refused when one of its name runs that was not started here.
+        """Start the component of a tab, which the window follows from then on, before it is present.
 
-        With `record`, its run is recorded with the images that it sees; a `dry_run` needs no robot: it
-        names the body of a fake one.
+        It is refused when one of its name runs that was not started here. With `record`, its run is recorded
+        with the images that it sees; a `dry_run` needs no robot: it names the body of a fake one.
         """
         name = tab.shown.component
         try:
-            async with asyncio.timeout(self._leaving_limit):  # one that has just ended may still be listed
+            # One that has just ended may still be listed.
+            async with asyncio.timeout(self._workspace.limits.component_leaving_seconds):
                 while self._runs_elsewhere(name):
                     await asyncio.sleep(_LEAVING_PERIOD)
         except TimeoutError:
@@ -106,35 +91,36 @@ class Runs:
         source = tab.source
         recording: dict[str, str] = {}
         if record:
-            file = await self._threads.do(lambda: self._new_recording(name))
+            file = await self._workspace.threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
-            recording = {"recording": self._root.name(file)}
-        started = await self._services.running.run(source, arguments, dry_run=dry_run)
+            recording = {"recording": self._workspace.project.root.name(file)}
+        started = await self._parts.started.start(source, arguments, dry_run=dry_run)
         tab.generated = source.document
         tab.take_generated()
-        self._changed()
-        return {**started, **recording}
+        self._workspace.publish_state()
+        return {**started, **recording, **await self.follow(window, name, awaited=True)}
 
     async def generate(self, tab: Tab) -> object:
         """Generate the component of a tab, also for one that runs and is to be reloaded."""
         source = tab.source
-        generated = await self._services.running.generate(source)
+        generated = await self._parts.started.generate(source)
         tab.generated = source.document
         return generated
 
-    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
-        """Steer a component, or ask for its past."""
-        result = await self._services.live.control(component, action, arguments)
+    async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        """Steer a component that is followed."""
+        result = await self._parts.followers.steer(component, action, arguments)
         if action == "reload":
-            for tab in self._tabs:
-                if tab.is_running and tab.component == component:
+            for tab in self._workspace.tabs:
+                if tab.is_started and tab.component == component:
                     tab.take_generated()
-            self._changed()
+            self._workspace.publish_state()
         return result
 
     def _runs_elsewhere(self, name: str) -> bool:
-        return any(each["component"] == name for each in self._realm.components.running) and not any(
-            tab.is_running and tab.component == name for tab in self._tabs
+        present = self._workspace.present.components
+        return any(each["component"] == name for each in present) and not any(
+            tab.is_started and tab.component == name for tab in self._workspace.tabs
         )
 
     # ---------------------------------------------------------------------------------------- stopping
@@ -144,13 +130,13 @@ class Runs:
 
         The window that asked for it may close: it is repeated until the robot is still.
         """
-        services = self._services
-        services.running.announce_stop(by)
-        stopping = self._stop(services.live.control("", "emergencyStop", {}))
+        parts = self._parts
+        parts.started.announce_stop(by)
+        stopping = self._stop(parts.followers.emergency_stop())
         try:
-            await asyncio.wait({stopping}, timeout=self._end_limit)
+            await asyncio.wait({stopping}, timeout=self._workspace.limits.component_end_seconds)
         finally:
-            self._stop(services.running.stop_all())
+            self._stop(parts.started.stop_all())
         return await asyncio.shield(stopping)
 
     def _stop(self, work: Coroutine[Any, Any, object]) -> asyncio.Task[object]:
@@ -163,35 +149,35 @@ class Runs:
 
     async def record(self, component: str, pictures: int | None) -> dict[str, str] | None:
         """Record a followed component, with its document if that is open; None ends the recording."""
-        live = self._services.live
+        followers = self._parts.followers
         if pictures is None:
-            await live.end_record(component)
+            await followers.end_record(component)
             return None
-        tab = self._tabs.of_component(component)
+        tab = self._workspace.tabs.of_component(component)
         text = ""
         if tab is not None:
-            document = (tab.is_running and tab.runs) or tab.shown.document
-            text = await self._threads.do(lambda: written(document))
-        file = await self._threads.do(lambda: self._new_recording(component))
-        await live.record(component, file, text, pictures)
-        return {"recording": self._root.name(file)}
+            document = (tab.is_started and tab.loaded) or tab.shown.document
+            text = await self._workspace.threads.do(lambda: written(document))
+        file = await self._workspace.threads.do(lambda: self._new_recording(component))
+        await followers.record(component, file, text, pictures)
+        return {"recording": self._workspace.project.root.name(file)}
 
     async def open_recording(self, window: Window, recording: Path) -> dict[str, Any]:
-        """Open a recording, which is closed when the window leaves or detaches."""
-        found = await self._services.live.recording(recording)
-        self._windows.follow(window, found["component"])
+        """Open a recording, which is closed when the window leaves or follows it no more."""
+        found = await self._parts.followers.recording(recording)
+        self._workspace.windows.follow(window, found["component"])
         return found
 
     async def recordings(self) -> Path:
         """Return the directory of recordings, which exists. Raises VisualHfsmError."""
-        return await self._threads.do(self._recordings)
+        return await self._workspace.threads.do(self._recordings)
 
     def _new_recording(self, component: str) -> Path:
         """Return the path of a file for a recording, in a directory that exists. Raises VisualHfsmError."""
         return self._recordings() / f"{component}-{time.strftime('%Y%m%d-%H%M%S')}.mcap"
 
     def _recordings(self) -> Path:
-        folder = self._root.resolve(_RECORDINGS)
+        folder = self._workspace.project.root.resolve(_RECORDINGS)
         try:
             folder.mkdir(exist_ok=True)
         except OSError as error:
@@ -202,21 +188,21 @@ class Runs:
 
     # ---------------------------------------------------------------------------------------- following
 
-    async def follow(self, window: Window, component: str) -> object:
-        """Send a window what a component does from now on; raises VisualHfsmError."""
-        self._windows.follow(window, component)
+    async def follow(self, window: Window, component: str, *, awaited: bool = False) -> dict[str, Any]:
+        """Send a window what a component does from now on, if it is present or `awaited`."""
+        self._workspace.windows.follow(window, component)
         try:
-            return await self._services.live.attach(component)
+            return await self._parts.followers.follow(component, awaited=awaited)
         except BaseException:
-            self._windows.lose(window, component)
+            self._workspace.windows.unfollow(window, component)
             raise
 
     async def unfollow(self, window: Window, component: str) -> None:
-        """Stop sending a window the data of a component, which is detached when nobody follows it."""
-        if self._windows.lose(window, component):
-            await self._services.live.detach(component)
+        """Stop sending a window the data of a component, which is not followed any more when nobody does."""
+        if self._workspace.windows.unfollow(window, component):
+            await self._parts.followers.unfollow(component)
 
     async def leave(self, window: Window) -> None:
         """Stop sending a window anything."""
-        for component in self._windows.followed_by(window):
+        for component in self._workspace.windows.followed_by(window):
             await self.unfollow(window, component)

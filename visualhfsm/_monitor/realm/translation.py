@@ -19,7 +19,7 @@ from codegen.reasons import known_text
 from interfaces.hfsm import Explanation
 from visualhfsm._monitor.realm.robot_texts import OF_ROBOTS, STANCES
 
-__all__ = ["heard", "heard_explanation"]
+__all__ = ["translate_explanation", "translated"]
 
 _BETWEEN: Final = re.compile(r"(?<=\.) (?=[^\W\d])")
 """Where one sentence follows another."""
@@ -110,22 +110,22 @@ _ERRORS: Final = (
 _SAID: Final = (*_ERRORS, *OF_ROBOTS)
 
 
-def heard(text: str) -> Message:
+def translated(text: str) -> Message:
     """Return a text of a component or a robot as a message."""
     if listed := _MEMBERS.fullmatch(text):
-        return joined(" ", [heard(listed[1]), listed[2]])
+        return joined(" ", [translated(listed[1]), listed[2]])
     if repeated := _REPEATED.fullmatch(text):
-        event, count = heard(repeated[1]), repeated[2]
+        event, count = translated(repeated[1]), repeated[2]
         return Message("{event} ({count} more since the last report)", event=event, count=count)
     found = known_text(text, _SAID)
     for name in ("reason", "what"):
-        found = _filled(found, name, heard)
+        found = _filled(found, name, translated)
     for name in ("stance", "needed"):
         found = _filled(found, name, lambda stance: known_text(stance, STANCES))
     return _with_number(found)
 
 
-def heard_explanation(explanation: Explanation) -> Explanation:
+def translate_explanation(explanation: Explanation) -> Explanation:
     """Return an explanation whose texts are messages."""
     said: list[Message] = []
     rest = explanation.summary

@@ -1,4 +1,4 @@
-"""The services of the server: running, live data, robots, and the processes that read documents."""
+"""The parts of the server: running, live data, robots, and the processes that read documents."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from visualhfsm._monitor.messages import USUAL_LIMITS, Publish, ServiceLimits, free_endpoint, socket_endpoint
-from visualhfsm._monitor.service import Monitoring
-from visualhfsm._processes.components import RunningComponents
-from visualhfsm._processes.robots import Robots
-from visualhfsm._processes.tests import RunningTests
+from visualhfsm._monitor.followers import Followers
+from visualhfsm._monitor.messages import USUAL_LIMITS, PartLimits, Publish, free_endpoint, socket_endpoint
+from visualhfsm._processes.components import StartedComponents
+from visualhfsm._processes.robots import StartedRobot
+from visualhfsm._processes.tests import StartedTests
 from visualhfsm.project._check_process import CheckProcess
 from visualhfsm.project._code_help.service import CodeHelp
 from visualhfsm.trials._service import RunningTrials
@@ -21,31 +21,31 @@ _ANY_PORT: Final = Settings().listen
 
 
 @dataclass(frozen=True, slots=True)
-class Services:
-    """The services; the project gets `code_help` and `checks`, and closes them."""
+class Parts:
+    """The parts; the project gets `code_help` and `checks`, and closes them."""
 
     code_help: CodeHelp
-    running: RunningComponents
-    live: Monitoring
-    robots: Robots
+    started: StartedComponents
+    followers: Followers
+    robot: StartedRobot
     trials: RunningTrials
-    tests: RunningTests
+    tests: StartedTests
     checks: CheckProcess = field(default_factory=CheckProcess)
 
 
-MakeServices = Callable[[Publish], Services]
-"""Creates the services once the event loop runs; called on it."""
+MakeParts = Callable[[Publish], Parts]
+"""Creates the parts once the event loop runs; called on it."""
 
 
-def make_services(
+def make_parts(
     settings: Settings,
     include: Sequence[Path] = (),
     folder: Path | None = None,
     sockets: Path | None = None,
     *,
-    limits: ServiceLimits = USUAL_LIMITS,
-) -> MakeServices:
-    """Return a factory of the services of a realm, which the settings name.
+    limits: PartLimits = USUAL_LIMITS,
+) -> MakeParts:
+    """Return a factory of the parts of a realm, which the settings name.
 
     `include` are directories with packages of interfaces, `folder` is that of documents without a file, by
     default the current one. Components and robots that are started here connect to the editor, too, so that
@@ -53,7 +53,7 @@ def make_services(
     meet at Unix sockets in the folder `sockets`, if that is given, and open no port.
     """
 
-    def make(publish: Publish) -> Services:
+    def make(publish: Publish) -> Parts:
         listens_anywhere = settings.mode == "peer" and settings.listen == _ANY_PORT
         private = sockets if listens_anywhere else None
         others = () if private and "connect" not in settings.origins else settings.connect
@@ -62,10 +62,12 @@ def make_services(
         else:
             listen = (free_endpoint(),) if listens_anywhere else settings.listen
         meeting = settings.connect if settings.mode == "client" else listen
-        robots = Robots(publish, settings.override(connect=meeting), others, folder, private, limits=limits)
-        return Services(
+        robot = StartedRobot(
+            publish, settings.override(connect=meeting), others, folder, private, limits=limits
+        )
+        return Parts(
             code_help=CodeHelp(include=include, folder=folder),
-            running=RunningComponents(
+            started=StartedComponents(
                 publish,
                 settings.override(connect=tuple(dict.fromkeys((*meeting, *others)))),
                 include,
@@ -73,12 +75,12 @@ def make_services(
                 private,
                 limits=limits,
             ),
-            live=Monitoring(
-                publish, settings.override(listen=listen, connect=others), robots.observe, limits=limits
+            followers=Followers(
+                publish, settings.override(listen=listen, connect=others), robot.observe, limits=limits
             ),
-            robots=robots,
+            robot=robot,
             trials=RunningTrials(publish, include),
-            tests=RunningTests(publish, (folder or Path.cwd()).resolve(), include),
+            tests=StartedTests(publish, (folder or Path.cwd()).resolve(), include),
             checks=CheckProcess(folder=folder),
         )
 

@@ -9,10 +9,9 @@ from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import msgspec
-from msgspec import Meta
 
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
@@ -21,23 +20,22 @@ from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._monitor.messages import (
     USUAL_LIMITS,
-    Components,
+    PartLimits,
+    Present,
     Publish,
-    ServiceLimits,
     Snapshot,
     Stale,
     Structure,
 )
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
-from visualhfsm._monitor.realm.heard import heard
-from visualhfsm._monitor.realm.moments import heard_moment, heard_snapshot
+from visualhfsm._monitor.realm.moments import translate_moment, translate_snapshot
 from visualhfsm._monitor.realm.pictures import require_pillow
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, describe_component, missing_component
-from visualhfsm._monitor.realm.robot import RobotMonitor, RobotPresence
+from visualhfsm._monitor.realm.robot import RobotFacts, RobotMonitor, RobotPresence
 from visualhfsm._monitor.realm.run_log import Interventions, LiveSnapshot, RunLog, Timeline
 from visualhfsm._monitor.run_page import MOST_PICTURES, Run, run_page
-from zenoh_ice import Communicator, Settings, ZenohIceError, initialize, typed
+from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
@@ -46,8 +44,8 @@ from .open_recordings import OpenRecordings
 from .poses import PoseStream
 from .recorder import Recorder
 from .ros_graph import read_ros_graph
-from .steering import control, reset_robot, set_scene, stand_robot, steer
-from .stopping import stop_once, stop_robot
+from .steering import operate, reset_robot, set_scene, stand_robot, steer
+from .stopping import StopReport, stop_once, stop_robot
 
 _POLL_INTERVAL: Final = 0.01  # s
 _NEWS_LIMIT: Final = 5.0
@@ -56,28 +54,6 @@ _BODY: Final = "Body"
 """The servant that every robot has."""
 
 _logger = logging.getLogger(__name__)
-
-Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
-
-
-class _Moment(msgspec.Struct, forbid_unknown_fields=True):
-    time: Number
-
-
-class _Series(msgspec.Struct, forbid_unknown_fields=True):
-    names: Annotated[list[Annotated[str, Meta(max_length=1000)]], Meta(max_length=32)]
-    start: Number = 0.0
-    end: Number = 1e12
-    points: Annotated[int, Meta(ge=2, le=10_000)] = 1000
-
-
-class _Body(msgspec.Struct, forbid_unknown_fields=True):
-    hash: Annotated[str, Meta(max_length=64)]
-
-
-class _Picture(msgspec.Struct, forbid_unknown_fields=True):
-    camera: Annotated[str, Meta(max_length=200)]
-    at: Number
 
 
 class Past(NamedTuple):
@@ -106,16 +82,11 @@ def _interfaces_of_nao() -> dict[str, list[str]]:
         return _read_interfaces_of_nao()
 
 
-class Monitoring:
+class Followers:
     """Follows and steers components. Create it on the event loop; it listens until `close`.
 
-    Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
-    past by its component time), `series` (numbers over time), `picture` (the picture of a camera then),
-    `facts` of the robot, `body` (a robot as it is drawn, by its hash), `identities` in the realm,
-    `emergencyStop`, the red button of the operator, which also ends all components, `resetEmergencyStop`, and
-    of a simulation `standRobot`, which puts the robot on its feet, `placeObject`, `pushRobot` and
-    `sayToRobot`. Those from `facts` on need no component. The past of an open recording is requested by the
-    name that `recording` returned.
+    The past of an open recording is requested by the name that `recording` returned. Everything raises
+    VisualHfsmError.
     """
 
     def __init__(
@@ -124,7 +95,7 @@ class Monitoring:
         settings: Settings,
         observe: Callable[[RobotPresence], None] = lambda _: None,
         *,
-        limits: ServiceLimits = USUAL_LIMITS,
+        limits: PartLimits = USUAL_LIMITS,
     ) -> None:
         self._limits = limits
         self._publish = publish
@@ -137,18 +108,19 @@ class Monitoring:
         self._followers: dict[str, Follower] = {}
         self._recordings: Final = OpenRecordings()
         self._recorders: dict[str, Recorder] = {}
-        self._stops: Final[set[asyncio.Task[object]]] = set()
-        self._published: Components | None = None
+        self._stops: Final[set[asyncio.Task[StopReport]]] = set()
+        self._published: Present | None = None
         self._tasks = {
-            asyncio.create_task(self._keep(), name="monitoring"),
+            asyncio.create_task(self._keep(), name="followers"),
             asyncio.create_task(self._keep_pictures(), name="pictures"),
         }
 
-    async def attach(self, component: str) -> dict[str, Any]:
-        """Follow a component; return its structure and timeline as far as known."""
+    async def follow(self, component: str, *, awaited: bool = False) -> dict[str, Any]:
+        """Follow a component, if it is present or `awaited`; return what is known of it."""
         follower = self._followers.get(component)
         if follower is None:
-            if (missing := missing_component(self._communicator, component)) is not None:
+            missing = None if awaited else missing_component(self._communicator, component)
+            if missing is not None:
                 raise missing
             follower = self._followers[component] = Follower(
                 self._communicator,
@@ -156,6 +128,7 @@ class Monitoring:
                 self._robot,
                 self._publisher(component),
                 silence=self._limits.silence,
+                awaited=awaited,
             )
             follower.update()
         return {
@@ -172,7 +145,7 @@ class Monitoring:
             lambda: [describe_component(self._communicator, each) for each in names]
         )
 
-    async def detach(self, component: str) -> None:
+    async def unfollow(self, component: str) -> None:
         """Stop following and recording it, or close a recording."""
         self._recordings.close(component)
         follower = self._followers.pop(component, None)  # at once: who follows from now on gets another one
@@ -180,58 +153,59 @@ class Monitoring:
         if follower is not None:
             await asyncio.to_thread(follower.close)
 
-    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> Any:  # noqa: ANN401
-        """Steer a component, or ask for its past."""
+    async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        """Call an operation of the monitor of a component that is followed, and return its result."""
+        follower = self._follower(component)
         try:
-            match action:
-                case "emergencyStop":
-                    stop = asyncio.create_task(self._emergency_stop(), name="emergency stop")
-                    self._stops.add(stop)
-                    stop.add_done_callback(self._stops.discard)
-                    return await stop
-                case "resetEmergencyStop":
-                    if self._stops:  # STOP is repeated until the robot is still: it would undo the reset
-                        await asyncio.wait(self._stops)
-                    return await reset_robot(self._communicator)
-                case "standRobot":
-                    return await stand_robot(self._communicator)
-                case "identities":
-                    return await asyncio.to_thread(self._identities)
-                case "ros":
-                    return await asyncio.to_thread(read_ros_graph, self._communicator.settings)
-                case "facts":
-                    return self._robot.facts()
-                case "body":
-                    return self._described(typed.convert(arguments, _Body).hash)
-                case "picture":
-                    wanted = typed.convert(arguments, _Picture)
-                    return await self._picture(component, wanted.camera, wanted.at)
-                case "placeObject" | "pushRobot" | "sayToRobot":
-                    return await set_scene(self._communicator, action, arguments)
-                case "timeline":
-                    return (await self._log(component)).timeline()
-                case "at":
-                    time = typed.convert(arguments, _Moment).time
-                    return heard_moment((await self._log(component)).at(time))
-                case "series":
-                    asked = typed.convert(arguments, _Series)
-                    log = await self._log(component)
-                    return await asyncio.to_thread(
-                        log.series, asked.names, asked.start, asked.end, asked.points
-                    )
-            follower = self._follower(component)
-            try:
-                return await steer(follower, action, arguments)
-            finally:
-                follower.forget_breakpoints()
-        except msgspec.ValidationError as error:
-            raise VisualHfsmError.because(
-                "{action} cannot be requested like this: {reason}",
-                action=printable(action)[:40],
-                reason=reason(error),
-            ) from error
-        except ZenohIceError as error:
-            raise VisualHfsmError(heard(str(error))) from error
+            return await steer(follower, action, arguments)
+        finally:
+            follower.forget_breakpoints()
+
+    async def moment(self, component: str, time: float) -> object:
+        """Return the snapshot at a component time in s of a component that is followed, or of a recording."""
+        return translate_moment((await self._log(component)).at(time))
+
+    async def series(
+        self, component: str, names: Sequence[str], start: float, end: float, points: int
+    ) -> dict[str, Any]:
+        """Return numbers over time, as `RunLog.series` does."""
+        return await asyncio.to_thread((await self._log(component)).series, names, start, end, points)
+
+    async def picture(self, component: str, camera: str, at: float) -> bytes | None:
+        """Return the picture of a camera at a wall time as JPEG; None when it was not kept or recorded."""
+        run = await self._recordings.get(component)
+        if run is None:
+            return self._cameras.former.at(camera, at)
+        return await asyncio.to_thread(run.pictures.at, camera, at)
+
+    async def emergency_stop(self) -> StopReport:
+        """Stop the robot until it is still, and end all components. The stop goes on without its caller."""
+        stop = asyncio.create_task(self._emergency_stop(), name="emergency stop")
+        self._stops.add(stop)
+        stop.add_done_callback(self._stops.discard)
+        return await stop
+
+    async def reset_robot(self) -> None:
+        """Let the robot accept commands again, once no stop is repeated any more, which would undo that."""
+        if self._stops:
+            await asyncio.wait(self._stops)
+        await reset_robot(self._communicator)
+
+    async def stand_robot(self) -> None:
+        """Put a simulated robot on its feet where it is."""
+        await stand_robot(self._communicator)
+
+    async def set_scene(self, action: str, arguments: Mapping[str, Any]) -> object:
+        """Call an operation of the world of a simulation, and return its result."""
+        return await set_scene(self._communicator, action, arguments)
+
+    async def facts(self) -> RobotFacts:
+        """Return the constants of the robot."""
+        return self._robot.facts()
+
+    async def ros_graph(self) -> dict[str, Any]:
+        """Return the graph of ROS as `read_ros_graph` does."""
+        return await asyncio.to_thread(read_ros_graph, self._communicator.settings)
 
     async def record(self, component: str, path: Path, document: str, pictures: int) -> None:
         """Record a component into a new file, as `Recorder` does, at most as long as it is followed.
@@ -257,7 +231,7 @@ class Monitoring:
         return {
             "component": name,
             "structure": LiveStructure(run.structure, 1),
-            "snapshot": heard_moment(run.log.at(0.0)),
+            "snapshot": translate_moment(run.log.at(0.0)),
             "timeline": run.log.timeline(),
             "document": run.document,
             "shortened": run.shortened,
@@ -320,7 +294,7 @@ class Monitoring:
                     {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
                     for name in components(self._communicator)
                 ]
-                news = Components(running)
+                news = Present(running)
                 if news != self._published:
                     self._published = news
                     self._publish(news)
@@ -346,7 +320,7 @@ class Monitoring:
                 recorder.take(news)
             match news:
                 case LiveSnapshot():
-                    self._publish(Snapshot(component=component, value=heard_snapshot(news)))
+                    self._publish(Snapshot(component=component, value=translate_snapshot(news)))
                 case LiveStructure():
                     self._publish(Structure(component=component, value=news))
                 case Silence(since):
@@ -372,7 +346,7 @@ class Monitoring:
         run = await self._recordings.get(component)
         return run.log if run is not None else self._follower(component).log
 
-    def _identities(self) -> dict[str, list[str]]:
+    async def identities(self) -> dict[str, list[str]]:
         """Return what is served in the realm: identities, each with the type ids of its interfaces.
 
         Without a robot there, what a Nao serves is among them: documents are written before robots are there.
@@ -382,16 +356,9 @@ class Monitoring:
             identity: sorted(communicator.presence.interfaces(Target(communicator.realm, identity)))
             for identity in communicator.identities()
         }
-        return found if _BODY in found else {**_interfaces_of_nao(), **found}
+        return found if _BODY in found else {**await asyncio.to_thread(_interfaces_of_nao), **found}
 
-    async def _picture(self, component: str, camera: str, at: float) -> bytes | None:
-        """Return the picture of a camera at a wall time as JPEG; None when it was not kept or recorded."""
-        run = await self._recordings.get(component)
-        if run is None:
-            return self._cameras.former.at(camera, at)
-        return await asyncio.to_thread(run.pictures.at, camera, at)
-
-    def _described(self, wanted: str) -> msgspec.Raw | None:
+    async def body(self, wanted: str) -> msgspec.Raw | None:
         """Return the robot of a hash as the page draws it; None when it is gone."""
         shown = (
             self._robot.described,
@@ -402,7 +369,7 @@ class Monitoring:
         found = (each.page for each in shown if each is not None and each.hash == wanted)
         return next(map(msgspec.Raw, found), None)
 
-    async def _emergency_stop(self) -> object:
+    async def _emergency_stop(self) -> StopReport:
         """Stop the robot and all components at once, and the robot until it is still when they have ended.
 
         A component may be in the middle of a cycle that commands the robot after the first stop.
@@ -426,7 +393,7 @@ class Monitoring:
         identity = f"{MONITOR_PREFIX}{component}"
         try:
             proxy = self._communicator.stringToProxy(identity)
-            await control(HfsmMonitorPrx.uncheckedCast(proxy), "stop", {})
+            await operate(HfsmMonitorPrx.uncheckedCast(proxy), "stop", {})
         except (VisualHfsmError, ZenohIceError) as error:
             return reason(error)
         limit = self._limits.component_end
