@@ -275,7 +275,7 @@ export const canvasActions = [
     icon: "paste",
     keys: ["Ctrl+V"],
     enabled: drawable,
-    run: ({point, text}) => commands.paste(point, text),
+    run: ({point, pasted}) => commands.paste(point, pasted),
   },
   {
     id: "duplicate",

@@ -20,6 +20,7 @@ import {
   showTooltip,
 } from "codemirror";
 import {store} from "../data/store.js";
+import {coded} from "../kit/coded.js";
 import {fixesFor, learnFixes} from "./fixes.js";
 import {problemsAt} from "./places.js";
 
@@ -276,7 +277,12 @@ function asMark(doc, problem, automaton, problems) {
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
   const name = doc.sliceString(from, to);
   const actions = fixesFor(problem, name, automaton, problems);
-  return {from, to, severity: severity === "note" ? "info" : severity, message, actions};
+  const renderMessage = () => {
+    const shown = document.createElement("span");
+    shown.append(...coded(message));
+    return shown;
+  };
+  return {from, to, severity: severity === "note" ? "info" : severity, message, renderMessage, actions};
 }
 
 /**
@@ -295,7 +301,7 @@ function explain(code, text) {
   }
   if (text) {
     const paragraph = document.createElement("p");
-    paragraph.textContent = text;
+    paragraph.append(...coded(text));
     dom.append(paragraph);
   }
   return dom;

@@ -149,6 +149,8 @@ export function listenForKeys(context) {
     if (event.defaultPrevented || document.querySelector("dialog[open]") || isTyping(target)) return;
     event.preventDefault();
     if (event.timeStamp - released < PASTED) return;
-    perform("paste", {...context, text: event.clipboardData?.getData("text/plain")});
+    const {clipboardData} = event;
+    const pasted = {text: clipboardData?.getData("text/plain"), html: clipboardData?.getData("text/html")};
+    perform("paste", {...context, pasted});
   });
 }

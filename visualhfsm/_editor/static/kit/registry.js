@@ -10,8 +10,8 @@
  *   Ctrl or Alt hold anywhere but in fields, and others, such as letters and Delete, on the drawing. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
  *   is on. An action is also found by its `words`, which are not shown: what else people call it.
  * @typedef {{app: import("../shell/app.js").HfsmApp, canvas: import("../canvas/canvas.js").HfsmCanvas,
- *   point?: {x: number, y: number}, text?: string}} Context `point` is where in the drawing a menu was opened, `text`
- *   what is pasted
+ *   point?: {x: number, y: number}, pasted?: {text?: string, html?: string}}} Context `point` is where in the drawing a
+ *   menu was opened, `pasted` what the system's clipboard has
  */
 
 import {required} from "./required.js";

@@ -7,6 +7,7 @@
  */
 
 import {html, nothing} from "lit";
+import {coded} from "./coded.js";
 import {n, t} from "./texts.js";
 
 /**
@@ -55,7 +56,7 @@ export function tabStrip({label, tabs, chosen, choose, write = choose, prefix}) 
 export const problemLines = (problems) =>
   problems.length
     ? html`<p class="field-problems">
-        ${problems.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
+        ${problems.map((each) => html`<span class=${each.severity}>${coded(each.message)}</span>`)}
       </p>`
     : nothing;
 
