@@ -133,7 +133,7 @@ def test_a_variable_of_the_automaton_above_is_explained_and_shared_by_a_click(sh
     page.locator(".live-bar").get_by_role("button", name="line 1").click()
     expect(page.locator(".cm-failed")).to_contain_text("write self.count in both")
     field = page.get_by_role("textbox", name="Code of the state look")
-    write = page.get_by_role("button", name="Write self.count in both")
+    write = page.get_by_role("button", name="Write self.count in both", exact=True)
     shown.hover(field.locator(".cm-lintRange").first, shows=write)
     write.click()
     expect(field.locator(".cm-line").first).to_have_text("self.count += 1")
@@ -285,15 +285,11 @@ def test_what_checks_find_in_an_imported_file_marks_its_state_its_code_and_leads
     expect(page.locator("hfsm-code-panel")).to_contain_text(words)
     shown.press("Escape", "Enter")
     shown.state("look").click()
-    expect(shown.state("look")).to_have_attribute(
-        "aria-label", re.compile("warning: unknown is not defined")
-    )
+    expect(shown.state("look")).to_have_attribute("aria-label", re.compile("warning: unknown is not defined"))
     shown.edit_code()
     expect(page.locator(".cm-lintRange-warning")).to_have_text("unknown")
     shown.press("Control+m")
-    problems = page.get_by_role("list", name="Problems").get_by_role(
-        "button", name="unknown is not defined"
-    )
+    problems = page.get_by_role("list", name="Problems").get_by_role("button", name="unknown is not defined")
     expect(problems).to_have_count(1)
     problems.focus()
     shown.press("Enter")

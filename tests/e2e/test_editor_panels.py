@@ -374,8 +374,8 @@ def test_entry_and_exit_code_and_arguments_have_tabs_that_arrows_go_through(
     shown: EditorPage, path: Path
 ) -> None:
     edit(shown, "wait")
-    shown.page.get_by_role("tab", name="Entry").focus()
-    shown.press("Enter")
+    shown.page.get_by_role("tab", name="Entry").click()
+    expect(shown.page.get_by_role("textbox", name="Entry code of the state wait")).to_be_focused()
     shown.page.get_by_role("tab", name="Entry").focus()
     shown.press("ArrowRight", "ArrowRight")
     expect(shown.page.get_by_role("tab", name="Exit, not empty")).to_be_focused()

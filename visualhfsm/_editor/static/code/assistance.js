@@ -259,6 +259,13 @@ class Help {
   }
 }
 
+/** Show the names in a message as code; one function for all, by which diagnostics are equal. @this {Diagnostic} */
+function renderMessage() {
+  const shown = document.createElement("span");
+  shown.append(...coded(this.message));
+  return shown;
+}
+
 /**
  * A problem as a diagnostic of CodeMirror; line and column count from 1.
  *
@@ -277,11 +284,6 @@ function asMark(doc, problem, automaton, problems) {
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
   const name = doc.sliceString(from, to);
   const actions = fixesFor(problem, name, automaton, problems);
-  const renderMessage = () => {
-    const shown = document.createElement("span");
-    shown.append(...coded(message));
-    return shown;
-  };
   return {from, to, severity: severity === "note" ? "info" : severity, message, renderMessage, actions};
 }
 

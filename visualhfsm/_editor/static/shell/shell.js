@@ -165,9 +165,12 @@ class Tabs extends PageElement {
   }
 
   /** Show a document; after a click its drawing has the keys. @param {number} tab @param {boolean} isClicked */
-  #show(tab, isClicked) {
+  async #show(tab, isClicked) {
     page.show(tab);
-    if (isClicked) page.dispatchEvent(new Event("focus-canvas"));
+    if (!isClicked) return;
+    const {app, canvas} = this.context;
+    await app.updateComplete; // the start page is gone
+    canvas.surface.focus({preventScroll: true});
   }
 
   /** @param {number} tab */
