@@ -129,11 +129,11 @@ BELOW = DOCUMENT.replace("<name>look</name>", "<name>look</name><code>count += 1
 def test_a_variable_of_the_automaton_above_is_explained_and_shared_by_a_click(shown: EditorPage) -> None:
     page = shown.page
     shown.press("F5")
-    expect(status(shown)).to_have_text("Ended: `count` is a variable of walk, and wait has its own, in look")
+    expect(status(shown)).to_have_text("Ended: count is a variable of walk, and wait has its own, in look")
     page.locator(".live-bar").get_by_role("button", name="line 1").click()
-    expect(page.locator(".cm-failed")).to_contain_text("write `self.count` in both")
+    expect(page.locator(".cm-failed")).to_contain_text("write self.count in both")
     field = page.get_by_role("textbox", name="Code of the state look")
-    write = page.get_by_role("button", name="Write self.count in both")
+    write = page.get_by_role("button", name="Write self.count in both", exact=True)
     shown.hover(field.locator(".cm-lintRange").first, shows=write)
     write.click()
     expect(field.locator(".cm-line").first).to_have_text("self.count += 1")
@@ -187,10 +187,10 @@ def test_a_misspelt_operation_is_corrected_in_the_code_and_in_the_list(shown: Ed
     page = shown.page
     shown.press("Control+m")
     problems = page.get_by_role("list", name="Problems")
-    rows = problems.locator(":scope > li").filter(has_text="did you mean `setPose`?")
+    rows = problems.locator(":scope > li").filter(has_text="did you mean setPose?")
     expect(rows).to_have_count(2)
     assert shown.violations("hfsm-problems") == []
-    rows.filter(has_text="› code").get_by_role("button", name="`").first.click()
+    rows.filter(has_text="› code").get_by_role("button").first.click()
     field = page.get_by_role("textbox", name="Code of the state look")
     expect(field.locator(".cm-lintRange")).to_have_text("setPosse")
     field.click()
@@ -278,22 +278,18 @@ def test_what_checks_find_in_an_imported_file_marks_its_state_its_code_and_leads
 ) -> None:
     page = shown.page
     look_at(path.parent, IMPORTED.replace("1 / 0", "print(unknown)"))
-    words = "In parts/look.xml, code of look, line 2: `unknown` is not defined"
+    words = "In parts/look.xml, code of look, line 2: unknown is not defined"
     expect(shown.state("wait")).to_have_attribute("aria-label", re.compile(f"warning: {words}"))
     shown.state("wait").click()
     shown.edit_code()
     expect(page.locator("hfsm-code-panel")).to_contain_text(words)
     shown.press("Escape", "Enter")
     shown.state("look").click()
-    expect(shown.state("look")).to_have_attribute(
-        "aria-label", re.compile("warning: `unknown` is not defined")
-    )
+    expect(shown.state("look")).to_have_attribute("aria-label", re.compile("warning: unknown is not defined"))
     shown.edit_code()
     expect(page.locator(".cm-lintRange-warning")).to_have_text("unknown")
     shown.press("Control+m")
-    problems = page.get_by_role("list", name="Problems").get_by_role(
-        "button", name="`unknown` is not defined"
-    )
+    problems = page.get_by_role("list", name="Problems").get_by_role("button", name="unknown is not defined")
     expect(problems).to_have_count(1)
     problems.focus()
     shown.press("Enter")
@@ -310,7 +306,7 @@ def test_an_import_that_cannot_be_read_is_said_once_and_leads_to_what_is_wrong(
     page = shown.page
     shown.press("Control+m")
     problems = page.get_by_role("list", name="Problems").locator("button.row")
-    missing = problems.filter(has_text="`parts/look.xml` is not found")
+    missing = problems.filter(has_text="parts/look.xml is not found")
     expect(missing).to_have_count(1)
     missing.click()
     expect(page.get_by_role("textbox", name="File")).to_be_focused()

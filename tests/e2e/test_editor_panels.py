@@ -375,6 +375,8 @@ def test_entry_and_exit_code_and_arguments_have_tabs_that_arrows_go_through(
 ) -> None:
     edit(shown, "wait")
     shown.page.get_by_role("tab", name="Entry").click()
+    expect(shown.page.get_by_role("textbox", name="Entry code of the state wait")).to_be_focused()
+    shown.page.get_by_role("tab", name="Entry").focus()
     shown.press("ArrowRight", "ArrowRight")
     expect(shown.page.get_by_role("tab", name="Exit, not empty")).to_be_focused()
     expect(shown.page.get_by_role("textbox", name="Exit code of the state wait")).to_contain_text("leaving")
@@ -446,7 +448,7 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
 
     # The counterexample of a property is played on the canvas.
     shown.press("Control+m")
-    expect(shown.page.get_by_role("button", name=re.compile("`stays` is violated"))).to_be_visible()
+    expect(shown.page.get_by_role("button", name=re.compile("stays is violated"))).to_be_visible()
     shown.page.get_by_role("button", name=re.compile(r"Play the \d+ steps")).click()
     expect(shown.page.locator(".state.active")).to_have_count(1)
     expect(shown.page.get_by_text("Step 1 of")).to_be_visible()

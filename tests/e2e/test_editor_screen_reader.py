@@ -131,7 +131,7 @@ def test_an_error_is_heard_at_once_and_its_line_is_found(shown: EditorPage) -> N
 
         # A problem of a state leads to the state.
         reader.press("Control+m")
-        reader.expect_focus("button note: no transition leads away from `rest`")
+        reader.expect_focus("button note: no transition leads away from rest")
         reader.press("Enter")
         reader.expect_focus("button State rest")
 

@@ -345,16 +345,41 @@ test("undo and redo that follow each other quickly are all done, each after the 
   assert.deepEqual(steps, ["undo", "redo", "undo", "redo"]);
 });
 
-test("states go through the system's clipboard, and through the server's while that is older", async () => {
+test("states go through the system's clipboard, and through the server's while that is older", async (t) => {
+  /** @type {string[]} */
+  const said = [];
+  const element = () => ({
+    children: [],
+    append: (/** @type {unknown} */ each) => void (typeof each === "string" && said.push(each)),
+    querySelectorAll: () => [],
+    ...{setAttribute() {}, addEventListener() {}, remove() {}},
+  });
+  const former = globalThis.document;
+  globalThis.document = /** @type {any} */ ({...former, createElement: element, body: element()});
+  t.after(() => (globalThis.document = former));
   /** @type {string[]} */
   const texts = [];
-  const clipboard = {writeText: (text) => Promise.resolve(void texts.push(text))};
+  let refuses = false;
+  const clipboard = {
+    write: async (/** @type {any[]} */ [{data}]) => {
+      if (refuses) throw new Error("refused");
+      for (const type of ["text/plain", "text/html"]) texts.push(await (await data[type]).text());
+    },
+  };
+  globalThis.ClipboardItem = /** @type {any} */ (
+    class {
+      /** @param {unknown} data */
+      constructor(data) {
+        this.data = data;
+      }
+    }
+  );
   Object.defineProperty(navigator, "clipboard", {value: clipboard, configurable: true});
   show(automaton(1, 0, [state(1), state(2)]));
   page.select({states: [2]});
   const text = '<?xml version="1.0"?>\n<VisualHFSM/>';
-  const paste = (pasted = text) => {
-    perform("paste", {...context, text: pasted});
+  const paste = (pasted = text, html = "") => {
+    perform("paste", {...context, pasted: {text: pasted, html}});
     return asked().command ?? asked().op;
   };
   const copy = async () => {
@@ -368,14 +393,17 @@ test("states go through the system's clipboard, and through the server's while t
   const ours = {command: "pasteStates", automaton: 1, content: text};
   assert.deepEqual(paste(), ours, "of another editor");
   await copy();
-  assert.deepEqual(texts, [text]);
+  const [names, html] = texts;
+  assert.equal(names, "s2", "what other programs get");
+  assert.deepEqual(paste("s2", `<meta charset="utf-8">${html}`), ours);
   assert.deepEqual(paste(`\uFEFF  ${text}\r\n`), ours);
   for (const other of ["", "buy milk", "<svg/>", "a <VisualHFSM> in a sentence"])
     assert.equal(paste(other), "paste", other);
-  clipboard.writeText = () => Promise.reject(new Error("refused"));
+  refuses = true;
   await copy();
   assert.equal(paste(), "paste", "the browser refused to write it");
-  clipboard.writeText = () => Promise.resolve();
+  assert.deepEqual(said, ["The browser keeps its clipboard closed: this can be pasted in this editor alone."]);
+  refuses = false;
   await copy();
   assert.deepEqual(paste(), ours);
 });

@@ -16,9 +16,8 @@ const element = () => {
     addEventListener() {},
     remove() {},
     querySelectorAll: () => [],
-    append: (...more) => children.push(...more),
-    set textContent(text) {
-      if (text !== "×") notices.push(text);
+    append(...more) {
+      for (const each of more) (typeof each === "string" ? notices : children).push(each);
     },
   };
 };

@@ -47,8 +47,12 @@ class Element {
   }
 
   append(...added) {
-    for (const each of added) each.parent = this;
-    this.children.push(...added);
+    for (const each of added)
+      if (typeof each === "string") this.textContent = each;
+      else {
+        each.parent = this;
+        this.children.push(each);
+      }
   }
 
   remove() {

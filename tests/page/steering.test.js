@@ -12,7 +12,11 @@ const element = () => ({
   setAttribute() {},
   addEventListener() {},
   remove() {},
-  append: (/** @type {object} */ child) => notices.push(child),
+  textContent: "",
+  append(/** @type {object | string} */ child) {
+    if (typeof child === "string") this.textContent = child;
+    else notices.push(child);
+  },
   querySelectorAll: () => [],
 });
 globalThis.setTimeout = () => 0; // nothing waits here

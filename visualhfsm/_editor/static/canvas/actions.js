@@ -7,7 +7,7 @@
 
 import * as commands from "../data/commands.js";
 import {notify} from "../kit/notices.js";
-import {outgoing} from "../data/outline.js";
+import {firstPart, outgoing} from "../data/outline.js";
 import {page} from "../data/page.js";
 import {required} from "../kit/required.js";
 import {t} from "../kit/texts.js";
@@ -61,7 +61,7 @@ function editCode(field) {
       kind: "transition",
       automaton: page.shownAutomaton.id,
       id: page.transition.id,
-      part: field ?? "trigger",
+      part: field ?? firstPart(page.transition.type),
     });
   else if (page.annotation)
     page.edit({kind: "annotation", automaton: page.shownAutomaton.id, id: page.annotation.id, part: "text"});
@@ -275,7 +275,7 @@ export const canvasActions = [
     icon: "paste",
     keys: ["Ctrl+V"],
     enabled: drawable,
-    run: ({point, text}) => commands.paste(point, text),
+    run: ({point, pasted}) => commands.paste(point, pasted),
   },
   {
     id: "duplicate",

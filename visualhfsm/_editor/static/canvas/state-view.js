@@ -8,6 +8,7 @@
  */
 
 import {FAILED, sameProblem, SEVERITIES} from "../data/problems.js";
+import {uncoded} from "../kit/coded.js";
 import {n, t, visible} from "../kit/texts.js";
 import {BADGES, CODES, MARKS} from "./glyphs.js";
 import {RADIUS} from "../measures/geometry.js";
@@ -146,7 +147,11 @@ export class StateView {
     if (this.selected) group.setAttribute("aria-pressed", "true");
     this.words = describe(state, imported, problem, mark);
     group.setAttribute("aria-label", this.words);
-    this.tip = [state.name || t("unnamed state"), ...has.map((part) => CODES[part].word), problem?.message]
+    this.tip = [
+      state.name || t("unnamed state"),
+      ...has.map((part) => CODES[part].word),
+      problem && uncoded(problem.message),
+    ]
       .filter(Boolean)
       .join("\n");
     this.#drawDetails();
@@ -298,7 +303,7 @@ function describe(state, imported, problem, mark) {
     imported && BADGES.imported.word,
     state.history.trim() === "restart" && BADGES.restart.word,
     MARKS[mark],
-    problem && `${SEVERITIES[problem.severity]}: ${problem.message}`,
+    problem && `${SEVERITIES[problem.severity]}: ${uncoded(problem.message)}`,
   ]
     .filter(Boolean)
     .join(", ");

@@ -9,6 +9,7 @@
  */
 
 import {FAILED, sameProblem, SEVERITIES} from "../data/problems.js";
+import {uncoded} from "../kit/coded.js";
 import {t, visible} from "../kit/texts.js";
 import {arc} from "../measures/geometry.js";
 import {spokenTime} from "../kit/times.js";
@@ -131,7 +132,7 @@ export class TransitionView {
       rank,
       mark,
       problem?.severity,
-      problem?.message,
+      problem && uncoded(problem.message),
     ]);
     if (signature === this.#signature) return false;
     this.#signature = signature;
@@ -200,7 +201,7 @@ export class TransitionView {
       kind.word,
       rank && t("number {rank}", {rank}),
       MARKS[mark],
-      problem && `${SEVERITIES[problem.severity]}: ${problem.message}`,
+      problem && `${SEVERITIES[problem.severity]}: ${uncoded(problem.message)}`,
     ]
       .filter(Boolean)
       .join(", ");
@@ -210,7 +211,7 @@ export class TransitionView {
       trigger.trim(),
       guard.trim() && t("if {guard}", {guard: guard.trim()}),
       code.trim() && t("code runs when it fires"),
-      problem?.message,
+      problem && uncoded(problem.message),
     ]
       .filter(Boolean)
       .join("\n");

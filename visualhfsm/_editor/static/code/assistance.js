@@ -20,6 +20,7 @@ import {
   showTooltip,
 } from "codemirror";
 import {store} from "../data/store.js";
+import {coded} from "../kit/coded.js";
 import {fixesFor, learnFixes} from "./fixes.js";
 import {problemsAt} from "./places.js";
 
@@ -258,6 +259,13 @@ class Help {
   }
 }
 
+/** Show the names in a message as code; one function for all, by which diagnostics are equal. @this {Diagnostic} */
+function renderMessage() {
+  const shown = document.createElement("span");
+  shown.append(...coded(this.message));
+  return shown;
+}
+
 /**
  * A problem as a diagnostic of CodeMirror; line and column count from 1.
  *
@@ -276,7 +284,7 @@ function asMark(doc, problem, automaton, problems) {
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
   const name = doc.sliceString(from, to);
   const actions = fixesFor(problem, name, automaton, problems);
-  return {from, to, severity: severity === "note" ? "info" : severity, message, actions};
+  return {from, to, severity: severity === "note" ? "info" : severity, message, renderMessage, actions};
 }
 
 /**
@@ -295,7 +303,7 @@ function explain(code, text) {
   }
   if (text) {
     const paragraph = document.createElement("p");
-    paragraph.textContent = text;
+    paragraph.append(...coded(text));
     dom.append(paragraph);
   }
   return dom;

@@ -2,6 +2,7 @@
 
 import {Decoration, EditorView, StateField, WidgetType} from "codemirror";
 import {FAILED} from "../data/problems.js";
+import {coded} from "../kit/coded.js";
 import {recheck} from "./assistance.js";
 import {problemsAt} from "./places.js";
 
@@ -23,7 +24,7 @@ class Message extends WidgetType {
     const dom = document.createElement("div");
     dom.className = "cm-failed";
     const text = document.createElement("span");
-    text.textContent = this.text;
+    text.append(...coded(this.text));
     dom.append(" ".repeat(this.indent), text);
     return dom;
   }

@@ -9,6 +9,7 @@
 import {html, live, nothing} from "lit";
 import {PageElement} from "../data/element.js";
 import {store} from "../data/store.js";
+import {coded} from "../kit/coded.js";
 import {t} from "../kit/texts.js";
 import {spokenTime, toMilliseconds} from "../kit/times.js";
 import {Draft, isTooLong} from "./draft.js";
@@ -96,7 +97,7 @@ export class TextField extends PageElement {
       ${
         problems.length
           ? html`<span class="field-problems" id="${id}-problems"
-              >${problems.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</span
+              >${problems.map((each) => html`<span class=${each.severity}>${coded(each.message)}</span>`)}</span
             >`
           : nothing
       }`;

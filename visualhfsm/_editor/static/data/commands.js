@@ -143,17 +143,42 @@ async function take(op) {
   const wasBehind = systemIsBehind;
   systemIsBehind = true;
   const {states, annotations} = selectedWithContent();
-  const done = await askTab(op, {automaton: page.shownAutomaton.id, states, annotations});
-  systemIsBehind = done ? !(await isWritten(done.text)) : wasBehind;
+  const names = namesOf(states, annotations);
+  const asked = askTab(op, {automaton: page.shownAutomaton.id, states, annotations});
+  const [done, isWritten] = await Promise.all([asked, write(asked, names)]);
+  systemIsBehind = done ? !isWritten : wasBehind;
+  if (done && !isWritten) notify(t("The browser keeps its clipboard closed: this can be pasted in this editor alone."));
   return done;
 }
 
-/** Write a text to the system's clipboard, and return whether the browser allowed it. @param {string} text */
-async function isWritten(text) {
+/** What copied states and notes are for programs that do not know them. @param {number[]} states @param {number[]} notes */
+function namesOf(states, notes) {
+  const all = page.shownAutomaton;
+  const names = all.states.filter((each) => states.includes(each.id)).map((each) => each.name);
+  return [...names, ...all.annotations.filter((each) => notes.includes(each.id)).map((each) => each.text)].join("\n");
+}
+
+/**
+ * Write to the system's clipboard, still in the press of the key, as some browsers ask: the names as text, and what they
+ * stand for in the attribute of an element. Returns whether the browser allowed it.
+ *
+ * @param {Promise<{text: string} | null | undefined>} asked @param {string} names
+ */
+async function write(asked, names) {
+  const shown = names.replaceAll("&", "&amp;").replaceAll("<", "&lt;");
+  const html = asked.then((done) => {
+    if (!done) throw new Error("nothing was copied");
+    return `<span data-visualhfsm="${encodeURIComponent(done.text)}">${shown}</span>`;
+  });
+  const item = /** @type {[string, string | Promise<string>][]} */ ([
+    ["text/plain", names],
+    ["text/html", html],
+  ]).map(([type, text]) => [type, Promise.resolve(text).then((each) => new Blob([each], {type}))]);
   try {
-    await navigator.clipboard.writeText(text);
+    await navigator.clipboard.write([new ClipboardItem(Object.fromEntries(item))]);
     return true;
   } catch {
+    await html.catch(() => {}); // it may have failed because of this
     return false;
   }
 }
@@ -215,12 +240,15 @@ const DOCUMENT = /^\s*(<\?xml[^>]*>\s*)?<VisualHFSM\b/i;
  * Paste, with the upper left corner at a point if one is given, and select the result.
  *
  * @param {{x: number, y: number}} [point]
- * @param {string} [text] content of the system's clipboard, pasted if it is a document, of this editor or another
+ * @param {{text?: string, html?: string}} [pasted] content of the system's clipboard, used if it is of this editor or
+ *   another, or the text of a document
  */
-export async function paste(point, text = "") {
+export async function paste(point, {text = "", html = ""} = {}) {
+  const [, copied] = /data-visualhfsm="([^"]*)"/.exec(html) ?? [];
+  const content = copied ? decodeURIComponent(copied) : DOCUMENT.test(text) ? text.trim() : "";
   const done =
-    DOCUMENT.test(text) && !systemIsBehind
-      ? await applyHere("pasteStates", {content: text.trim(), ...point})
+    content && !systemIsBehind
+      ? await applyHere("pasteStates", {content, ...point})
       : await askTab("paste", {automaton: page.shownAutomaton.id, ...point});
   showAdded(done);
 }

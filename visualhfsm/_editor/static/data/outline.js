@@ -91,3 +91,6 @@ export function outgoing(transitions) {
     .sort((a, b) => (a.rank === b.rank ? a.index - b.index : a.rank - b.rank))
     .map((each) => each.transition);
 }
+
+/** What is written first of a transition: one that fires when all has finished has a guard alone. @param {string} type */
+export const firstPart = (type) => (type === "finished" ? "guard" : "trigger");

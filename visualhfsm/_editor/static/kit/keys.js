@@ -94,6 +94,25 @@ function isTyping(target) {
   );
 }
 
+/** Where the keys of an action hold: a key without Ctrl or Alt on the drawing, unless the action says otherwise. */
+export function scopeOf(/** @type {import("./registry.js").Action} */ action, /** @type {string} */ key) {
+  return action.scope ?? (/^(Ctrl|Alt|F\d)/.test(key) ? "page" : "drawing");
+}
+
+/**
+ * Whether keys of a scope hold where the focus is. Without a focus they are for the drawing.
+ *
+ * @param {string} scope
+ * @param {Element} focused
+ * @param {HTMLElement} canvas
+ */
+function holds(scope, focused, canvas) {
+  if (scope === "canvas") return focused === document.body || canvas.contains(focused);
+  if (scope === "drawing")
+    return focused === document.body || Boolean(focused.closest("hfsm-canvas, hfsm-tools, hfsm-tree"));
+  return true;
+}
+
 /**
  * Listen for keys.
  *
@@ -108,13 +127,13 @@ export function listenForKeys(context) {
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
     const typing = isTyping(target);
     if (typing ? composes(event) : isHeld(event)) return;
-    const action = byKey.get(written(event));
+    const key = written(event);
+    const action = byKey.get(key);
     if (!action || action.id === "paste") return; // the browser's `paste` event, below, contains the text
-    if (action.scope !== "typing" && typing) return;
+    const scope = scopeOf(action, key);
+    if (scope !== "typing" && typing) return;
     const element = event.target instanceof Element ? event.target : document.body;
-    const onCanvas = context.canvas.contains(element) || element === document.body;
-    if (action.scope === "canvas" && !onCanvas) return;
-    if (element.closest("[role=menu]")) return;
+    if (!holds(scope, element, context.canvas) || element.closest("[role=menu]")) return;
     event.preventDefault();
     perform(action.id, context);
   });
@@ -130,6 +149,8 @@ export function listenForKeys(context) {
     if (event.defaultPrevented || document.querySelector("dialog[open]") || isTyping(target)) return;
     event.preventDefault();
     if (event.timeStamp - released < PASTED) return;
-    perform("paste", {...context, text: event.clipboardData?.getData("text/plain")});
+    const {clipboardData} = event;
+    const pasted = {text: clipboardData?.getData("text/plain"), html: clipboardData?.getData("text/html")};
+    perform("paste", {...context, pasted});
   });
 }

@@ -1,3 +1,4 @@
+import {coded} from "./coded.js";
 import {n, t} from "./texts.js";
 /** Short messages in a corner of the page, which screen readers announce. */
 
@@ -25,14 +26,15 @@ let older;
  */
 export function notify(text, kind = "info", link = undefined, {tab = 0, about = ""} = {}) {
   list ??= makeList();
-  const same = [...list.children].find(({firstChild}) => firstChild instanceof Text && firstChild.data === text);
+  const same = [...list.children].find((each) => each.getAttribute("data-text") === text);
   if (same && kind === "error") return () => dismiss(same); // it may be repeated in each frame; its button must stay
   same?.remove(); // the same text is shown once
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
   notice.setAttribute("role", kind === "info" ? "status" : "alert");
-  notice.textContent = text;
+  notice.append(...coded(text));
   const end = () => dismiss(notice);
+  notice.setAttribute("data-text", text);
   notice.setAttribute("data-tab", String(tab));
   notice.setAttribute("data-about", about);
   if (link)

@@ -4,13 +4,14 @@
  * `actions.js` defines the actions. What they do may show their keys, so that it imports this table and not them.
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
- *   enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, scope?: "canvas" | "typing", hint?: string,
- *   help?: string, words?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is
- *   typed. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
+ *   enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, hint?: string,
+ *   scope?: "canvas" | "drawing" | "page" | "typing", help?: string, words?: string}} Action The scope says where its keys
+ *   hold: on the canvas, also on the tools and the tree, anywhere but in fields, or everywhere. Without one, keys with
+ *   Ctrl or Alt hold anywhere but in fields, and others, such as letters and Delete, on the drawing. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
  *   is on. An action is also found by its `words`, which are not shown: what else people call it.
  * @typedef {{app: import("../shell/app.js").HfsmApp, canvas: import("../canvas/canvas.js").HfsmCanvas,
- *   point?: {x: number, y: number}, text?: string}} Context `point` is where in the drawing a menu was opened, `text`
- *   what is pasted
+ *   point?: {x: number, y: number}, pasted?: {text?: string, html?: string}}} Context `point` is where in the drawing a
+ *   menu was opened, `pasted` what the system's clipboard has
  */
 
 import {required} from "./required.js";

@@ -7,13 +7,15 @@
  */
 
 import {html, nothing} from "lit";
+import {coded} from "./coded.js";
 import {n, t} from "./texts.js";
 
 /**
- * @param {{label: string, tabs: Tab[], chosen: string, choose: (id: string) => void, prefix: string}} options `prefix`
- *   begins the ids of tabs and their panels
+ * @param {{label: string, tabs: Tab[], chosen: string, choose: (id: string) => void, write?: (id: string) => void,
+ *   prefix: string}} options `write` is called instead of `choose` for a click, to put the cursor into the panel of the
+ *   tab; `prefix` begins the ids of tabs and their panels
  */
-export function tabStrip({label, tabs, chosen, choose, prefix}) {
+export function tabStrip({label, tabs, chosen, choose, write = choose, prefix}) {
   /** @param {KeyboardEvent & From<HTMLElement>} event */
   const press = (event) => {
     const step = /** @type {Record<string, number>} */ ({ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity})[
@@ -40,7 +42,7 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
           aria-selected=${each.id === chosen}
           tabindex=${each.id === chosen ? 0 : -1}
           aria-label=${words(each)}
-          @click=${() => choose(each.id)}
+          @click=${() => write(each.id)}
         >
           ${each.label}${
             each.filled ? html`<span class="filled" title=${t("not empty")}></span>` : nothing
@@ -54,7 +56,7 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
 export const problemLines = (problems) =>
   problems.length
     ? html`<p class="field-problems">
-        ${problems.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
+        ${problems.map((each) => html`<span class=${each.severity}>${coded(each.message)}</span>`)}
       </p>`
     : nothing;
 

@@ -10,6 +10,7 @@ import {html, nothing} from "lit";
 import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {FAILED, SEVERITIES} from "../data/problems.js";
+import {coded} from "../kit/coded.js";
 import {n, t} from "../kit/texts.js";
 import {fixesOf, learnFixes} from "../code/fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
@@ -102,7 +103,7 @@ class Problems extends PageElement {
                 ${shown.map((each) => this.#row(document, each))}
               </ol>
               ${more ? html`<p class="empty">${n("{count} more is not listed.", "{count} more are not listed.", more)}</p>` : nothing}
-              ${[...assumptions].map((each) => html`<p class="explain">${each}</p>`)}`
+              ${[...assumptions].map((each) => html`<p class="explain">${coded(each)}</p>`)}`
           : html`<p class="empty" role="status">${t("The checks found nothing wrong.")}</p>`
       }
     </div>`;
@@ -127,17 +128,17 @@ class Problems extends PageElement {
           role="img"
           aria-label="${SEVERITIES[problem.severity]}: "
         ></span>
-        <span class="message">${problem.message}</span
+        <span class="message">${coded(problem.message)}</span
         ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
         <span class="where">${words.filter(Boolean).join(" › ")}</span>
       </button>
       ${fixesOf(document, problem).map(
-        ({name, apply}) => html`<button type="button" class="play fix" @click=${apply}>${name}</button>`,
+        ({name, apply}) => html`<button type="button" class="play fix" @click=${apply}>${coded(name)}</button>`,
       )}
       ${
         notes.length
           ? html`<ul class="notes">
-              ${notes.map((each) => html`<li>${each}</li>`)}
+              ${notes.map((each) => html`<li>${coded(each)}</li>`)}
             </ul>`
           : nothing
       }

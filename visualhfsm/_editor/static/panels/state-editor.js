@@ -13,6 +13,7 @@
 import {html, keyed, live, nothing} from "lit";
 import {apply} from "../data/commands.js";
 import {iconButton} from "../kit/icons.js";
+import {page} from "../data/page.js";
 import {placed} from "../data/problems.js";
 import {t, translated} from "../kit/texts.js";
 import {keyOf, placeOf} from "../code/places.js";
@@ -69,6 +70,7 @@ export function stateEditor(about) {
   const shown = tabs.some((each) => each.id === about.part) ? about.part : part;
   const chosen = shown === "argument" || shown === "result" ? shown : part;
   const own = problems.filter((each) => !placeOf(each).part);
+  const write = (/** @type {string} */ id) => page.edit({...place, part: id});
   return html` <div class="about">
       <hfsm-text-field
         class="title"
@@ -102,7 +104,7 @@ export function stateEditor(about) {
       </div>
       ${problemLines(own)}
     </div>
-    ${tabStrip({label: t("Code of the state"), tabs, chosen, choose, prefix: "state"})}
+    ${tabStrip({label: t("Code of the state"), tabs, chosen, choose, write, prefix: "state"})}
     <div
       class="tab-panel ${chosen === part ? "" : "scrolling"}"
       role="tabpanel"

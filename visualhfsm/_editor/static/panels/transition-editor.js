@@ -12,7 +12,7 @@
 import {html, live, nothing} from "lit";
 import {apply} from "../data/commands.js";
 import {iconButton} from "../kit/icons.js";
-import {outgoing} from "../data/outline.js";
+import {firstPart, outgoing} from "../data/outline.js";
 import {page} from "../data/page.js";
 import {placed} from "../data/problems.js";
 import {rich, t} from "../kit/texts.js";
@@ -120,9 +120,11 @@ function typeChoice(transition, fields, readonly) {
   /** @param {Commands["setTransitionType"]["type"]} type @param {HTMLElement} radio */
   const choose = async (type, radio) => {
     const goesOn = radio.matches(":focus-visible"); // with the arrows, perhaps to the next type
-    if (!(await apply("setTransitionType", {...fields, type})) || goesOn || type === "finished") return;
-    page.edit({kind: "transition", automaton: fields.automaton, id: fields.transition, part: "trigger"});
+    if ((await apply("setTransitionType", {...fields, type})) && !goesOn) write(type);
   };
+  /** @param {Commands["setTransitionType"]["type"]} type */
+  const write = (type) =>
+    page.edit({kind: "transition", automaton: fields.automaton, id: fields.transition, part: firstPart(type)});
   return html`<fieldset class="type-choice">
     <legend>${t("Fires")}</legend>
     ${TYPES.map(
@@ -135,6 +137,7 @@ function typeChoice(transition, fields, readonly) {
             .checked=${live(transition.type === type)}
             ?disabled=${readonly}
             @change=${(/** @type {From<HTMLInputElement>} */ {target}) => choose(type, target)}
+            @click=${() => transition.type === type && write(type)}
           /><span>${label}</span></label
         >`,
     )}

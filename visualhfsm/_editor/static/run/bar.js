@@ -14,6 +14,7 @@ import {page} from "../data/page.js";
 import {isEnabled, perform} from "../kit/registry.js";
 import {needsRobot} from "../data/robot.js";
 import {started, spokenEnd} from "../data/started.js";
+import {coded} from "../kit/coded.js";
 import {actionButton, menuButton} from "../kit/buttons.js";
 import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
@@ -81,7 +82,7 @@ class MonitorBar extends MonitorElement {
     return html`<span
         class="live-status ${status}"
         title=${monitor.ended && monitor.isOver ? t("Ended at {time}", {time: clockTime(monitor.ended.at)}) : (why ?? nothing)}
-        ><span class="sign" aria-hidden="true"></span>${word}</span
+        ><span class="sign" aria-hidden="true"></span>${coded(word)}</span
       >
       ${monitor.isOver ? failureLink(failedRun()) : nothing}
       <strong class="component" title=${monitor.recording?.file || monitor.component}
@@ -121,7 +122,7 @@ class MonitorBar extends MonitorElement {
     if (run?.status !== "ended" || !run.place) return nothing;
     const failed = started.failed(page.tab);
     return html`<span class="live-status ${failed ? "failed" : "ended"}"
-        ><span class="sign" aria-hidden="true"></span>${spokenEnd(started.endOf(run))}</span
+        ><span class="sign" aria-hidden="true"></span>${coded(spokenEnd(started.endOf(run)))}</span
       >
       ${failureLink(failed)}<strong class="component">${run.component}</strong>`;
   }

@@ -3,6 +3,7 @@
 import {html, nothing} from "lit";
 
 import {SEVERITIES} from "../data/problems.js";
+import {coded} from "../kit/coded.js";
 import {n, t} from "../kit/texts.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {show} from "./failing-code.js";
@@ -27,7 +28,7 @@ class LiveErrors extends MonitorElement {
                       <button type="button" class="row" @click=${() => show(each)}>
                         <span class="severity-sign error" role="img" aria-label=${t("error")}></span
                         ><span class="message"
-                          >${each.message}${
+                          >${coded(each.message)}${
                             count > 1
                               ? html` <span class="faint">${n("{count} time", "{count} times", count)}</span>`
                               : nothing
@@ -59,7 +60,7 @@ class LiveErrors extends MonitorElement {
                           role="img"
                           aria-label=${SEVERITIES[["note", "warning", "error"][each.level]]}
                         ></span
-                        ><span class="message">${each.message}</span
+                        ><span class="message">${coded(each.message)}</span
                         ><span class="where">${each.source}, ${spokenSeconds(each.time)}</span>
                       </li>`,
                   )}

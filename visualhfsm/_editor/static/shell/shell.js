@@ -56,7 +56,7 @@ class Tabs extends PageElement {
               aria-selected=${each.tab === page.tab}
               tabindex=${each.tab === page.tab ? 0 : -1}
               title=${each.recording ? t("Recording {recording}", {recording: each.recording}) : visible(each.path) || t("not saved yet")}
-              @click=${() => page.show(each.tab)}
+              @click=${(/** @type {MouseEvent} */ {detail}) => this.#show(each.tab, detail > 0)}
               @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
             >
               ${each.recording ? icon("film") : nothing}<span class="text"
@@ -162,6 +162,15 @@ class Tabs extends PageElement {
     this.#count = store.workspace.tabs.length;
     this.#reveal(); // which makes the browser lay out everything at once
     this.overflows = this.#hidesTabs;
+  }
+
+  /** Show a document; after a click its drawing has the keys. @param {number} tab @param {boolean} isClicked */
+  async #show(tab, isClicked) {
+    page.show(tab);
+    if (!isClicked) return;
+    const {app, canvas} = this.context;
+    await app.updateComplete; // the start page is gone
+    canvas.surface.focus({preventScroll: true});
   }
 
   /** @param {number} tab */
