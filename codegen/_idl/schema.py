@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, cast
 
 import msgspec
@@ -90,14 +90,9 @@ def _schema_of(definition: ast.Definition) -> reflection.Schema:
         each = waiting.pop()
         if each.scoped not in found and not isinstance(each, ast.ForwardDeclaration):
             found[each.scoped] = _described(each)
-            waiting += _parts(each)
+            named = (kind for kind in ast.types_in(each) if isinstance(kind, ast.NamedType))
+            waiting += [kind.definition for kind in named if kind.definition is not None]
     return reflection.Schema(definition.scoped, found)
-
-
-def _parts(definition: ast.Definition) -> Iterator[ast.Definition]:
-    for kind in ast.types_in(definition):
-        if isinstance(kind, ast.NamedType) and kind.definition is not None:
-            yield kind.definition
 
 
 def _unnamed_lines(definition: ast.Definition, schema: reflection.Schema) -> list[str]:

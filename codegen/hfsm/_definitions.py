@@ -85,7 +85,7 @@ class Definitions:
         document = analysis.document
         self.libraries = analysis.libraries
         self.proxies = {each.name for each in document.all_interfaces} | set(document.proxy_aliases)
-        self._arriving = {each.name for each in document.ros} | set(document.ros_aliases)
+        self.arriving = {each.name for each in document.ros} | set(document.ros_aliases)
         """The attributes with the newest message, which may change at any time."""
         self._declared = self.proxies | {each.name for each in document.parameters}
         self._declared |= COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
@@ -191,19 +191,11 @@ class Definitions:
             case path:
                 return not self.is_library(path)
 
-    def is_outside(self, name: str) -> bool:
-        """Return whether a name that the code around does not bind is that of an object of unknown kind."""
-        return name in self.libraries or name in self.globals
-
     def is_constant(self, node: ast.Attribute) -> bool:
         """Return whether an attribute is a number of a library, or belongs to a generated interface."""
         path = dotted(node)
         full = self._full_name(path) if path and path[0] in self.libraries else ""
         return full in _CONSTANTS or full.startswith("interfaces.")
-
-    def has_servant(self, proxy: str) -> bool:
-        """Return whether a proxy calls a servant; others are topics, services and actions of ROS."""
-        return proxy not in self._arriving
 
     def _full_name(self, path: list[str]) -> str:
         """Return the full name of something of a library or of Python, empty for anything else.
@@ -250,7 +242,7 @@ class Definitions:
         if path[:1] != ["self"] or (len(path) > 2 and path[1] not in self.proxies):
             return UNKNOWN if node.attr in self.bound else Answer.UNKNOWN
         name = path[1]
-        if name in self._arriving:
+        if name in self.arriving:
             return Answer.OTHER
         if name in self.functions:
             return UNKNOWN

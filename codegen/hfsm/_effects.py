@@ -72,7 +72,8 @@ class CodeEffects:
                 if child in self._names:
                     self._names[child].pop(argument.name, None)  # the argument gives its value
         self._follow()
-        is_passed = any(effects.passes_component for effects in self._by_piece.values())
+        # who can send any event and call anything has the component
+        is_passed = any(effects.any_event and effects.any_call for effects in self._by_piece.values())
         has_unclear_calls = any(effects.any_call for effects in self._by_piece.values())
         for effects in self._by_piece.values():
             if is_passed and effects.reads_component:

@@ -308,7 +308,7 @@ class Evaluation:
         """Return the values of a name or an attribute."""
         if isinstance(node, ast.Name):
             self._reflect(node, node.id)
-            is_outside = self._definitions.is_outside(node.id)
+            is_outside = node.id in self._definitions.libraries or node.id in self._definitions.globals
             return self._names.get(node.id, UNSURE if is_outside else NOTHING)
         if self._definitions.is_constant(node):
             return NUMBER
@@ -446,7 +446,7 @@ class Evaluation:
         if operation in SAME_PROXY:
             return frozenset({Value("proxy", proxy)})
         is_direct = {each.kind for each in owners} == {"proxy"}  # and begins no call, which gives a future
-        return PLAIN if is_direct and self._definitions.has_servant(proxy) else UNSURE
+        return PLAIN if is_direct and proxy not in self._definitions.arriving else UNSURE
 
     def _getattr(self, call: ast.Call) -> Values:
         owners, names, *default = [self.value(each) for each in call.args]

@@ -56,11 +56,6 @@ class Effects:
         for event, places in other.events.items():
             self.events.setdefault(event, set()).update(places if call is None else {call})
 
-    @property
-    def passes_component(self) -> bool:
-        """Whether it may give the component to code that cannot be followed."""
-        return bool(self.any_event and self.any_call)
-
     def allow_anything(self, node: ast.AST) -> None:
         """Record that a node may use the component in any way."""
         self.any_event.append(node)

@@ -158,6 +158,13 @@ class Transition(Node):
     priority: Text = Text()
     code: Text = Text()
 
+    @property
+    def rank(self) -> int | None:
+        """The priority as a number from 1, None without one that is valid."""
+        digits = self.priority.text.strip()
+        is_number = digits.isascii() and digits.isdigit() and len(digits) < 10
+        return int(digits) or None if is_number else None
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Annotation(Node):
@@ -242,12 +249,10 @@ class Automaton(Node):
         found: dict[int, list[Transition]] = {}
         for transition in self.transitions:
             found.setdefault(transition.origin, []).append(transition)
-        return {state: tuple(sorted(leaving, key=_rank)) for state, leaving in found.items()}
-
-
-def _rank(transition: Transition) -> float:
-    digits = transition.priority.text.strip()
-    return int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 10 else math.inf
+        return {
+            state: tuple(sorted(leaving, key=lambda each: each.rank or math.inf))
+            for state, leaving in found.items()
+        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

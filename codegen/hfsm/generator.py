@@ -187,7 +187,8 @@ class _Generator:
         marked = MarkedLines(self._document, self._file)
         for item in (*self._docstring(), *self._imports(writers), "", "", *self._class(), *automata, "", ""):
             marked.add(item)
-        text = "\n".join([*marked.lines, *written(marked.table()), "", *self._footer()]) + "\n"
+        start = ["", 'if __name__ == "__main__":', f"    main({self._class_name})", ""]
+        text = "\n".join([*marked.lines, *written(marked.table()), *start])
         return GeneratedComponent(text, tuple(marked.pieces), marked.source_map)
 
     def _root_first(self) -> Iterator[AutomatonCode]:
@@ -341,10 +342,6 @@ class _Generator:
         for piece in self._analysis.all_functions:
             yield ""
             yield CodeLines(piece.code.indented(1), piece.code, piece.path, "functions", piece.automaton)
-
-    def _footer(self) -> Iterator[str]:
-        yield 'if __name__ == "__main__":'
-        yield f"    main({self._class_name})"
 
     def _attributes(self) -> set[str]:
         """Return the names of everything in the class, except the methods of its automata."""

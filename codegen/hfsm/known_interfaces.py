@@ -216,7 +216,8 @@ class _Finder:
         # Any package beside a document may belong to another program.
         for directory, generated_only in [(document.parent.resolve(), True), *places] if document else places:
             for package in self._packages(directory):
-                if not generated_only or self._is_file(package / _SCHEMA):
+                schema = package / _SCHEMA
+                if not generated_only or schema in self.generated or is_regular(schema):
                     yield from self._in_package(package, (package.name,), (package.name,), directory)
         spec = importlib.util.find_spec(_PACKAGE)
         for location in (spec.submodule_search_locations or ()) if spec else ():
@@ -254,9 +255,6 @@ class _Finder:
         names = (each.name for each in _entries(directory) if each.name.isidentifier())
         found |= {directory / name for name in names if is_regular(directory / name / "__init__.py")}
         return sorted(package for package in found if package.name.isidentifier())
-
-    def _is_file(self, path: Path) -> bool:
-        return path in self.generated or is_regular(path)
 
 
 def _entries(directory: Path) -> list[os.DirEntry[str]]:

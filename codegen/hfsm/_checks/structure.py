@@ -285,7 +285,7 @@ def _check_priority(transition: Transition, first: dict[tuple[int, int], Transit
     priority = transition.priority
     if priority.is_blank:
         return
-    number = _number(transition)
+    number = transition.rank
     if number is None:
         written = priority.text.strip()[:40]
         message = Message(
@@ -306,12 +306,6 @@ def _check_priority(transition: Transition, first: dict[tuple[int, int], Transit
         place = report.place(other, other.priority)
         note = Note(Message("of two equal priorities the first in the document is used"), place)
         report.warning(Code.EQUAL_PRIORITIES, message, report.place(transition, priority), [note])
-
-
-def _number(transition: Transition) -> int | None:
-    digits = transition.priority.text.strip()
-    usable = digits.isascii() and digits.isdigit() and len(digits) < 10
-    return int(digits) if usable and int(digits) else None
 
 
 # Notes and frames: whatever is wrong with one, the component is generated.

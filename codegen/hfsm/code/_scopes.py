@@ -11,7 +11,7 @@ from __future__ import annotations
 import ast
 import symtable
 from functools import lru_cache
-from typing import Final, TypeGuard
+from typing import Final
 
 from .text import all_nodes
 
@@ -52,16 +52,13 @@ def _unread(tree: ast.Module) -> frozenset[str]:
     for node in all_nodes(tree):
         match node:
             case ast.Assign(targets=targets):
-                assigned.update(name.id for each in targets for name in ast.walk(each) if _is_stored(name))
+                names = (name for each in targets for name in ast.walk(each) if isinstance(name, ast.Name))
+                assigned.update(name.id for name in names if isinstance(name.ctx, ast.Store))
             case ast.AugAssign(target=ast.Name(id=name)):
                 assigned.add(name)
             case ast.Name(id=name, ctx=ast.Load()):
                 read.add(name)
     return frozenset(assigned - read - {"_"})
-
-
-def _is_stored(node: ast.AST) -> TypeGuard[ast.Name]:
-    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
 
 
 _Known = frozenset[str] | None
