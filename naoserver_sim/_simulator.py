@@ -80,7 +80,7 @@ class Simulator:
         self.on_tick: Callable[[], None] = lambda: None
         """Called at the very end of each tick, when its state is published; it gives orders for the next."""
         self.virtual = True
-        """Whether no thread of its own steps it."""
+        """Whether no thread steps it, but who advances a virtual clock."""
         self._ticks = 0
         self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
         self._option = mj.opt
@@ -175,7 +175,7 @@ _LONGEST_SLEEP: Final = 0.05  # s
 
 
 class SimulationClock:
-    """Step a simulator on a thread at some pace, and tell its time, tick by tick. Implements zenoh_ice.Clock.
+    """Step a simulator on a thread at some pace, and give its time, tick by tick. Implements zenoh_ice.Clock.
 
     No thread waits for another: orders are executed at each control tick, and readers take the newest
     snapshot, an object that is replaced and never changed.
