@@ -21,9 +21,7 @@ from naoserver.body import Body
 from naoserver.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import matrix_of
-from naoserver.parts import Battery as BatteryFacts
-from naoserver.parts import FallRules
-from naoserver.parts import Sonar as SonarFacts
+from naoserver.parts import Battery, FallRules, Sonar
 from naoserver_sim._motors import AMBIENT, Array
 from naoserver_sim._senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim._simulator import Simulator
@@ -42,10 +40,10 @@ _GRAZING: Final = math.cos(math.radians(45))
 """Cosine of the angle to its normal beyond which a plane reflects the sound away."""
 
 
-class Sonar:
+class SonarModel:
     """Measure the nearest echo of the left and the right transducer. Thread-safe."""
 
-    def __init__(self, mj: mujoco.MjModel, root: str, facts: SonarFacts) -> None:
+    def __init__(self, mj: mujoco.MjModel, root: str, facts: Sonar) -> None:
         self._facts = facts
         self._mj = mj
         self._lock = threading.Lock()
@@ -132,7 +130,7 @@ _TIME_CONSTANT: Final = 1800.0
 """Seconds in which it reaches 63 % of that."""
 
 
-class Battery:
+class BatteryModel:
     """Discharge as the motors work; `draw` is for the thread of the physics only.
 
     A motor takes its mechanical power plus the loss in its winding. With no-load speed w and stall torque T,
@@ -140,7 +138,7 @@ class Battery:
     gives back is lost.
     """
 
-    def __init__(self, robot: DeviceIndex, body: Body, facts: BatteryFacts) -> None:
+    def __init__(self, robot: DeviceIndex, body: Body, facts: Battery) -> None:
         self._motors = robot.own_motors
         self._dofs = robot.dofs[robot.leading]
         motors = [body.joints[joint].motor for joint in robot.leading]
@@ -270,8 +268,8 @@ class SimulatedSenses:
         """The readings of the last ticks, which a controller needs at every tick."""
         body = model.body
         self.touch_names: Final = body.touch_sensors
-        self._battery = Battery(model.robot, body, body.battery) if body.battery else None
-        self._sonar = Sonar(model.mj, body.root.name, body.sonar) if body.sonar else None
+        self._battery = BatteryModel(model.robot, body, body.battery) if body.battery else None
+        self._sonar = SonarModel(model.mj, body.root.name, body.sonar) if body.sonar else None
         self.sonar_range: Final = (body.sonar.nearest, body.sonar.farthest) if body.sonar else None
         self.sonar_cone: Final = body.sonar.cone if body.sonar else 0.0
         self._touch = Touch(self.touch_names)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from naoserver.bodies.nao import H25
 from naoserver_sim._senses.record import SenseNoise
-from naoserver_sim._senses.simulated import Sonar
+from naoserver_sim._senses.simulated import SonarModel
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import BALL_RADIUS
 from tests.support.examples import examples
@@ -41,7 +41,7 @@ AWAY = [0.0, 0.0, 50.0, 1.0, 0.0, 0.0, 0.0]
 
 @pytest.fixture(scope="module")
 def sonar():
-    return Sonar(mujoco.MjModel.from_xml_string(SCENE), H25.root.name, FACTS)
+    return SonarModel(mujoco.MjModel.from_xml_string(SCENE), H25.root.name, FACTS)
 
 
 def state(*, ball=None, wall=None, pitch=0.0):
