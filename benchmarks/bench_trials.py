@@ -47,7 +47,7 @@ from visualhfsm.grading import read_exercise
 from visualhfsm.simulation import simulate
 from visualhfsm.trials import Outcome, Plan, Spread, Success
 from visualhfsm.trials._cluster import Cluster
-from visualhfsm.trials._outcomes import StateChange, Record
+from visualhfsm.trials._outcomes import Record, StateChange
 from visualhfsm.trials._page import trials_page, write_trials_page
 from visualhfsm.trials._plan import Disturbance
 from visualhfsm.trials._series import LocalPool, Pool, Series
