@@ -82,7 +82,8 @@ class Telemetry:
         self._robot = RobotMonitor(communicator)
         self._follower = Follower(communicator, component, self._robot)
         self._log = self._follower.log
-        self._automata: Automata | None = None
+        self.automata: Automata | None = None
+        """The automata, None before the component has sent its structure."""
         self._takes_pictures = pictures
         self._pictures = Pictures()
         self._look_through(CAMERA)
@@ -97,11 +98,6 @@ class Telemetry:
     def log(self) -> RunLog:
         """The log of the component's run."""
         return self._follower.log
-
-    @property
-    def automata(self) -> Automata | None:
-        """The automata, or None before the component has sent its structure."""
-        return self._automata
 
     @property
     def image_size(self) -> tuple[int, int]:
@@ -140,7 +136,7 @@ class Telemetry:
         return WatchState(
             component=self._follower.component,
             endpoint=self._endpoint,
-            automata=self._automata,
+            automata=self.automata,
             snapshot=snapshot,
             snapshot_age=self._follower.age,
             robot=self._robot.read(stale=self._robot.age() > STALE),
@@ -152,8 +148,8 @@ class Telemetry:
 
     def _update_run(self) -> None:
         live = self._follower.structure
-        if live is not None and (self._automata is None or self._automata.structure is not live.structure):
-            self._automata = Automata(live.structure)
+        if live is not None and (self.automata is None or self.automata.structure is not live.structure):
+            self.automata = Automata(live.structure)
         if self.log is not self._log:
             self._log = self.log
             self._pictures = Pictures()
@@ -161,7 +157,7 @@ class Telemetry:
     def _snapshot(self) -> ComponentSnapshot | None:
         """Return the newest snapshot, unless its automata are not known yet, as after a reload."""
         newest = self.log.newest
-        known = newest is not None and self._automata is not None and self._automata.fit(newest.component)
+        known = newest is not None and self.automata is not None and self.automata.fit(newest.component)
         return newest.component if newest is not None and known else None
 
     def _choose_camera(self, snapshot: ComponentSnapshot) -> None:

@@ -39,7 +39,7 @@ class CodeProcess:
     def queued(self) -> float:
         """Return for how many s altogether its first thread has waited for a processor."""
         with suppress(OSError, IndexError, ValueError):
-            return int(self._read("schedstat").split()[1]) * _NANOSECONDS
+            return int(self._file("schedstat").read_text().split()[1]) * _NANOSECONDS
         return 0.0
 
     def threads(self) -> int:
@@ -47,9 +47,6 @@ class CodeProcess:
         with suppress(OSError):
             return sum(1 for _ in self._file("task").iterdir())
         return 0
-
-    def _read(self, name: str) -> str:
-        return self._file(name).read_text()
 
     def _file(self, name: str) -> Path:
         return Path(f"/proc/{self._innermost or _innermost(self._outermost)}", name)

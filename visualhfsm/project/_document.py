@@ -173,7 +173,7 @@ class OpenDocument(Analyses):
     def saved(self) -> Document | None:
         """The document as it was read or saved last, None if it never was."""
         with self._lock:
-            return self._edited.saved_document
+            return self._edited.saved
 
     def text(self) -> str:
         """Return the document as its file would hold it."""

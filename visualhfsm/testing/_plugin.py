@@ -151,8 +151,11 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         behavior.close()
 
 
-class RunTrials(Protocol):
-    """The fixture `trials`."""
+class RunTrials:
+    """The fixture `trials`; relative paths are looked up in the `places`, in order."""
+
+    def __init__(self, places: Sequence[Path]) -> None:
+        self._places = places
 
     def __call__(
         self,
@@ -167,24 +170,16 @@ class RunTrials(Protocol):
         A relative path is looked up next to the test, then below the project root. `success` is the state
         that a trial must reach, `changes` are other keys of the plan, such as `runs` and `seed`.
         """
+        from visualhfsm.trials import plan_of, run_trials
+
+        file = _find_file("plan or document", Path(path), self._places)
+        return run_trials(plan_of(file, success, **changes), workers=workers)
 
 
 @pytest.fixture
 def trials(request: pytest.FixtureRequest) -> RunTrials:
     """Run a behavior many times."""
-    from visualhfsm.trials import plan_of, run_trials
-
-    def run(
-        path: str | Path,
-        *,
-        success: str | None = None,
-        workers: int | None = None,
-        **changes: Any,  # noqa: ANN401
-    ) -> Summary:
-        file = _find_file("plan or document", Path(path), [request.path.parent, request.config.rootpath])
-        return run_trials(plan_of(file, success, **changes), workers=workers)
-
-    return run
+    return RunTrials([request.path.parent, request.config.rootpath])
 
 
 @pytest.hookimpl(wrapper=True)

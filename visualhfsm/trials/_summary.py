@@ -154,8 +154,8 @@ class Summary:
                 thing,
                 [
                     (
-                        _float(row.values[f"{thing}.x"]),
-                        _float(row.values[f"{thing}.y"]),
+                        float(row.values[f"{thing}.x"]),
+                        float(row.values[f"{thing}.y"]),
                         row.success,
                         row.number,
                     )
@@ -176,11 +176,11 @@ class Summary:
                 self._part(_shown(value), [row for row in rows if row.values[name] == value])
                 for value in distinct
             ]
-        edges = np.quantile([_float(value) for value in values], np.linspace(0.0, 1.0, _BINS + 1)).tolist()
+        edges = np.quantile([float(value) for value in values], np.linspace(0.0, 1.0, _BINS + 1)).tolist()
         parts = []
         for low, high in pairwise(edges):
             end = math.inf if high == edges[-1] else high
-            inside = [row for row in rows if low <= _float(row.values[name]) < end]
+            inside = [row for row in rows if low <= float(row.values[name]) < end]
             if inside:
                 parts.append(self._part(f"{_shown(low)} to {_shown(high)}", inside))
         return parts
@@ -223,10 +223,6 @@ def write_table(path: Path, summary: Summary) -> None:
 def _way(row: Row) -> tuple[str, str]:
     """Return what trials have in common that fail in the same way."""
     return _FIGURE.sub("#", row.reason), row.states
-
-
-def _float(value: Value) -> float:
-    return float(value)
 
 
 def _shown(value: Value) -> str:

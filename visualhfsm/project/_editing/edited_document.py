@@ -223,7 +223,8 @@ class EditedDocument:
         self.revision = 0
         self.merge_within = MERGE_WITHIN
         self._steps = UndoStack(document, clock)
-        self._saved = None if self.path is None else document
+        self.saved = None if self.path is None else document
+        """The document as it was read or saved last, None if it never was."""
         self._version = version
         self._journal = journal
         self._size_bound = size
@@ -261,7 +262,7 @@ class EditedDocument:
         content = written(document).encode()
         journal = Journal(journals or journal_directory(), Header(None, name, content, ""))
         edited = cls(document, journal, None, len(content))
-        edited._saved = document if kept else None
+        edited.saved = document if kept else None
         return edited
 
     @classmethod
@@ -294,7 +295,7 @@ class EditedDocument:
     @property
     def dirty(self) -> bool:
         """Whether the document differs from what was saved; a new one does until it is saved."""
-        return self.document is not self._saved
+        return self.document is not self.saved
 
     @property
     def is_unsaved(self) -> bool:
@@ -310,11 +311,6 @@ class EditedDocument:
     def redo_steps(self) -> list[Step]:
         """The steps that can be done again, the next first."""
         return [*reversed(self._steps.future)]
-
-    @property
-    def saved_document(self) -> Document | None:
-        """The document as it was read or saved last, or None when it never was."""
-        return self._saved
 
     def do(self, command: Command, base: str | None = None, by: Hashable = None) -> Change:
         """Apply a command. Raises EditError and leaves the document as it was when that is not possible.
@@ -412,7 +408,7 @@ class EditedDocument:
             )
         content = self._content()
         self._version = write_file(target, content)
-        self._saved = self.document
+        self.saved = self.document
         self.path = target
         self.name = target.stem
         self.dialect = NATIVE
@@ -438,7 +434,7 @@ class EditedDocument:
                 Message("save it first"),
             )
         if choice is Choice.MINE and not self.path.exists():
-            self._version, self._saved, self._kept = None, None, None
+            self._version, self.saved, self._kept = None, None, None
             self._journal.begin()
             return Resolution(None)
         content, version = read_file(self.path)
@@ -448,12 +444,12 @@ class EditedDocument:
         if choice is Choice.THEIRS:
             change = self.do(ReplaceDocument(content=written(theirs), name=str(AS_FILE)))
         elif choice is Choice.MERGE:
-            merged = merge_documents(self._saved or theirs, self.document, theirs)
+            merged = merge_documents(self.saved or theirs, self.document, theirs)
             conflicts = merged.conflicts
             change = self.do(ReplaceDocument(content=written(merged.document), name=str(MERGED)))
         self._version = version
         self.dialect = theirs.format
-        self._saved = self.document if self.document == theirs else theirs
+        self.saved = self.document if self.document == theirs else theirs
         self._keep_original(theirs, content)
         self._kept = Header(str(self.path), self.name, content, version.digest)
         self._note(Saved(str(self.path), version.digest, content))
@@ -546,7 +542,7 @@ class EditedDocument:
         except EditError:  # it is reported when it is saved
             return
         if held == self.document:
-            self._saved, self._version = self.document, version
+            self.saved, self._version = self.document, version
             self.dialect = held.format
             self._keep_original(held, content)
 
@@ -568,7 +564,7 @@ class EditedDocument:
                         self._version = FileVersion(0, -1, digest)
                         theirs = self.document if content is None else parse_file(content, self.path)
                         self.dialect = NATIVE if content is None else theirs.format
-                        self._saved = self.document if self.document == theirs else theirs
+                        self.saved = self.document if self.document == theirs else theirs
                         if content is not None:
                             self._keep_original(theirs, content)
                         self._kept = Header(path, self.name, content or self._content(), digest)

@@ -52,7 +52,7 @@ def read_file(path: Path) -> tuple[bytes, FileVersion]:
     if len(content) > MAX_SIZE:
         why = Message("it is larger than {limit} MiB", limit=MAX_SIZE >> 20)
         raise EditError(what, why, Message("a document is far smaller"))
-    return content, FileVersion(status.st_mtime_ns, len(content), _digest(content))
+    return content, FileVersion(status.st_mtime_ns, len(content), hashlib.sha256(content).hexdigest())
 
 
 def make_folder(folder: Path) -> None:
@@ -102,7 +102,7 @@ def write_file(path: Path, content: bytes) -> FileVersion:
         raise EditError(what, reason(error), hint) from error
     with suppress(OSError):  # the file is written; only a power failure could still restore the former one
         _sync_directory(target.parent)
-    return FileVersion(written.st_mtime_ns, written.st_size, _digest(content))
+    return FileVersion(written.st_mtime_ns, written.st_size, hashlib.sha256(content).hexdigest())
 
 
 def _sync_directory(directory: Path) -> None:
@@ -111,7 +111,3 @@ def _sync_directory(directory: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
-
-
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()

@@ -97,10 +97,12 @@ class Journal:
 
     def __init__(self, directory: Path, header: Header, largest: int = LARGEST_JOURNAL) -> None:
         self._directory = directory
-        self._header = header
+        self.header = header
+        """The document as it was opened."""
         self._largest = largest
         self._restarted = False
-        self._file: Path | None = None
+        self.file: Path | None = None
+        """The file, None before the first entry."""
         self._descriptor = -1
         self._has_gap = False
 
@@ -142,18 +144,8 @@ class Journal:
             os.close(descriptor)
             raise
         journal = cls(file.parent, header)
-        journal._file, journal._descriptor = file, descriptor
+        journal.file, journal._descriptor = file, descriptor
         return journal, journal._entries(len(first))
-
-    @property
-    def header(self) -> Header:
-        """The document as it was opened."""
-        return self._header
-
-    @property
-    def file(self) -> Path | None:
-        """The file, or None before the first entry."""
-        return self._file
 
     def add(self, entry: Entry, whole: Callable[[], Entry], saved: Header | None = None) -> None:
         """Write an entry; when that fails, such as on a full disk, it is logged and editing continues.
@@ -190,22 +182,22 @@ class Journal:
 
     def cut(self, place: int, why: Exception) -> None:
         """Drop the invalid entry at a place, and all that follow; a copy of the file is kept."""
-        assert self._file is not None
-        copy = self._file.with_name(self._file.name + _UNREADABLE)
-        _logger.warning("%s: what follows is dropped, and kept in %s: %s", self._file, copy, why)
+        assert self.file is not None
+        copy = self.file.with_name(self.file.name + _UNREADABLE)
+        _logger.warning("%s: what follows is dropped, and kept in %s: %s", self.file, copy, why)
         try:
-            shutil.copyfile(self._file, copy)
+            shutil.copyfile(self.file, copy)
             os.ftruncate(self._descriptor, place)
         except OSError as error:
-            _logger.warning("%s cannot be continued: %s", self._file, error.strerror or error)
+            _logger.warning("%s cannot be continued: %s", self.file, error.strerror or error)
 
     def close(self, *, keep: bool = False) -> None:
         """End the journal and remove its file, unless it is kept to be recovered later."""
         if self._descriptor >= 0:
-            if not keep and self._file is not None:
-                self._file.unlink(missing_ok=True)
+            if not keep and self.file is not None:
+                self.file.unlink(missing_ok=True)
             os.close(self._descriptor)
-        self._descriptor, self._file = -1, None
+        self._descriptor, self.file = -1, None
 
     def _restart(self, saved: Header, present: Entry) -> None:
         """Replace the file by one with two entries; raises OSError, and then leaves it as it was."""
@@ -217,7 +209,7 @@ class Journal:
             other.close()
             raise
         self.close()
-        self._header, self._file, self._descriptor = saved, other._file, other._descriptor
+        self.header, self.file, self._descriptor = saved, other.file, other._descriptor
         self._restarted, self._has_gap = True, False
         self._largest = max(self._largest, 4 * os.fstat(self._descriptor).st_size)
 
@@ -228,12 +220,12 @@ class Journal:
         descriptor = os.open(file, flags, 0o600)
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX)  # a search for abandoned journals holds it briefly
-            _write(descriptor, msgspec.json.encode(self._header) + b"\n")
+            _write(descriptor, msgspec.json.encode(self.header) + b"\n")
         except BaseException:
             file.unlink(missing_ok=True)
             os.close(descriptor)
             raise
-        self._file, self._descriptor = file, descriptor
+        self.file, self._descriptor = file, descriptor
 
     def _entries(self, place: int) -> Iterator[tuple[Entry, int]]:
         with _reader(self._descriptor) as stream:
