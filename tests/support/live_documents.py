@@ -85,7 +85,9 @@ class LivePlayer(ScriptedDocument):
             began, length = self._began[run]
             if self.runtime.component_time.now() - began >= self._shortest:
                 self._end_at(length)
-            found = [("state", each.automaton.id, each.current.id) for each in self._tree.actors if each.active]
+            found = [
+                ("state", each.automaton.id, each.current.id) for each in self._tree.actors if each.active
+            ]
             self._happened += found
 
     def _end_at(self, length: int) -> None:
