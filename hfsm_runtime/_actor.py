@@ -45,6 +45,29 @@ class DropReason(StrEnum):
 
 
 @dataclass(eq=False, repr=False, slots=True)
+class EventQueue:
+    """The events of an automaton."""
+
+    waiting: deque[Event] = field(default_factory=deque)
+    """Those that wait to be handled, oldest first; at most `CAPACITY`."""
+    due: int = 0
+    """Their number when the running cycle began: it handles no others."""
+    refusal: Event | None = None
+    """The event `REFUSED`, which comes before those that wait."""
+    tried: Event | None = None
+    """The event with which the running cycle tries its transitions."""
+    dropped: int = 0
+    """Number of dropped events."""
+    last_dropped: tuple[Event, DropReason, int] | None = None
+    """The newest dropped event, the reason, and the component time."""
+
+    def take(self) -> Event:
+        """Remove the oldest one."""
+        self.due = max(0, self.due - 1)
+        return self.waiting.popleft()
+
+
+@dataclass(eq=False, repr=False, slots=True)
 class Actor:
     """An automaton at run time. Its fields change only through `Tree`, and under its lock."""
 
@@ -96,18 +119,7 @@ class Actor:
     """The same of the running or the last cycle, as `time.perf_counter()`."""
     in_step: bool = False
     """Whether the running cycle is a single step."""
-    queue: deque[Event] = field(default_factory=deque)
-    """The events that wait to be handled, oldest first; at most `CAPACITY`."""
-    due: int = 0
-    """Their number when the running cycle began: it handles no others."""
-    refusal: Event | None = None
-    """The event `REFUSED`, which comes before those in the queue."""
-    event: Event | None = None
-    """The event with which the running cycle tries its transitions."""
-    dropped: int = 0
-    """Number of dropped events."""
-    last_dropped: tuple[Event, DropReason, int] | None = None
-    """The newest dropped event, the reason, and the component time."""
+    events: EventQueue = field(default_factory=EventQueue)
     outputs: Mapping[str, object] = field(default_factory=dict)
     """The outputs at the end of the last finished cycle, or from the start."""
     taken: Mapping[str, object] | None = None

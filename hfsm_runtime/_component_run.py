@@ -275,7 +275,7 @@ class ComponentRun:
         self.marks.add(mark, self.component_time.now())
 
     def action(self, kind: str, **arguments: object) -> AbstractContextManager[None]:  # noqa: ARG002
-        """Return the context of what a client, or user code, does to the component; a recording tells it."""
+        """Return the context of what a client, or user code, does to the component; a recording keeps it."""
         return nullcontext()
 
     def actor(self, automaton: int) -> Actor:

@@ -124,12 +124,12 @@ def _first_that_holds(tree: Tree, actor: Actor, now: int, supervisor: Supervisor
     """
     forced = actor.forced
     if forced is not None:
-        actor.forced = actor.event = None
+        actor.forced = actor.events.tried = None
         if forced.origin == actor.current.id:
             return forced
     transitions = actor.automaton.outgoing(actor.current)
     while True:
-        event = actor.event = tree.next_event(actor, now)
+        event = actor.events.tried = tree.next_event(actor, now)
         for transition in transitions:
             if _holds(tree, actor, transition, now, supervisor):
                 if event is not None and transition.event:
@@ -145,7 +145,7 @@ def _holds(tree: Tree, actor: Actor, transition: Transition, now: int, superviso
     if transition.delay is not None:
         triggered = actor.active_time(now) >= transition.delay
     elif transition.event:
-        triggered = actor.event is not None and transition.event == actor.event.name
+        triggered = actor.events.tried is not None and transition.event == actor.events.tried.name
     elif transition.finished:
         triggered = actor.below_finished
     else:
@@ -223,7 +223,7 @@ def _bound(actor: Actor, transition: Transition, code: Callable[..., object]) ->
     """Return a transition's guard or code as a function without parameters."""
     if not transition.event:
         return code
-    event = actor.event
+    event = actor.events.tried
     if event is None or event.name != transition.event:  # it was forced
         event = Event(transition.event)
     return lambda: code(event)

@@ -1,14 +1,16 @@
 """The order of cycles on threads: by their times, and of cycles due at one time the ancestors' first.
 
-It concerns automata one below the other: the upper one decides whether the lower one is active, and may wait
-until that has finished. Virtual time has the same order. Each thread asks whether it is its turn. Nobody
-waits for a cycle that can change nothing, since no timer has expired; and a cycle follows another as soon as
-that has decided which transition fires: the code of states runs side by side. Only who takes the outputs of
-an automaton waits for the end of its earlier cycles.
+Only automata of which one is below the other are ordered: the upper one decides whether the lower one is
+active, and may wait until that has finished. Virtual time has the same order.
 
-A late thread may hold the others up, code that hangs must not: a cycle that lasts longer than a period, its
-own or that of the automaton that waits, and longer than 0.1 s, is not waited for any more. Nor does an
-automaton wait for late ones below it for longer than its period and 0.1 s.
+Before its cycle, each thread asks whether it is its turn. It waits until an earlier cycle has decided which
+transition fires, and not for the code of its state, which runs side by side with others. It does not wait for
+a cycle that can change nothing because no timer has expired. An automaton that takes the outputs of another
+one waits for the end of the other one's earlier cycles.
+
+A thread that is late may hold the others up; code that hangs must not. Nobody waits for a cycle that lasts
+longer than 0.1 s and longer than a period, its own or that of the automaton that waits. An automaton waits
+for late ones below it for at most one period, or 0.1 s if that is longer.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ class Runtime(ComponentRun, Observer):
         self._stopping = False
         self._one_step = threading.Lock()
         self._own = threading.local()
-        # The upper ones wake earlier in their slots: most have decided when those wake that come after them.
+        # Automata higher up wake earlier in their slots: most have decided by the time the others wake.
         by_depth = sorted(self.tree.actors, key=lambda actor: actor.depth)
         self._workers = {actor: _Worker(self, actor, index) for index, actor in enumerate(by_depth)}
         self._alarm = Alarm(self.component_time, self._limits.idle)

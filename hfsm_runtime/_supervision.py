@@ -135,8 +135,8 @@ class Supervision(Observer):
         self._component = component
         self._log = component._hfsm_log
         on_error, on_refused = self._policies
-        self._on_error = on_error or component._hfsm_on_error
-        self._on_refused = on_refused or component._hfsm_on_refused
+        self.on_error: OnError = on_error or component._hfsm_on_error
+        self.on_refused = on_refused or component._hfsm_on_refused
         self._file = source_of(component)
 
     @property
@@ -173,14 +173,14 @@ class Supervision(Observer):
         if isinstance(error, UNAVAILABLE):
             self._wait(self._without_server, actor, location, message, "waiting for the server")
             raise CycleEnded from error
-        if isinstance(error, CommandRefusedException) and self._on_refused is OnRefused.PAUSE:
+        if isinstance(error, CommandRefusedException) and self.on_refused is OnRefused.PAUSE:
             self._wait(self._refused, actor, location, message, "pauses until commands are accepted again")
             self._pause(Refusal(f"{_place(actor)}: {message}", error.holder, time.monotonic()))
             raise CycleEnded from error
         self._record(actor, location, message)
         place = f" at {location}" if location else ""
         self._log_seldom(actor, location, f"{_place(actor)}: {message}{place}", error)
-        if self._on_error is OnError.STOP:
+        if self.on_error is OnError.STOP:
             if isinstance(error, HardwareFailedException):
                 late = self._may_be_late(actor)
                 self._hardware_failures[actor] = self._hardware_failures.get(actor, 0) + 1
@@ -192,7 +192,7 @@ class Supervision(Observer):
 
     def pauses_for(self, why: str) -> bool:
         """Return whether refused commands pause the component; if so, log why it pauses without one."""
-        if self._on_refused is OnRefused.PAUSE:
+        if self.on_refused is OnRefused.PAUSE:
             self._log.warning("%s; pauses until a person lets it go on", why)
             return True
         return False

@@ -220,17 +220,16 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
                 return servers_present(runtime.component, world.communicator)
 
             clock = world.communicator.clock
+            reactions = {"on_error": on_error, "on_refused": on_refused, "servers_present": present}
             if record is None:
-                runtime = world.runtime(made, clock, on_error, on_refused, servers_present=present)
+                runtime = world.runtime(made, clock, **reactions)
             else:
                 # Loaded only for a recording.
                 from ._recording.run import RecordedRuntime, recording
                 from ._recording.surroundings import recorded_surroundings
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
-                runtime = RecordedRuntime(
-                    made, clock, recorder, on_error, on_refused, servers_present=present
-                )
+                runtime = RecordedRuntime(made, clock, recorder, **reactions)
                 recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
                 stack.enter_context(recorded_surroundings(communicator, recorder))
             if (kept := CycleFile.of_parent()) is not None:

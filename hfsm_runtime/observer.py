@@ -14,7 +14,7 @@ class Observer:
     """
 
     def cycle_began(self, actor: Actor, at: int) -> None:
-        """A cycle begins, in which the first `actor.due` events of `actor.queue` may fire transitions."""
+        """A cycle begins, in which the first `due` of the events that are `waiting` may fire transitions."""
 
     def guard_evaluated(self, actor: Actor, transition: Transition, value: bool, at: int) -> None:
         """The guard of a transition out of the current state was evaluated."""

@@ -84,9 +84,9 @@ class Tree:
                 observer.event_sent(event, now)
             for actor in self.actors:
                 if actor.active and not actor.finished and event.name in actor.automaton.events:
-                    if len(actor.queue) >= CAPACITY:
+                    if len(actor.events.waiting) >= CAPACITY:
                         self._drop(actor, DropReason.OVERFLOW, now)
-                    actor.queue.append(event)
+                    actor.events.waiting.append(event)
 
     def refuse(self, actor: Actor, why: str) -> bool:
         """Let the nearest state that waits for `REFUSED`, from an automaton up, hear it before other events.
@@ -96,7 +96,7 @@ class Tree:
         with self.lock:
             waiting = next(filter(_waits_for_refusal, actor.chain()), None) if actor.on_duty else None
             if waiting is not None:
-                waiting.refusal = Event(REFUSED, why)
+                waiting.events.refusal = Event(REFUSED, why)
             return waiting is not None
 
     def next_event(self, actor: Actor, now: int) -> Event | None:
@@ -104,26 +104,28 @@ class Tree:
 
         It stays in the queue until it fires a transition or is dropped. Events before it are dropped.
         """
-        if actor.refusal is not None or not actor.due:
-            return actor.refusal
+        events = actor.events
+        if events.refusal is not None or not events.due:
+            return events.refusal
         with self.lock:
             awaited = {transition.event for transition in actor.automaton.outgoing(actor.current)}
-            while actor.due:
-                if actor.queue[0].name in awaited:
-                    return actor.queue[0]
+            while events.due:
+                if events.waiting[0].name in awaited:
+                    return events.waiting[0]
                 self._drop(actor, DropReason.UNHANDLED, now)
         return None
 
     def take_event(self, actor: Actor, event: Event, now: int, *, handled: bool) -> None:
         """Remove an event that `next_event` returned: one that is not `handled` is dropped."""
+        events = actor.events
         with self.lock:
-            if event is actor.refusal:
-                actor.refusal = None
-                actor.queue.appendleft(event)
-                actor.due += 1
-            if actor.queue and actor.queue[0] is event:  # an overflow may have been faster
+            if event is events.refusal:
+                events.refusal = None
+                events.waiting.appendleft(event)
+                events.due += 1
+            if events.waiting and events.waiting[0] is event:  # an overflow may have been faster
                 if handled:
-                    self._dequeue(actor)
+                    events.take()
                 else:
                     self._drop(actor, DropReason.UNHANDLED, now)
 
@@ -140,7 +142,7 @@ class Tree:
             actor.in_cycle, actor.in_step = True, stepping
             actor.claimed = actor.activations
             if not actor.cut:
-                actor.due = len(actor.queue)
+                actor.events.due = len(actor.events.waiting)
             actor.cut = False
             return True
 
@@ -343,7 +345,7 @@ class Tree:
         for child in actor.below:
             self._deactivate(child, now)
         actor.active = actor.cut = actor.code_first = False
-        actor.refusal = None
+        actor.events.refusal = None
         actor.waited = actor.active_time(now)
         actor.since = None
         actor.release_followers()
@@ -351,14 +353,14 @@ class Tree:
         self._drop_all(actor, DropReason.GHOST, now)
 
     def _drop_all(self, actor: Actor, reason: DropReason, now: int) -> None:
-        while actor.queue:
+        while actor.events.waiting:
             self._drop(actor, reason, now)
 
     def _drop(self, actor: Actor, reason: DropReason, now: int) -> None:
         """Drop the oldest event of an automaton."""
-        event = self._dequeue(actor)
-        actor.dropped += 1
-        actor.last_dropped = event, reason, now
+        event = actor.events.take()
+        actor.events.dropped += 1
+        actor.events.last_dropped = event, reason, now
         for observer in self.observers:
             observer.event_dropped(actor, event, reason)
 
@@ -368,13 +370,8 @@ class Tree:
         actor.outputs = actor.automaton.first_outputs()
         actor.unset = bool(actor.outputs)
 
-    @staticmethod
-    def _dequeue(actor: Actor) -> Event:
-        actor.due = max(0, actor.due - 1)
-        return actor.queue.popleft()
-
     def _set(self, actor: Actor, state: State, now: int) -> None:
-        actor.refusal = None  # it was for the state that is left
+        actor.events.refusal = None  # it was for the state that is left
         actor.current = state
         actor.entered = now
         actor.owed = owes(state)

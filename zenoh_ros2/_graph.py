@@ -242,9 +242,9 @@ class Graph(Entities):
         """Wait until a condition on the graph holds; return whether it does within `timeout` s."""
         return self._discovery.wait(holds, timeout)
 
-    def entities(self, kind: EntityKind | None = None) -> list[Entity]:
-        """Return all entities, or those of a kind."""
-        return [each for each in self.all() if kind is None or each.kind == kind]
+    def entities(self, kind: EntityKind | None = None, name: str | None = None) -> list[Entity]:
+        """Return all entities, or those of a kind, or of the topic or service of a name."""
+        return [each for each in self.all() if kind in (None, each.kind) and name in (None, each.name)]
 
     def nodes(self) -> list[str]:
         """Return the full names of all nodes, sorted."""
@@ -266,18 +266,6 @@ class Graph(Entities):
             name = each.name.removesuffix("/_action/send_goal")
             found.setdefault(name, set()).add(each.type_name.removesuffix("_SendGoal"))
         return {name: sorted(found[name]) for name in sorted(found)}
-
-    def publishers(self, topic: str) -> list[Entity]:
-        """Return the publishers of a topic."""
-        return [each for each in self.entities("MP") if each.name == topic]
-
-    def subscriptions(self, topic: str) -> list[Entity]:
-        """Return the subscriptions of a topic."""
-        return [each for each in self.entities("MS") if each.name == topic]
-
-    def servers(self, service: str) -> list[Entity]:
-        """Return the servers of a service."""
-        return [each for each in self.entities("SS") if each.name == service]
 
 
 def _types(entities: Iterable[Entity]) -> dict[str, list[str]]:

@@ -32,8 +32,6 @@ from ..errors import (
     ComponentError,
     ComponentStoppedError,
     CycleCutError,
-    OnError,
-    OnRefused,
     ReloadRefusedError,
 )
 from ..source_map import sources_of
@@ -174,35 +172,24 @@ class _RecordedTree(Tree):
 class RecordedRuntime(Runtime):
     """The life of a component that is recorded."""
 
-    def __init__(
-        self,
-        component: Component,
-        clock: Clock,
-        recorder: Recorder,
-        on_error: OnError | None = None,
-        on_refused: OnRefused | None = None,
-        *,
-        servers_present: Callable[[], bool] = lambda: True,
-    ) -> None:
+    def __init__(self, component: Component, clock: Clock, recorder: Recorder, **options: Any) -> None:  # noqa: ANN401 - of ComponentRun
         self._recorder = recorder
         timeline = InterceptedTimeline(clock, recorder.ask)
         with recorder.lock.held(START):
             super().__init__(
                 component,
                 InterceptedClock(clock, recorder.ask),
-                on_error,
-                on_refused,
-                servers_present=servers_present,
                 timeline=timeline,
                 tree=partial(_RecordedTree, recorder=recorder),
+                **options,
             )
         recorder.component_time = partial(Timeline.now, timeline)  # not recorded as a reading
-        periods = {str(actor.automaton.id): actor.automaton.interval for actor in self.tree.actors}
-        policies = {
-            "on_error": (on_error or component._hfsm_on_error).value,
-            "on_refused": (on_refused or component._hfsm_on_refused).value,
+        settings = {
+            "on_error": self._supervision.on_error.value,
+            "on_refused": self._supervision.on_refused.value,
+            "periods": {str(actor.automaton.id): actor.automaton.interval for actor in self.tree.actors},
         }
-        recorder.put("/actions", Action("made", {**policies, "periods": periods}))
+        recorder.put("/actions", Action("made", settings))
 
     def start(self) -> None:
         """Start the automata."""

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from typing import Any, Final
 
-from zenoh_ice import Communicator, ObjectPrx, Sample, Settings, Subscription, UserException
+from zenoh_ice import Clock, Communicator, ObjectPrx, Sample, Settings, Subscription, UserException
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Operation
@@ -41,11 +41,25 @@ from .results import Exchange, Results
 class ObservedTransport(InProcessTransport):
     """The base class of transports that decide what a component sees, and when: each is its own relay."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, clock: Clock | None = None) -> None:
         pool = Pool(0, "observed")
         super().__init__(pool)
         self.relay = self
-        self.communicator: Final = Communicator(settings, pool=pool, transport=lambda _: self)
+        self.communicator: Final = Communicator(settings, pool=pool, transport=lambda _: self, clock=clock)
+
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,  # noqa: ARG002
+    ) -> Caller:
+        return self.call_through(target, operation, timeout)
+
+    def call_through(self, target: Target, operation: Operation[..., Any], timeout: float) -> Caller:
+        """Return the caller of an operation; `timeout` is the limit of a call in s."""
+        raise NotImplementedError
 
     def find(self, target: Target, type_id: str, timeout: float) -> Mapping[str, str]:
         """Return the fingerprints of a servant's interfaces by type id, as `Communicator.find` does."""
@@ -118,14 +132,7 @@ class _RecordingTransport(ObservedTransport):
         self.clock = InterceptedClock(self.below.streams.clock, recorder.ask)
         super().__init__(self.below.settings)
 
-    def caller(
-        self,
-        target: Target,
-        operation: Operation[..., Any],
-        *,
-        timeout: float,
-        fingerprint: str | None = None,  # noqa: ARG002
-    ) -> Caller:
+    def call_through(self, target: Target, operation: Operation[..., Any], timeout: float) -> Caller:
         proxies = [proxy for _, known, proxy in self._proxies if known == target]
         fitting = (p for p in proxies if p.ice_interface.all_operations.get(operation.name) is operation)
         proxy = next(fitting, proxies[0] if proxies else self.below.stringToProxy(str(target)))

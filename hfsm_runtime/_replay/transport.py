@@ -67,15 +67,7 @@ class ReplayTransport(ObservedTransport):
             self.names.setdefault(target_of(proxy), name)
             vars(component)[name] = proxy
 
-    def caller(
-        self,
-        target: Target,
-        operation: Operation[..., Any],
-        *,
-        timeout: float,
-        fingerprint: str | None = None,  # noqa: ARG002
-    ) -> Caller:
-        """Return the caller of an operation."""
+    def call_through(self, target: Target, operation: Operation[..., Any], timeout: float) -> Caller:
         return _ReplayedCaller(self, target, operation, timeout)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:  # noqa: ARG002

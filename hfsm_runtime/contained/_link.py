@@ -14,16 +14,16 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
-from zenoh_ice import Communicator, Settings, exceptions, typed
+from zenoh_ice import Settings, exceptions, typed
 from zenoh_ice.clock import VirtualClock
 from zenoh_ice.exceptions import SystemException, UnknownException
-from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Operation
 from zenoh_ice.limits import LIMITS
 from zenoh_ice.streams import LOOKS
 from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Parted, Target, decode_attachment, outcome_of
 
 from .._code import Code, current_code
+from .._recording.transport import ObservedTransport
 from ..errors import EventError
 from . import protocol
 from .protocol import (
@@ -145,30 +145,18 @@ def _nobody(message: object) -> object:
     raise NotImplementedError(type(message).__name__)
 
 
-class FarTransport(InProcessTransport):
+class FarTransport(ObservedTransport):
     """Carry calls and samples through a link; the near end finds the servants."""
 
     def __init__(self, link: Link) -> None:
-        pool = Pool(0, "contained")
-        super().__init__(pool)
-        self.relay = self
         self.clock = link.clock
+        super().__init__(Settings(clock="sim"), link.clock)
         self._link: Final = link
         self._numbers: Final = itertools.count(1)
         self.inlets: Final[dict[int, FarInlet]] = {}
-        self.communicator: Final = Communicator(
-            Settings(clock="sim"), pool=pool, transport=lambda _: self, clock=link.clock
-        )
         link.clock.call_every(LIMITS.linger / LOOKS, self.communicator.streams.close_unwanted)
 
-    def caller(
-        self,
-        target: Target,
-        operation: Operation[..., Any],
-        *,
-        timeout: float,
-        fingerprint: str | None = None,  # noqa: ARG002
-    ) -> Caller:
+    def call_through(self, target: Target, operation: Operation[..., Any], timeout: float) -> Caller:
         return _FarCaller(self._link, target, operation.name, timeout)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:

@@ -68,7 +68,7 @@ def _reason(actor: Actor, transition: Transition, found: TransitionExplanation, 
     if first is not None:
         return f"it was not tried: {_name_of(actor, first)}, which comes first, fired"
     if transition.event:
-        if any(event.name == transition.event for event in actor.queue):
+        if any(event.name == transition.event for event in actor.events.waiting):
             return f"the event {transition.event} waits in the queue for the next cycle"
         return f"no event {transition.event} has come since the state was entered"
     if transition.finished:
@@ -134,14 +134,14 @@ def _summary(actor: Actor, reasons: list[TransitionExplanation], *, paused: bool
         parts.append("No transition leaves the state.")
     for transition, each in zip(actor.automaton.outgoing(actor.current), reasons, strict=True):
         parts.append(f"{each.order}. {_name_of(actor, transition)}: {each.reason}.")
-    if actor.queue:
-        names = ", ".join(event.name for event in islice(actor.queue, _MOST_EVENTS))
-        more = ", ..." if len(actor.queue) > _MOST_EVENTS else ""
-        parts.append(f"Waiting events: {len(actor.queue)} ({names}{more}).")
-    if actor.last_dropped is not None:
-        event, reason, at = actor.last_dropped
+    if actor.events.waiting:
+        names = ", ".join(event.name for event in islice(actor.events.waiting, _MOST_EVENTS))
+        more = ", ..." if len(actor.events.waiting) > _MOST_EVENTS else ""
+        parts.append(f"Waiting events: {len(actor.events.waiting)} ({names}{more}).")
+    if actor.events.last_dropped is not None:
+        event, reason, at = actor.events.last_dropped
         ago = f"{(now - at) / _SECOND:.2f} s ago"
-        parts.append(f"Events dropped: {actor.dropped}, the last one ({event.name}) {ago}: {reason}.")
+        parts.append(f"Events dropped: {actor.events.dropped}, the last one ({event.name}) {ago}: {reason}.")
     return " ".join(parts)
 
 

@@ -237,14 +237,14 @@ def test_subscriptions_that_end_while_they_are_asked_for_count_no_more(watched: 
 
 def end_while_asked_for(robot: Node, tool: Node, topic: str) -> None:
     announced = tokens(tool.session, MOST_OF_A_NAME, topic)
-    until(lambda: len(robot.graph.subscriptions(f"/{topic}")) == MOST_OF_A_NAME)
+    until(lambda: len(robot.graph.entities("MS", f"/{topic}")) == MOST_OF_A_NAME)
     publisher = robot.create_publisher(TEXT, f"/{topic}")
     with ThreadPoolExecutor(1) as background:
         ends = background.submit(lambda: [each.undeclare() for each in announced])
         assert publisher.subscribers <= MOST_OF_A_NAME  # asks for them
         ends.result(EVENT_LIMIT)
     until(lambda: publisher.subscribers == 0)
-    until(lambda: not robot.graph.subscriptions(f"/{topic}"))
+    until(lambda: not robot.graph.entities("MS", f"/{topic}"))
 
 
 def test_tokens_of_other_names_reach_nobody(watched: tuple[Node, Node]) -> None:

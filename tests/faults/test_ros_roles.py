@@ -141,7 +141,7 @@ def test_tokens_of_a_role_end_nothing_on_the_robot_of_another(lab: Lab, red: Nod
         token("MP", "/red/own/last"),  # whatever is let through of them has arrived before this one
     )
     with lab.node("operator") as operator:
-        assert operator.graph.wait(lambda: bool(operator.graph.publishers("/red/own/last")), EVENT_LIMIT)
+        assert operator.graph.wait(lambda: bool(operator.graph.entities("MP", "/red/own/last")), EVENT_LIMIT)
     turn(blue, goal, 0.05)  # for longer than a sender may stay unknown
     eventually(lambda: position(lab) == pytest.approx(goal, abs=0.01))
     for each in flood:

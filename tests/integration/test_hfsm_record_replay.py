@@ -149,7 +149,7 @@ def running(
     connect(component, world[0])
     clock = FastClock()
     with recording(component, path, with_images=with_images) as recorder:
-        runtime = RecordedRuntime(component, clock, recorder, OnError(on_error))
+        runtime = RecordedRuntime(component, clock, recorder, on_error=OnError(on_error))
         if begin_at is not None:
             runtime.begin_at(*begin_at)
         runtime.start()

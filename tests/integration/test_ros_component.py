@@ -161,7 +161,7 @@ def test_states_and_transitions_are_published_as_they_change(scene: Scene) -> No
     ghost = status.wait_for(lambda each: each.path == "/keeper/guard")
     assert (ghost.active_states, ghost.info) == ([], "running, inactive in left")
     graph = scene.tool.graph
-    assert graph.wait(lambda: len(graph.publishers("/field/keeper/transitions")) == 1, EVENT_LIMIT)
+    assert graph.wait(lambda: len(graph.entities("MP", "/field/keeper/transitions")) == 1, EVENT_LIMIT)
     until(lambda: scene.call("event/kick").success and transitions.messages)
     fired = transitions.messages[0]
     assert fired.transition.label == "kicked"

@@ -75,7 +75,7 @@ def test_we_receive_each_of_its_twenty_messages(joined: Joined, topic: str) -> N
     node, peer, _ = joined
     received: queue.Queue[Any] = queue.Queue()
     subscription = node.create_subscription(TOPICS[topic][0], topic, received.put, QoS(depth=100))
-    assert node.graph.wait(lambda: len(node.graph.publishers(topic)) == 1, EVENT_LIMIT)
+    assert node.graph.wait(lambda: len(node.graph.entities("MP", topic)) == 1, EVENT_LIMIT)
     first = fields_of(topic, 0)
     deadline = time.monotonic() + EVENT_LIMIT
     while received.empty():  # the peer does not say when it knows our subscription
@@ -105,7 +105,7 @@ def test_it_gets_what_was_published_before_it_subscribed(joined: Joined) -> None
         publisher.publish(data=f"map {number}")
     # The peer asks once: the router must know by then who keeps messages.
     with Node("observer", domain=DOMAIN, settings=ROUTED) as observer:
-        assert observer.graph.wait(lambda: bool(observer.graph.publishers("/map")), EVENT_LIMIT)
+        assert observer.graph.wait(lambda: bool(observer.graph.entities("MP", "/map")), EVENT_LIMIT)
     peer.order(subscribe="/map", type="std_msgs/msg/String", text="string data\n", qos=":1:,3:,:,:,,")
     # Its query is consolidated, so that it gets the newest one; rmw_zenoh's asks for all, as ours does.
     assert peer.next() == {"topic": "/map", "fields": {"data": "map 4"}}

@@ -273,8 +273,8 @@ class ScriptedDocument(Observer):
 
     def cycle_began(self, run: Actor, at: int) -> None:
         self._now[run.automaton.id] = at
-        run.queue.extend(runtime.Event(name) for name in self._present(at, run.automaton.id))
-        run.due = len(run.queue)
+        run.events.waiting.extend(runtime.Event(name) for name in self._present(at, run.automaton.id))
+        run.events.due = len(run.events.waiting)
 
     def _build(self, index: int) -> runtime.Automaton:
         model = self.model.automata[index]

@@ -60,4 +60,4 @@ def matched(one: Node, other: Node, name: str) -> None:
 
 def both_ends(graph: Graph, name: str) -> bool:
     """Return whether a topic has a publisher and a subscription."""
-    return bool(graph.publishers(name) and graph.subscriptions(name))
+    return bool(graph.entities("MP", name) and graph.entities("MS", name))

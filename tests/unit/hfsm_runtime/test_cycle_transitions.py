@@ -109,7 +109,7 @@ def test_events_that_no_transition_of_the_state_takes_do_not_delay_those_behind_
         virtual.send(name)
     virtual.advance(0.1)
     assert virtual.changes("root") == [(0, "a"), (0.1, "b")]
-    assert virtual.tree.root.dropped == 3
+    assert virtual.tree.root.events.dropped == 3
 
 
 def test_guards_without_an_event_are_asked_once_a_cycle_however_many_events_wait() -> None:
@@ -158,7 +158,7 @@ def test_a_dropped_event_stands_in_the_log_once_for_each_place_and_reason(
     assert [record.getMessage() for record in caplog.records] == [
         "root/a: the event 'go' is dropped: no transition out of the current state used it"
     ]
-    assert virtual.tree.root.dropped == 5
+    assert virtual.tree.root.events.dropped == 5
     assert virtual.errors == ()
 
 
@@ -192,7 +192,7 @@ def test_an_event_whose_guard_does_not_hold_is_dropped() -> None:
     virtual.send("go")
     virtual.advance(1)
     assert virtual.active == "a"
-    assert virtual.tree.root.last_dropped == (Event("go"), DropReason.UNHANDLED, 0)
+    assert virtual.tree.root.events.last_dropped == (Event("go"), DropReason.UNHANDLED, 0)
 
 
 def test_an_event_of_a_state_reaches_every_active_automaton() -> None:
@@ -240,8 +240,8 @@ def test_a_ghost_receives_no_events_and_drops_those_that_waited() -> None:
         virtual.send("go")
     virtual.advance(2)
     assert virtual.changes("child") == [(0, "x")]
-    assert virtual.tree.actors[1].last_dropped == (Event("go"), DropReason.GHOST, 500_000_000)
-    assert virtual.tree.actors[1].dropped == 1
+    assert virtual.tree.actors[1].events.last_dropped == (Event("go"), DropReason.GHOST, 500_000_000)
+    assert virtual.tree.actors[1].events.dropped == 1
 
 
 def test_children_that_wake_at_a_transition_receive_no_event_sent_before() -> None:
@@ -266,7 +266,7 @@ def test_a_finished_automaton_receives_no_events() -> None:
     child = automaton(2, "child", [State(id=1, name="x", final=True)], [on("go", 1, 1)])
     virtual = run(component(automaton(1, "root", [State(id=1, name="a", children=(child,))])), 0.1)
     virtual.send("go")
-    assert virtual.tree.actors[1].queue == deque()
+    assert virtual.tree.actors[1].events.waiting == deque()
 
 
 def test_an_automaton_that_finishes_drops_what_waited() -> None:
@@ -276,7 +276,7 @@ def test_an_automaton_that_finishes_drops_what_waited() -> None:
     for number in range(2):
         virtual.send("go", number)
     virtual.advance(0)
-    assert virtual.tree.actors[1].last_dropped == (Event("go", 1), DropReason.FINISHED, 0)
+    assert virtual.tree.actors[1].events.last_dropped == (Event("go", 1), DropReason.FINISHED, 0)
 
 
 def test_of_more_events_than_may_wait_the_oldest_is_dropped_and_that_is_an_error(
@@ -351,7 +351,7 @@ def test_a_guard_that_fails_drops_its_event_when_errors_are_ignored() -> None:
     virtual.send("go", 1)
     virtual.advance(0.5)
     assert len(virtual.errors) == 1
-    assert virtual.tree.root.dropped == 1
+    assert virtual.tree.root.events.dropped == 1
 
 
 # Definitions.

@@ -16,7 +16,7 @@ class Notes(Observer):
 
     def cycle_began(self, run: Actor, at: int) -> None:
         self.lines.append(
-            f"cycle began {at // 1_000_000} {','.join(event.name for event in run.queue)}".strip()
+            f"cycle began {at // 1_000_000} {','.join(event.name for event in run.events.waiting)}".strip()
         )
 
     def guard_evaluated(self, run: Actor, transition: Transition, value: bool, at: int) -> None:

@@ -256,8 +256,8 @@ def test_a_refusal_that_no_guard_lets_through_is_dropped_and_older_events_are_ke
     virtual.send("go")
     virtual.advance(0.1)
     (run,) = virtual.tree.actors
-    assert run.last_dropped is not None
-    assert (virtual.active, run.last_dropped[0].data, run.dropped) == ("end", HEARD, 1)
+    assert run.events.last_dropped is not None
+    assert (virtual.active, run.events.last_dropped[0].data, run.events.dropped) == ("end", HEARD, 1)
 
 
 def test_a_mistake_in_the_code_is_not_refused() -> None:

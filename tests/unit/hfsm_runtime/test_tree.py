@@ -123,7 +123,7 @@ def test_an_event_that_was_asked_for_is_taken_from_the_queue(handled: bool, drop
     tree, run, event = waiting()
     tree.send(Event("go", "a later one"), 0)
     tree.take_event(run, event, 0, handled=handled)
-    assert ([each.data for each in run.queue], run.dropped) == (["a later one"], dropped)
+    assert ([each.data for each in run.events.waiting], run.events.dropped) == (["a later one"], dropped)
     assert tree.next_event(run, 0) is None, "that came after the cycle had begun"
 
 
@@ -133,7 +133,7 @@ def test_when_an_overflow_was_faster_no_other_event_is_taken(handled: bool) -> N
     for number in range(CAPACITY):
         tree.send(Event("go", number), 0)
     tree.take_event(run, event, 0, handled=handled)
-    assert [each.data for each in run.queue] == list(range(CAPACITY))
+    assert [each.data for each in run.events.waiting] == list(range(CAPACITY))
 
 
 def test_when_the_automaton_became_a_ghost_there_is_no_event_to_take() -> None:
@@ -141,7 +141,7 @@ def test_when_the_automaton_became_a_ghost_there_is_no_event_to_take() -> None:
     assert tree.begin_cycle(tree.root)
     tree.leave(tree.root, 0)
     tree.take_event(run, event, 0, handled=True)
-    assert (list(run.queue), run.dropped) == ([], 1)
+    assert (list(run.events.waiting), run.events.dropped) == ([], 1)
 
 
 def test_an_event_that_nothing_waits_for_makes_way_for_the_next_one() -> None:

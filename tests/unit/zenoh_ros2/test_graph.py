@@ -21,12 +21,12 @@ def test_what_a_node_has_is_seen_and_goes_with_it() -> None:
         }  # fmt: skip
         assert graph.services() == {"/robot/reset": ["std_srvs/srv/Trigger"]}
         assert graph.actions() == {"/fib": ["example_interfaces/action/Fibonacci"]}
-        (publisher,) = graph.publishers("/scan")
+        (publisher,) = graph.entities("MP", "/scan")
         assert (publisher.node_name, publisher.qos) == ("/robot", QoS("best_effort", depth=5))
         assert publisher.type_hash == tool.types.hash("sensor_msgs/msg/LaserScan")
         scan.close()
         fib.close()
-        assert graph.wait(lambda: not graph.actions() and not graph.publishers("/scan"), EVENT_LIMIT)
+        assert graph.wait(lambda: not graph.actions() and not graph.entities("MP", "/scan"), EVENT_LIMIT)
         robot.close()
         assert graph.wait(lambda: graph.nodes() == ["/tool"], EVENT_LIMIT)
 

@@ -123,7 +123,7 @@ def test_the_first_of_two_servers_answers_a_call() -> None:
         asked = unanswered(robot, silent)
         tool.create_service(ADD, "/add", lambda request: {"sum": request.a + request.b})
         client = tool.create_client(ADD, "/add")
-        assert tool.graph.wait(lambda: len(tool.graph.servers("/add")) == 2, EVENT_LIMIT)
+        assert tool.graph.wait(lambda: len(tool.graph.entities("SS", "/add")) == 2, EVENT_LIMIT)
         assert client.call_async(a=1, b=2).result(CALL_LIMIT).sum == 3
         assert client.call(a=2, b=2, timeout=CALL_LIMIT).sum == 4
         assert asked.wait(EVENT_LIMIT)
