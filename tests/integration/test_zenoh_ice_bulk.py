@@ -52,8 +52,8 @@ def calculator(pair: Pair) -> CalculatorPrx:
     return CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
 
 
-def wait_for_door(call: Callable[[], object]) -> None:
-    """Call until an answer came through lent memory: before that, the way to the door may be unknown."""
+def wait_for_memory(call: Callable[[], object]) -> None:
+    """Call until an answer came through lent memory: before that, the route through the socket may be unknown."""
 
     def lends() -> bool:
         call()
@@ -74,7 +74,7 @@ class TestMemory:
 
     def test_answers_travel_through_it(self, pair: Pair, servant: ImageI) -> None:
         proxy = camera(pair.client)
-        wait_for_door(lambda: proxy.getImageData("GRAY8"))
+        wait_for_memory(lambda: proxy.getImageData("GRAY8"))
         first = shared_maps()  # with those of communicators that several tests share, which may end
         for _ in range(100):
             assert proxy.getImageData("GRAY8") == image()
@@ -84,7 +84,7 @@ class TestMemory:
 
     def test_what_was_read_is_used_again(self, calculator: CalculatorPrx) -> None:
         content = bytes(4 * MEGABYTE)
-        wait_for_door(lambda: calculator.echo(content))
+        wait_for_memory(lambda: calculator.echo(content))
         lent = lent_bytes()
         for _ in range(10):
             assert calculator.echo(content) == content
@@ -239,7 +239,7 @@ class TestMemory:
         servant = ImageI()
         adapter.add(servant, "Camera")
         proxy = camera(client)
-        wait_for_door(lambda: proxy.getImageData("GRAY8"))
+        wait_for_memory(lambda: proxy.getImageData("GRAY8"))
         proxy.getImageData.latest()
         until(lambda: servant.getImageDataPublisher.listening)
         servant.getImageDataPublisher.publish(image())
@@ -351,7 +351,7 @@ def test_the_largest_arguments_and_results_arrive(
 ) -> None:
     client = make_communicator(connect=[distant_calculator])
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-    wait_for_door(lambda: calculator.echo(PIXELS))
+    wait_for_memory(lambda: calculator.echo(PIXELS))
     content = os.urandom(size)
     for _ in range(repeated(2, soak=5)):
         answer = calculator.echo(content) if waits else calculator.echo.begin(content).result(CALL_LIMIT)
@@ -365,7 +365,7 @@ def test_what_is_too_large_is_refused_and_the_next_call_works(pair: Pair) -> Non
 
     pair.adapter.add(Generous(), "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    wait_for_door(lambda: calculator.echo(PIXELS))
+    wait_for_memory(lambda: calculator.echo(PIXELS))
     for argument in (bytes(LARGEST_BULK), b"more"):
         with pytest.raises(MarshalException, match=r"at most 335\d{5}"):
             calculator.echo(argument)
@@ -375,7 +375,7 @@ def test_what_is_too_large_is_refused_and_the_next_call_works(pair: Pair) -> Non
 
 
 def test_many_images_may_be_in_flight(calculator: CalculatorPrx) -> None:
-    wait_for_door(lambda: calculator.echo(PIXELS))
+    wait_for_memory(lambda: calculator.echo(PIXELS))
     contents = [bytes([number]) * MEGABYTE for number in range(16)]
     for _ in range(3):
         calls = [calculator.echo.begin(content) for content in contents]
@@ -392,7 +392,7 @@ def test_answers_of_a_server_that_ends_then_are_received(
         return read(view, extent, limit, what)
 
     proxy = camera(pair.client)
-    wait_for_door(lambda: proxy.getImageData("GRAY8"))
+    wait_for_memory(lambda: proxy.getImageData("GRAY8"))
     monkeypatch.setattr(ArenaView, "read", read_late)
     answers = [proxy.getImageData.begin("GRAY8") for _ in range(10)]
     until(lambda: answers[0].done())
