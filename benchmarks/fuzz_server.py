@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.support.attachments import encode_call_attachment
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
-from tests.support.local_doors import Visitor, address_of
+from tests.support.local_strangers import Visitor, address_of
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from tests.support.wire_doors import find_door

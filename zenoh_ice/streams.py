@@ -281,7 +281,7 @@ class _Listener(Generic[V]):
         lost = 0
         # After a restart of the servant it is not known how many it sent before.
         if last is not None and last.stream == about.stream:
-            if about.stream and about.sequence <= last.sequence:  # it came on two ways
+            if about.stream and about.sequence <= last.sequence:  # it came over both routes
                 return None
             lost = max(0, about.sequence - last.sequence - 1)
         self._last = about

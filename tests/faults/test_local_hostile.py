@@ -17,7 +17,7 @@ import pytest
 from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.limited import limited
 from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
-from tests.support.local_doors import SERVER, Echo, Visitor
+from tests.support.local_strangers import SERVER, Echo, Visitor
 from tests.support.open_files import open_files
 from tests.support.waiting import until
 from zenoh_ice._local.channels import Channels, NotSent, Outgoing
@@ -336,7 +336,7 @@ class TestFloods:
     ) -> None:
         program = """
 import sys
-from tests.support.local_doors import Visitor
+from tests.support.local_strangers import Visitor
 visitors = [Visitor(sys.argv[1]).enter() for _ in range(16)]
 print("ready", flush=True)
 message = bytes.fromhex(sys.argv[2])
@@ -359,7 +359,7 @@ while True:
 def test_a_process_of_another_user_is_not_let_in(server: LocalServer) -> None:
     program = """
 import os, sys
-from tests.support.local_doors import Visitor
+from tests.support.local_strangers import Visitor
 os.setgroups([])
 os.setgid(65534)
 os.setuid(65534)

@@ -160,14 +160,14 @@ def test_a_thousand_clients_leave_a_server_files_and_cost_no_threads(
 
 def door_of(calculator: CalculatorPrx) -> str:
     """Return the path at which the server of a calculator is reached."""
-    doors: list[str] = []
+    addresses: list[str] = []
 
     def note(key: str, came: bool) -> None:
         token = parse_servant_token(key)
         if token is not None and came:
-            doors.append(token.address)
+            addresses.append(token.address)
 
     transport = calculator.ice_getCommunicator().transport
     transport.watch("@servant/nao/Calculator/**", note).close()
-    _, process, file = doors[0].split(".")
+    _, process, file = addresses[0].split(".")
     return f"/proc/{process}/fd/{file}"

@@ -119,8 +119,10 @@ class TestClient:
         gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
         recorder.answers = False
         give_up_by_limit(gripper)
+        until(lambda: len(recorder.calls) == 1)
         GripperPrx.checkedCast(pair.client.stringToProxy("Other")).move(1.0)
         give_up_by_limit(gripper)
+        until(lambda: len(recorder.calls) == 2)
         assert recorder.calls[-1].given_up == (recorder.calls[-2].sequence,)
 
 

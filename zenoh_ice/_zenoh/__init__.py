@@ -1,1 +1,1 @@
-"""The transport over Zenoh: sessions, calls, streams, presence, and their ways past it on one machine."""
+"""The transport over Zenoh: sessions, calls, streams and presence, and other routes on one machine."""

@@ -29,7 +29,9 @@ def test_the_token_of_a_servant_says_what_it_was_made_of(fingerprint: str, addre
 
 
 @pytest.mark.parametrize(
-    ("rest", "format"), [("", 0), (f"/{SPACE}.4321.7", 0), ("/-/2", 2)], ids=["0.2.0", "first doors", "newer"]
+    ("rest", "format"),
+    [("", 0), (f"/{SPACE}.4321.7", 0), ("/-/2", 2)],
+    ids=["0.2.0", "first addresses", "newer"],
 )
 def test_a_token_of_another_version_says_its_format(rest: str, format: int) -> None:
     token = parse_servant_token(f"@servant/nao/Head/::nao::PoseHead/f/a/1{rest}")

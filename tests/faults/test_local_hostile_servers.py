@@ -19,7 +19,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.local_doors import SERVER, answer, fake_server, greet, next_request
+from tests.support.local_strangers import SERVER, answer, fake_server, greet, next_request
 from tests.support.open_files import open_files
 from tests.support.soak import repeated
 from tests.support.stranger import stranger
@@ -55,7 +55,7 @@ SOUND = [
     encode((SAMPLE, b"a", b"payload")),
 ]
 
-pytestmark = pytest.mark.skipif(not local_space(), reason="no process reaches another one's door here")
+pytestmark = pytest.mark.skipif(not local_space(), reason="no process reaches another one's socket here")
 
 Behavior = Callable[[socket.socket], object]
 
