@@ -44,7 +44,7 @@ from visualhfsm._processes.tests import StartedTests
 
 async def edit():
     path = Path(sys.argv[1])
-    await StartedTests(lambda push: print(push.status, flush=True), path.parent).run(opened(path))
+    await StartedTests(lambda push: print(push.status, flush=True), path.parent).start(opened(path))
     await asyncio.Event().wait()
 
 asyncio.run(edit())

@@ -149,7 +149,7 @@ def test_a_page_comes_in_again_after_a_restart_on_the_same_port(root: Path) -> N
     port = free_port()
     with editor(root, port=port) as first, first.window() as window:
         key = bytes.fromhex(window.hello["key"])
-        run = window.hello["run"]
+        run = window.hello["instance"]
 
     def resume(running: Editor, proof: str) -> tuple[str, str]:
         """Return the status of an answer to a challenge, and the cookie of its answer."""
@@ -169,7 +169,7 @@ def test_a_page_comes_in_again_after_a_restart_on_the_same_port(root: Path) -> N
         assert "samesite=strict" in cookie.lower()
         assert again.get("/", {"Cookie": cookie.partition(";")[0]})[0] == 200
         with again.window() as window:
-            assert (window.hello["key"], window.hello["run"] == run) == (key.hex(), False)
+            assert (window.hello["key"], window.hello["instance"] == run) == (key.hex(), False)
         for headers in ({"Origin": "http://evil.example"}, {"Host": "evil.example"}):
             assert again.get("/resume?nonce=ab", headers)[0] == 403
 

@@ -682,7 +682,7 @@ class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):
     changed_at: float
 
 
-class Workspace(Push):
+class WorkspacePush(Push, tag="workspace"):
     """The open documents, those that can be recovered, and the components of the realm."""
 
     tabs: list[TabState]

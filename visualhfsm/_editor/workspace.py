@@ -22,8 +22,7 @@ from .components import Components
 from .limits import Limits
 from .news import News
 from .parts import MakeParts, Parts
-from .protocol import Recoverable, Shelf, TabState
-from .protocol import Workspace as WorkspacePush
+from .protocol import Recoverable, Shelf, TabState, WorkspacePush
 from .tab import Tab, Threads
 from .tabs import Tabs
 from .window import Window

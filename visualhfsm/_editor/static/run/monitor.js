@@ -106,12 +106,12 @@ class Monitor extends Shown {
         store.request("unfollow", {component}).catch(() => {}); // it is gone already
       return answer;
     }
-    const isFollowed = this.component === component;
-    if (isFollowed && next.tab) {
+    if (this.component !== component) {
+      this.unfollow();
+    } else if (next.tab) {
       this.lookAt(undefined); // its next run is followed, too
       return answer;
     }
-    if (!isFollowed) this.unfollow();
     this.followed.component = component;
     this.followed.writable = this.starts.has(component);
     this.#begin({...answer, structure: next.structure ?? answer.structure});

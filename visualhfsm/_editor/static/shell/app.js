@@ -536,7 +536,7 @@ export class HfsmApp extends PageElement {
   /** When the first component is followed, load the elements that show it. */
   async #monitored() {
     this.requestUpdate();
-    if (monitor.component && this.outputOpened) {
+    if (monitor.newest && this.outputOpened) {
       this.outputOpened = false;
       if (!outputLog.of(monitor.tab).length) this.showBottom("");
     }
