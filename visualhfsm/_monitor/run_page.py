@@ -40,7 +40,7 @@ _SAYS: Final = re.compile(rb'"message":|"refusal":"[^"]')
 _ENTRY: Final = "onefile/run-page.js"
 _STYLES: Final = (
     "vendor/uplot",
-    *(f"styles/{name}" for name in ("theme", "shell", "canvas", "panels", "monitor", "run-page")),
+    *(f"styles/{name}" for name in ("theme", "shell", "canvas", "panels", "run", "monitor", "run-page")),
 )
 
 

@@ -28,7 +28,7 @@ _DIGITS: Final = 12
 """Characters of a digest that are shown."""
 _GIT_LIMIT: Final = 10.0  # s
 _ENTRY: Final = "onefile/trials-page.js"
-_STYLES: Final = tuple(f"styles/{name}" for name in ("theme", "shell", "panels", "monitor", "trials"))
+_STYLES: Final = tuple(f"styles/{name}" for name in ("theme", "shell", "panels", "run", "monitor", "trials"))
 
 
 def trials_page(view: TrialsView) -> str:

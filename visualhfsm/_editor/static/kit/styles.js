@@ -1,6 +1,6 @@
-/** Style sheets that nothing in the first picture needs: panels, menus, dialogs, trials and the shelf are loaded after them. */
+/** Style sheets that nothing in the first picture needs, such as those of panels and dialogs: they are loaded after it. */
 
-const LATER = ["dialogs", "print", "panels", "shelf", "trials"];
+const LATER = ["dialogs", "print", "panels", "run", "shelf", "trials"];
 
 /** @type {Promise<unknown> | undefined} */
 let loading;

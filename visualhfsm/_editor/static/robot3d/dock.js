@@ -25,7 +25,7 @@ const SHOWS = "visualhfsm.robotShows";
 const isRoomy = () => innerWidth >= 700 || innerHeight >= 1.5 * innerWidth;
 const SMALLEST = {width: 160, height: 120};
 const LARGEST = {width: 1000, height: 800};
-const MARGIN = 12; // px between it and the edges of the canvas, as in monitor.css
+const MARGIN = 12; // px between it and the edges of the canvas, as in run.css
 const GAP = 6; // px between it and what is drawn
 
 export class RobotDock extends MonitorElement {
