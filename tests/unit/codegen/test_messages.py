@@ -177,11 +177,11 @@ def test_other_data_is_refused(data: object) -> None:
         Message.from_data(data)
 
 
-@pytest.mark.slow
 PASSED_ON = ("Message(template, **values)", "cls.because(template, reason=reason(error), **values)")
 """Calls in `because` and `in_place_of`, whose own callers are looked at."""
 
 
+@pytest.mark.slow
 def test_templates_are_literals_so_that_they_are_found() -> None:
     computed = [
         f"{path.relative_to(REPOSITORY)}:{call.lineno}"
