@@ -71,6 +71,13 @@ def test_circles_of_imports_are_small() -> None:
     assert [circle for circle in circles(graph) if len(circle) > LARGEST_CIRCLE] == []
 
 
+def test_a_circle_through_several_modules_is_found() -> None:
+    graph = grimp.ImportGraph()
+    for importer, imported in (("a", "b"), ("b", "c"), ("c", "d"), ("d", "a"), ("e", "a")):
+        graph.add_import(importer=importer, imported=imported)
+    assert circles(graph) == [["a", "b", "c", "d"]]
+
+
 def test_circles_of_the_page_are_small() -> None:
     graph = page_graph(page_modules())
     assert graph.count_imports() > 400
@@ -92,10 +99,14 @@ def test_the_folders_of_the_page_stand_on_one_another() -> None:
 
 def test_imports_of_the_page_are_found_where_they_are_needed_too() -> None:
     modules = {
-        "app.js": 'import {\n  one,\n} from "./a/one.js";\n/** @import {X} from "./types.js" */',
-        "a/one.js": 'const two = () => import("../two.js");\n// import "./no.js";\n',
-        "two.js": 'export {start} from "./app.js";\n',
+        "app.js": 'import {\n  one,\n} from "./a/one.js";\nimport "./two.js";\n/** @import {X} from "./types.js" */',
+        "a/one.js": 'const two = () => import("../two.js");\nexport {three} from "./three.js";',
+        "a/three.js": '/**\n * import "./no.js";\n * @type {import("./no.js").X}\n */\n// import "./no.js";\n',
+        "two.js": 'run(async () => (await import("./app.js")).start());\n',
     }
     graph = page_graph(modules)
+    assert graph.modules == {*modules}
+    assert graph.find_modules_directly_imported_by("a/one.js") == {"two.js", "a/three.js"}
     assert circles(graph) == [["a/one.js", "app.js", "two.js"]]
-    assert page_graph(modules, on_need=False).find_modules_directly_imported_by("a/one.js") == set()
+    first = page_graph(modules, on_need=False)
+    assert first.find_modules_directly_imported_by("a/one.js") == {"a/three.js"}
