@@ -78,6 +78,7 @@ def test_the_robot_stays_beside_the_code_on_every_run_and_covers_no_state(shown:
 def test_what_the_robot_does_not_cover_stays_uncovered_when_the_canvas_shrinks(shown: EditorPage) -> None:
     page = shown.page
     show(shown)
+    page.locator("hfsm-canvas .surface").focus()
     shown.press("f", "-", "-", "-")
     beside = Box.of(dock(shown))
     x, y = shown.middle_of("go")

@@ -133,7 +133,7 @@ def test_a_variable_of_the_automaton_above_is_explained_and_shared_by_a_click(sh
     page.locator(".live-bar").get_by_role("button", name="line 1").click()
     expect(page.locator(".cm-failed")).to_contain_text("write self.count in both")
     field = page.get_by_role("textbox", name="Code of the state look")
-    write = page.get_by_role("button", name="Write self.count in both", exact=True)
+    write = page.locator(".cm-tooltip").get_by_role("button", name="Write self.count in both")
     shown.hover(field.locator(".cm-lintRange").first, shows=write)
     write.click()
     expect(field.locator(".cm-line").first).to_have_text("self.count += 1")

@@ -141,8 +141,8 @@ def test_search_finds_names_and_all_code_and_replaces_in_one_step(shown: EditorP
 
 def test_enter_in_the_search_shows_hit_after_hit_and_the_focus_stays(shown: EditorPage) -> None:
     page = shown.page
-    shown.button("Fit").click()
-    shown.press(*["-"] * 12)
+    page.locator("hfsm-canvas .surface").focus()
+    shown.press("f", *["-"] * 12)
     expect(page.locator("hfsm-canvas.tiny")).to_be_attached()
     shown.press("Control+f")
     search = page.get_by_role("searchbox")

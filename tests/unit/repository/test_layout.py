@@ -21,7 +21,6 @@ from tests.support.places import ROOT
 TESTS: Final = ROOT / "tests"
 GENERATED: Final = {"interfaces", "behaviors"}
 TESTED_BY: Final = {
-    "ballmover/_ball.py": "integration/test_ballmover.py",
     "codegen/options.py": "integration/test_codegen_command.py",
     "hfsm_runtime/_recording/clocks.py": "integration/test_hfsm_record_replay.py",
     "hfsm_runtime/_recording/results.py": "integration/test_hfsm_record_replay.py",
@@ -30,10 +29,6 @@ TESTED_BY: Final = {
     "nao_tools/_status.py": "integration/test_nao_command.py",
     "naoserver/_body_checks.py": "unit/naoserver/test_bodies_facts.py",
     "naoserver/_libqi.py": "integration/test_qi_service.py",
-    "naoserver/_servants/health.py": "integration/test_robot_conformance_reports.py",
-    "naoserver/_servants/hinge.py": "integration/test_bodies.py",
-    "naoserver/_servants/motions.py": "integration/test_naoserver_motions.py",
-    "naoserver/_servants/simulation.py": "integration/test_naoserver_scene.py",
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
     "zenoh_ice/messenger.py": "integration/test_nao_stop.py",
