@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection
 from typing import Any, Final, Protocol
 
 import zenoh
+import zenoh.ext
 
 from zenoh_ice.in_process import Pool
 
@@ -180,9 +181,19 @@ class Endpoint:
         self._closed = True
         self.node.on_close(self, None)
         with self._turn:  # Zenoh cannot withdraw what is in use
-            for each in reversed(self._declared):  # the token first
-                each.undeclare()
+            while self._declared:  # the token first
+                withdraw(self._declared.pop())
         self.others.close()
+
+
+def withdraw(declared: Any) -> None:  # noqa: ANN401
+    """Withdraw what was declared; advanced publishers and subscribers end with their last reference.
+
+    To undeclare these, Zenoh (1.10) waits for a lock of the session and keeps Python's meanwhile; another
+    thread may hold the session's and wait for Python's, as one that asks for tokens does: a deadlock.
+    """
+    if not isinstance(declared, zenoh.ext.AdvancedPublisher | zenoh.ext.AdvancedSubscriber):
+        declared.undeclare()
 
 
 def bytes_of(payload: zenoh.ZBytes, most: int, type_name: str) -> bytes:

@@ -71,10 +71,10 @@ class Publisher(Endpoint):
 
     def publish(self, message: object = None, /, **fields: object) -> None:
         """Publish a message, or one with some fields; raises MessageError for a wrong value."""
-        self._check_open()
         types = self.node.types
         made = types.coerce(self.type_name, message, **fields)
         with self._turn:  # they are sent in the order of their numbers
+            self._check_open()
             types.encode_into(self._buffer, made)
             _, attachment = self._attachment()
             try:
@@ -84,8 +84,14 @@ class Publisher(Endpoint):
                         types.encode_into(self._buffer, made, humble=True)
                     self._publishers[True].put(self._buffer, attachment=attachment)
             except zenoh.ZError as error:
-                self._check_open()  # it was closed meanwhile
                 raise RosError(f"{self.name}: {error}") from error
+
+    def close(self) -> None:
+        """Withdraw it from the graph, with the messages that are kept for later subscriptions."""
+        super().close()
+        if self._latched:
+            with self._turn:
+                self._publishers.clear()
 
 
 class Subscription(Endpoint):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -10,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
 from tests.support.waiting import until
 from zenoh_ros2 import LATCHED, CallTimeoutError, NodeClosedError, QoS
@@ -58,6 +60,46 @@ def test_who_joins_late_gets_the_last_messages() -> None:
         inbox = Inbox()
         tool.create_subscription("std_msgs/msg/String", "/map", inbox, LATCHED)
         assert [each.data for each in inbox.wait()] == ["new"]
+
+
+def test_what_was_kept_for_who_joins_late_ends_with_its_publisher() -> None:
+    with two_nodes() as (robot, tool):
+        gone, kept = (robot.create_publisher("std_msgs/msg/String", "/map", LATCHED) for _ in range(2))
+        gone.publish(data="gone")
+        gone.close()
+        kept.publish(data="kept")
+        inbox = Inbox()
+        tool.create_subscription("std_msgs/msg/String", "/map", inbox, LATCHED)
+        assert [each.data for each in inbox.wait()] == ["kept"]
+
+
+CLOSED_WHILE_TOKENS_ARE_ASKED_FOR = """
+import threading
+from zenoh.handlers import Callback
+from tests.support.ros_nodes import two_nodes
+from zenoh_ros2 import LATCHED
+
+with two_nodes() as (robot, _):
+    liveliness, ended = robot.session.liveliness(), threading.Event()
+
+    def ask():
+        while not ended.is_set():
+            liveliness.get("**", handler=Callback(print, lambda: None, indirect=False))
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    for number in range(100):
+        robot.create_subscription("std_msgs/msg/String", f"/a{number}", print, LATCHED).close()
+        robot.create_publisher("std_msgs/msg/String", f"/a{number}", LATCHED).close()
+    ended.set()
+    asking.join()
+"""
+
+
+def test_a_publisher_is_closed_while_others_ask_for_tokens() -> None:
+    """Where that ends in a deadlock, no other thread of the process runs any more."""
+    command = [sys.executable, "-c", CLOSED_WHILE_TOKENS_ARE_ASKED_FOR]
+    assert subprocess.run(command, stdout=subprocess.DEVNULL, timeout=RUN_LIMIT, check=False).returncode == 0
 
 
 def test_malformed_messages_are_counted_and_named(caplog: pytest.LogCaptureFixture) -> None:
