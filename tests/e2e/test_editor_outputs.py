@@ -152,9 +152,7 @@ def test_an_output_of_nobody_is_a_problem_at_its_result(shown: EditorPage, path:
     above(shown)
     edit(shown, "search")
     shown.page.get_by_role("tab", name=re.compile("Results")).click()
-    expect(shown.page.locator(".entry")).to_contain_text(
-        "no automaton of state search has an output steps"
-    )
+    expect(shown.page.locator(".entry")).to_contain_text("no automaton of state search has an output steps")
     output(shown, "steps").select_option(label="nothing: it is not taken")
     expect(shown.page.locator(".entry")).to_have_count(0)
     assert saved(shown, path).automata[0].states[0].results == ()

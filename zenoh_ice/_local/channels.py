@@ -44,6 +44,7 @@ from .messages import (
     encode,
     end_in_children,
     limit_sending,
+    new_socket,
     owner_of,
     receive_with_file,
     send_parts,
@@ -172,7 +173,7 @@ class Channels:
         match = _ADDRESS.fullmatch(self._address)
         assert match is not None  # parsed before
         try:
-            made = end_in_children(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
+            made = end_in_children(new_socket)
             try:
                 made.settimeout(min(self._limits.hello, self._limits.hello_share * timeout))
                 self._reach(made, f"/proc/{match[2]}/fd/{match[3]}")

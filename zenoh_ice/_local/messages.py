@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import socket
 import struct
+import threading
 from array import array
 from collections.abc import Callable
 from typing import Annotated, Any, Final
@@ -39,6 +40,8 @@ encode: Final = msgspec.msgpack.Encoder().encode
 """Encodes a message, given as a tuple that begins with its tag: that is faster than the struct."""
 
 _sockets: Final[WeakSet[socket.socket]] = WeakSet()
+_forking: Final = threading.Lock()
+"""Held while a socket is made, too: no child has one that it does not know."""
 
 _Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
 _Name = Annotated[str, Meta(max_length=512)]
@@ -179,18 +182,26 @@ def limit_sending(connection: socket.socket, seconds: float) -> None:
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
 
 
-def end_in_children(made: socket.socket) -> socket.socket:
-    """Close a socket in forked children: otherwise the other end would not notice this process's end."""
-    _sockets.add(made)
+def new_socket() -> socket.socket:
+    """Return a socket for messages between processes of this machine."""
+    return socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+
+
+def end_in_children(make: Callable[[], socket.socket]) -> socket.socket:
+    """Make a socket that forked children close: else its other end would not notice this process end."""
+    with _forking:
+        made = make()
+        _sockets.add(made)
     return made
 
 
 def _close_all() -> None:
+    _forking.release()
     for each in tuple(_sockets):
         each.close()
 
 
-os.register_at_fork(after_in_child=_close_all)
+os.register_at_fork(before=_forking.acquire, after_in_parent=_forking.release, after_in_child=_close_all)
 
 
 def receive_with_file(connection: socket.socket) -> tuple[bytes, int | None]:

@@ -43,6 +43,7 @@ from .messages import (
     end_in_children,
     lend,
     limit_sending,
+    new_socket,
     owner_of,
     send_parts,
 )
@@ -80,7 +81,7 @@ class LocalServer(Source):
         if not (space := local_space()):
             raise OSError("the system shows this process to no other one of its user")
         self._most: Final = int(_SHARE_OF_FILES * resource.getrlimit(resource.RLIMIT_NOFILE)[0])
-        self._socket: Final = end_in_children(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
+        self._socket: Final = end_in_children(new_socket)
         try:
             self._handle: Final = _bind(self._socket)
         except OSError:
@@ -104,7 +105,7 @@ class LocalServer(Source):
 
     def take(self) -> Job | None:
         try:
-            connection, _ = self._socket.accept()
+            connection = end_in_children(lambda: self._socket.accept()[0])
         except BlockingIOError:
             return None
         except OSError as error:
@@ -171,7 +172,7 @@ class ServerChannel(Source):
 
     def __init__(self, server: LocalServer, connection: socket.socket) -> None:
         self._server: Final = server
-        self._socket: Final = end_in_children(connection)
+        self._socket: Final = connection
         # Both are held while it is closed: nobody uses a file with the same number.
         self._receiving: Final = threading.Lock()
         self._sending: Final = threading.Lock()
