@@ -345,7 +345,7 @@ def test_a_process_that_ends_at_once_leads_to_the_line_that_ended_it(
     code = "count += 1\nif count &gt; 2:\n    __import__('os')._exit(3)"
     with opened(browser, path, code, monkeypatch) as shown:
         shown.press("F5")
-        end = shown.page.get_by_role("alert").filter(has_text="walk ended: os._exit(3) in wait.")
+        end = shown.page.locator(".live-bar").filter(has_text="Ended: os._exit(3) in wait")
         end.get_by_role("button", name="line 3").click()
         field = shown.page.get_by_role("textbox", name="Code of the state wait")
         expect(field.locator(".cm-activeLine")).to_have_text("    __import__('os')._exit(3)")

@@ -27,6 +27,7 @@ const MOST_BARS = 4;
 const CLEAR = 0.5; // radians between a badge and an arc
 const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
 const CODES_AT = RADIUS - 13;
+const FEW_CODES = 12; // letters of a name that are larger than that leave no room for the signs of code
 
 /** The angle between two directions. @param {number} a @param {number} b */
 const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.PI);
@@ -120,6 +121,20 @@ export class StateView {
     return paths;
   }
 
+  #letters = 0;
+
+  /** Write its name in letters of a size at least. @param {number} letters */
+  scaleLetters(letters) {
+    this.#letters = letters;
+    this.#drawName();
+  }
+
+  #drawName() {
+    const {name, initial, final} = this.state;
+    const hasCodes = this.#letters < FEW_CODES && codesOf(this.state).length > 0;
+    if (this.#details) drawName(this.#details.name, visible(name), hasCodes, initial || final, this.#letters);
+  }
+
   /** Make its elements. */
   draw() {
     const group = (this.group = blank());
@@ -191,9 +206,8 @@ export class StateView {
   #drawDetails() {
     if (!this.#details) return;
     const {state} = this;
-    const has = codesOf(state);
-    drawName(this.#details.name, visible(state.name), has.length > 0, state.initial || state.final);
-    drawCodes(this.#details.codes, has);
+    this.#drawName();
+    drawCodes(this.#details.codes, codesOf(state));
     this.#drawBadges(state, this.#more.imported, this.#more.problem);
   }
 
@@ -244,9 +258,9 @@ export class StateView {
   }
 }
 
-/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing */
-function drawName(element, name, hasCodes, hasRing) {
-  const {lines, size} = fitCircle(name, hasRing);
+/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing @param {number} letters */
+function drawName(element, name, hasCodes, hasRing, letters) {
+  const {lines, size} = fitCircle(name, hasRing, letters);
   const high = lineHeight(size);
   const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
   element.setAttribute("font-size", String(size));
