@@ -236,6 +236,16 @@ class Inline(TabEdit):
     automaton: ElementId
 
 
+class Task(_TabRequest):
+    """Ask for the task of the exercise in whose folder the document lies, and for the marks beside it."""
+
+
+class HandIn(_TabRequest):
+    """Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one."""
+
+    overwrite: bool = False
+
+
 class Locate(_TabRequest):
     """Ask which line of which piece of code a line of a log, or of an error's report, refers to.
 
@@ -259,6 +269,15 @@ class CodeHelp(_TabRequest):
     code: Code
     line: Position = 1
     column: Position = 0
+
+
+class Define(_TabRequest):
+    """Ask where the name at a position of a piece of code is defined, as it is being typed."""
+
+    place: Place
+    code: Code
+    line: Position
+    column: Position
 
 
 class Interfaces(_Request):
@@ -661,6 +680,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     name of its running component, or of the one that it would become. `outside` says what another
     program did to the file: nothing, `changed` or `deleted`. `changed` says that the document differs from
     that of the running component. `recording` is the file that contains the document, which is read-only.
+    `task`: it lies in the folder of an exercise.
     """
 
     tab: int
@@ -671,6 +691,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     outside: str
     changed: bool = False
     recording: str = ""
+    task: bool = False
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):

@@ -143,6 +143,9 @@ export type Recording = Followed & {
   body: string;
 };
 
+/** A text as elements: their tags, attributes and content. */
+export type Words = (string | [tag: string, attributes: Record<string, string>, content: Words])[];
+
 /** The answers by request; `codeHelp` answers what is asked for. */
 export interface Answers {
   hello: Greeting;
@@ -165,6 +168,9 @@ export interface Answers {
   discard: null;
   close: null;
   save: {path: string};
+  task: {text: Words; marks: Words; collected: string; handedIn: number | null};
+  handIn: {path: string; collected: boolean};
+  define: {place: Place; line: number; column: number; length: number} | null;
   saveAs: {path: string; tab?: number};
   resolve: {conflicts?: string[]} | null;
   listFiles: {directory: string; parent: string | null; entries: Entry[]};

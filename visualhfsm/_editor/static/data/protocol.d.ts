@@ -788,6 +788,8 @@ export interface Requests {
   copy: {tab: number; automaton: number; states: number[]; annotations?: number[]};
   /** Copy, and delete. */
   cut: {tab: number; automaton: number; states: number[]; annotations?: number[]};
+  /** Ask where the name at a position of a piece of code is defined, as it is being typed. */
+  define: {tab: number; place: Place; code: string; line: number; column: number};
   /** Compare a document with another version: a file, or `saved`. */
   diff: {tab: number; against: string};
   /** Discard the changes of such a document. */
@@ -820,6 +822,8 @@ export interface Requests {
   goTo: {tab: number; revision: number};
   /** Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be. */
   guessRobot: {path: string};
+  /** Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one. */
+  handIn: {tab: number; overwrite?: boolean};
   /** Ask for the whole state, in a language such as `es`; the first request of a window. */
   hello: {language?: string};
   /** Ask for the servants of the realm, each with the type ids of its interfaces. */
@@ -941,6 +945,8 @@ export interface Requests {
   stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
+  /** Ask for the task of the exercise in whose folder the document lies, and for the marks beside it. */
+  task: {tab: number};
   /** Undo the last step. */
   undo: {tab: number};
   /** Stop following it; it keeps running. */
@@ -1112,6 +1118,7 @@ export interface TabState {
   outside: string;
   changed: boolean;
   recording: string;
+  task: boolean;
 }
 
 /** A test as the page shows it; without an outcome it was not run yet. */

@@ -6,11 +6,13 @@ import {holdKeys} from "../kit/holding.js";
 import {monitorActions, monitoredSelection} from "../run/actions.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
+import {spoken} from "../kit/keys.js";
 import {addActions} from "../kit/registry.js";
 import {started} from "../data/started.js";
 import {n, t} from "../kit/texts.js";
 
 const hasDocument = () => Boolean(page.document);
+const hasTask = () => Boolean(page.tabState?.task);
 
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && started.isAlive(tab)) || 0;
@@ -231,6 +233,46 @@ addActions([
     hint: t("names and code"),
   },
   {
+    id: "definition",
+    label: t("Go to definition"),
+    icon: "search",
+    keys: ["F12"],
+    scope: "code",
+    enabled: hasDocument,
+    run: async () => (await import("../code/definitions.js")).goToDefinition(),
+    hint: t("of the name at the cursor; also {key}+click", {key: spoken("Ctrl")}),
+  },
+  {
+    id: "fromDefinition",
+    label: t("Back from definition"),
+    icon: "undo",
+    keys: ["Alt+ArrowLeft"],
+    scope: "code",
+    enabled: hasDocument,
+    run: async () => (await import("../code/definitions.js")).goBack(),
+  },
+  {
+    id: "task",
+    label: t("Task"),
+    words: t("exercise, homework, points, marks"),
+    icon: "file",
+    keys: ["Alt+K"],
+    scope: "typing",
+    enabled: hasTask,
+    run: ({app}) => app.toggleTask(),
+    hint: t("what the exercise asks for, its points and your marks"),
+    checked: ({app}) => app.side === "hfsm-task",
+  },
+  {
+    id: "handIn",
+    label: t("Hand in"),
+    words: t("submit, turn in, send, exercise, homework"),
+    icon: "exportFile",
+    enabled: hasTask,
+    run: async () => (await import("../panels/task.js")).handIn(),
+    hint: t("save it where your teacher collects it"),
+  },
+  {
     id: "problems",
     label: t("Problems"),
     words: t("errors, warnings, checks"),
@@ -383,7 +425,7 @@ export const MENUS = [
     title: t("File"),
     groups: [
       ["new", "open", "openRecording", "ownRobot"],
-      ["save", "saveAs"],
+      ["save", "saveAs", "handIn"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],
     ],
@@ -393,7 +435,7 @@ export const MENUS = [
     groups: [
       ["undo", "redo"],
       ["cut", "copy", "paste", "duplicate", "delete"],
-      ["selectAll", "search"],
+      ["selectAll", "search", "definition", "fromDefinition"],
       ["rename", "editCode", "openChild", "group"],
       ["newNote", "frame"],
       ["layout", "layoutAll"],
@@ -410,7 +452,7 @@ export const MENUS = [
     title: t("View"),
     groups: [
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
-      ["problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
+      ["task", "problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme", "language"],
     ],
