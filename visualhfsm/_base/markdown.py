@@ -1,65 +1,48 @@
-"""Markdown as a tree of elements, which the page makes one by one: no text in it is read as HTML."""
+"""Markdown as elements that the page makes one by one: nothing in it is read as HTML."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import Any, Final
 
 from markdown_it import MarkdownIt
 from markdown_it.tree import SyntaxTreeNode
 
-
-class Element(NamedTuple):
-    """An element: its tag, one of a few that are harmless, its attributes, and its content."""
-
-    tag: str
-    attributes: dict[str, str]
-    content: list[Element | str]
-
-
 _WEB: Final = ("http://", "https://", "mailto:")
-_BELOW: Final = 2
-"""Levels of headings of the page above those of a text."""
-_LOWEST: Final = 6
 
 
-def markdown(text: str, picture: Callable[[str], str]) -> list[Element | str]:
-    """Return the elements of a text; `picture` returns the address of a picture that it names, "" for none.
+def markdown(text: str, picture: Callable[[str], str]) -> list[Any]:
+    """Return the content of a text: strings, and elements with tag, attributes and content.
 
-    HTML in it is text, a link leads to the web or nowhere.
+    `picture` returns the address of a picture that it names, "" for none. HTML in it is text, a link leads to
+    the web or nowhere, and headings stand below those of the page.
     """
-    root = SyntaxTreeNode(MarkdownIt("js-default").parse(text))  # which nests at most 20 levels
 
-    def content(node: SyntaxTreeNode) -> list[Element | str]:
-        return [each for child in node.children for each in elements(child)]
-
-    def elements(node: SyntaxTreeNode) -> list[Element | str]:
+    def words(node: SyntaxTreeNode) -> list[Any]:
+        content = inside(node)
+        href = str(node.attrs.get("href", ""))
+        start = {"start": str(node.attrs["start"])} if "start" in node.attrs else {}
         match node.type:
-            case "text" | "html_inline" | "html_block":
-                return [node.content]
-            case "softbreak":
-                return ["\n"]
+            case "text" | "softbreak":
+                return [node.content or "\n"]
             case "code_inline":
-                return [Element("code", {}, [node.content])]
+                return [("code", {}, [node.content])]
             case "code_block" | "fence":
-                return [Element("pre", {}, [Element("code", {}, [node.content])])]
+                return [("pre", {}, [("code", {}, [node.content])])]
             case "heading":
-                return [Element(f"h{min(int(node.tag[1]) + _BELOW, _LOWEST)}", {}, content(node))]
+                return [(f"h{min(int(node.tag[1]) + 2, 6)}", {}, content)]
             case "image":
-                words = "".join(child.content for child in node.children)
                 address = picture(str(node.attrs["src"]))
-                return [Element("img", {"src": address, "alt": words}, [])] if address else [words]
-            case "link":
-                href = str(node.attrs["href"])
-                return (
-                    [Element("a", {"href": href}, content(node))] if href.startswith(_WEB) else content(node)
-                )
-            case "ordered_list":
-                return [Element("ol", {"start": str(node.attrs.get("start", 1))}, content(node))]
-            case "inline":
-                return content(node)
+                return [("img", {"src": address, "alt": node.content}, [])] if address else content
+            case "link" if href.startswith(_WEB):
+                return [("a", {"href": href}, content)]
+            case "inline" | "link":
+                return content
             case "paragraph" if node.hidden:  # in a list without empty lines
-                return content(node)
-        return [Element(node.tag, {}, content(node) if node.children else [])]
+                return content
+        return [(node.tag, start, content)]
 
-    return content(root)
+    def inside(node: SyntaxTreeNode) -> list[Any]:
+        return [each for child in node.children for each in words(child)]
+
+    return inside(SyntaxTreeNode(MarkdownIt("js-default").parse(text)))  # which nests at most 20 levels

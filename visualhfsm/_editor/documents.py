@@ -21,7 +21,7 @@ from visualhfsm.project._editing.templates import find_templates
 
 from . import protocol as p
 from .tab import Tab
-from .tasks import collected, has_task
+from .tasks import collected
 from .window import Window
 from .workspace import Workspace
 
@@ -115,11 +115,10 @@ async def save_as(workspace: Workspace, _: Window, request: p.SaveAs) -> dict[st
 
 
 async def hand_in(workspace: Workspace, _: Window, request: p.HandIn) -> dict[str, Any]:
-    """Write a copy of a document to where a teacher collects it; without such a folder nothing is written."""
-    tab = workspace.tabs.get(request.tab)
-    root = workspace.project.root
-    if (path := tab.shown.path) is None or not has_task(path):
-        raise MissingError.because("{title} has no task", title=tab.shown.title)
+    """Write a copy of a saved document to where a teacher collects it, if anywhere."""
+    root, tab = workspace.project.root, workspace.tabs.get(request.tab)
+    if (path := tab.shown.path) is None:
+        raise MissingError.because("{title} was never saved", title=tab.shown.title)
     if (target := collected(root, path)) is not None:
         await tab.edit(OpenDocument.save_copy, target, overwrite=request.overwrite)
     return {"path": root.name(target or path), "collected": target is not None}

@@ -260,24 +260,15 @@ class Locate(_TabRequest):
 class CodeHelp(_TabRequest):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
-    `complete`: completions; `explain`: what the name at the position stands for; `signature`: the parameters
-    of the call around it; `lint`: what is wrong with the code, wherever the position is.
+    `complete`: completions; `define`: where the name at the position is defined; `explain`: what it stands
+    for; `signature`: the call around it; `lint`: what is wrong with the code, wherever the position is.
     """
 
-    wanted: Literal["complete", "explain", "signature", "lint"]
+    wanted: Literal["complete", "define", "explain", "signature", "lint"]
     place: Place
     code: Code
     line: Position = 1
     column: Position = 0
-
-
-class Define(_TabRequest):
-    """Ask where the name at a position of a piece of code is defined, as it is being typed."""
-
-    place: Place
-    code: Code
-    line: Position
-    column: Position
 
 
 class Interfaces(_Request):

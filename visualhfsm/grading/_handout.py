@@ -66,7 +66,8 @@ def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
         start.read_bytes() if start is not None else write_document(Document(automata=(Automaton(id=1),)))
     )
     others = {f"task.{each}.md": _task(exercise, each) for each in exercise.languages if each != language}
-    pictures = (each for each in sorted(exercise.folder.iterdir()) if _is_picture(each))
+    files = sorted(exercise.folder.iterdir())
+    pictures = [each for each in files if "image/" in str(guess_type(each.name, strict=False))]
     return {
         "task.md": _task(exercise, language),
         f"{exercise.name}.xml": document if isinstance(document, bytes) else document.encode(),
@@ -74,10 +75,6 @@ def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
         **others,
         **{each.name: each.read_bytes() for each in pictures},
     }
-
-
-def _is_picture(path: Path) -> bool:
-    return (guess_type(path.name, strict=False)[0] or "").startswith("image/")
 
 
 def _task(exercise: Exercise, language: str) -> bytes:

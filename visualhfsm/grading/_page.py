@@ -109,20 +109,18 @@ def _marks(exercise: Exercise, marks: Marks) -> str:
 
 def _markdown(marks: Marks) -> str:
     """Return marks as the editor shows them beside the task."""
+
+    def row(*cells: str) -> str:
+        return "| " + " | ".join(" ".join(each.replace("|", "\\|").split()) for each in cells) + " |"
+
+    def points(found: Marks | Earned) -> str:
+        return say(language, "of", points=figure(language, found.points), of=figure(language, found.of))
+
     language = marks.language
-
-    def points(points: float, of: float) -> str:
-        return say(language, "of", points=figure(language, points), of=figure(language, of))
-
-    head = [say(language, each) for each in ("asks", "happened", "points")]
-    rows = [[each.asks, each.words, points(each.points, each.of)] for each in marks.earned]
-    table = "\n".join(f"| {' | '.join(map(_cell, row))} |" for row in [head, ["---"] * len(head), *rows])
+    head = row(*(say(language, each) for each in ("asks", "happened", "points")))
+    table = [head, "|---|---|---|", *(row(each.asks, each.words, points(each)) for each in marks.earned)]
     errors = [f"```\n{each.replace('```', '')}\n```" for each in (marks.reason, marks.error) if each]
-    return "\n\n".join([f"**{points(marks.points, marks.of)}**", *errors, table]) + "\n"
-
-
-def _cell(text: str) -> str:
-    return " ".join(text.replace("|", "\\|").split())
+    return "\n\n".join([f"**{points(marks)}**", *errors, "\n".join(table), ""])
 
 
 def _row(language: str, earned: Earned, *, shown: bool) -> str:

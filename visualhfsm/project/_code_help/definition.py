@@ -14,11 +14,15 @@ from parso.python.tree import search_ancestor
 from codegen.hfsm.document import Document
 from visualhfsm._document.places import Place, texts_in
 
-_DECLARED: Final = ("variables", "inputs", "outputs")
+_HERE: Final = "the piece itself"
 _SHARED: Final = ("entry", "code", "exit", "fired")
-_OF_SELF: Final = ("functions", "interfaces", "parameters", "ros")
-_OF_AUTOMATON: Final = frozenset((*_DECLARED, *_SHARED))
-_CODE: Final = frozenset(("variables", "functions", *_SHARED))
+_OF_AUTOMATON: Final = frozenset(("variables", "inputs", "outputs", *_SHARED))
+_PARTS: Final = {
+    "event": ("events",),
+    "self": ("functions", "interfaces", "parameters", "ros"),
+    "": ("variables", "inputs", "outputs", _HERE, *_SHARED, "functions", "libraries"),
+}
+"""What defines a text, a name after `self.`, and another one; the most likely first."""
 
 
 class Definition(msgspec.Struct, frozen=True):
@@ -35,15 +39,20 @@ def define(document: Document, place: Place, code: str, line: int, column: int) 
 
     `code` is the piece as it is being typed; `line` counts from 1, `column` from 0.
     """
-    with suppress(ValueError, RecursionError):  # a position outside of the code, or nested too deeply
+    with suppress(ValueError, SyntaxError, RecursionError):  # a position outside, or code that is no Python
         name, owner = _asked(code, line, column)
-        if owner == "event":
-            return _elsewhere(document, place, name, ("events",))
-        own = _in_code(place, code, name, line)
-        if owner == "self":
-            return (own if place.part == "functions" else None) or _elsewhere(document, place, name, _OF_SELF)
-        declared = None if place.part == "functions" else _elsewhere(document, place, name, _DECLARED)
-        return declared or own or _elsewhere(document, place, name, (*_SHARED, "functions", "libraries"))
+        parts = _PARTS[owner] if owner == "event" or place.part != "functions" else (_HERE, *_PARTS[owner])
+        texts = [(at, text) for at, text, _, _ in texts_in(document) if text and at != place]
+        for part in parts if name else ():
+            if part == _HERE and (found := _in_code(place, code, name, line)):
+                return found
+            for at, text in texts:
+                if at.part != part or (part in _OF_AUTOMATON and at.automaton != place.automaton):
+                    continue
+                if at.name == "name" and text.strip() == name:
+                    return Definition(at, 1, 1, len(name))
+                if not at.name and (found := _in_code(at, text, name)):
+                    return found
     return None
 
 
@@ -64,33 +73,13 @@ def _asked(code: str, line: int, column: int) -> tuple[str, str]:
     return "", ""  # nothing says what a call returns
 
 
-def _elsewhere(document: Document, place: Place, name: str, parts: tuple[str, ...]) -> Definition | None:
-    """Return where the document defines a name outside of a place; earlier parts are more likely."""
-    found: dict[str, Definition] = {}
-    for at, text, _, _ in texts_in(document) if name else ():
-        part = at.part
-        if part in found or part not in parts or at == place or not text:
-            continue
-        if part in _OF_AUTOMATON and at.automaton != place.automaton:
-            continue
-        if at.name == "name" and text.strip() == name:
-            found[part] = Definition(at, 1, 1, len(name))
-        elif part in _CODE and (defined := _in_code(at, text, name)):
-            found[part] = defined
-    return next((found[part] for part in parts if part in found), None)
-
-
 def _in_code(place: Place, code: str, name: str, line: int = 0) -> Definition | None:
     """Return where a piece of code defines a name: for a line of it, or for other pieces."""
-
-    def function(node: Any) -> Any:  # noqa: ANN401 - parso's
-        return search_ancestor(node, "funcdef", "lambdef", "classdef")
-
     tree: Any = parso.parse(textwrap.dedent(code))
-    asking = function(tree.get_leaf_for_position((line, 0), include_prefixes=True)) if line else None
+    scopes = [None, search_ancestor(tree.get_leaf_for_position((line, 0), True), "funcdef") if line else None]
     for each in tree.get_used_names().get(name, ()):
         node = each.get_definition()
-        if node is not None and function(node) in (None, asking):
+        if node is not None and search_ancestor(node, "funcdef", "lambdef", "classdef") in scopes:
             at = code.split("\n")[each.line - 1].find(name, each.column)
             return Definition(place, each.line, at + 1, len(name))
     return None

@@ -41,7 +41,9 @@ export const definitions = (about) => [
 function goFrom({tab, place}, {state: {doc}}, position) {
   const {number: line, from} = doc.lineAt(position);
   const column = position - from;
-  ask("define", {tab, place, code: doc.toString(), line, column}).then((found) => {
+  const about = {tab, place, code: doc.toString(), line, column};
+  ask("codeHelp", {wanted: "define", ...about}).then((answer) => {
+    const found = /** @type {(At & {place: Place}) | null | undefined} */ (answer);
     if (found === null) notify(t("Nothing in this document defines that."));
     if (!found) return;
     left.push({tab, place, line, column: column + 1});

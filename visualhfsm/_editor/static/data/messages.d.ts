@@ -168,9 +168,8 @@ export interface Answers {
   discard: null;
   close: null;
   save: {path: string};
-  task: {text: Words; marks: Words; collected: string; handedIn: number | null};
+  task: {text: Words; marks: Words; collected: string; handedIn: number | null} | null;
   handIn: {path: string; collected: boolean};
-  define: {place: Place; line: number; column: number; length: number} | null;
   saveAs: {path: string; tab?: number};
   resolve: {conflicts?: string[]} | null;
   listFiles: {directory: string; parent: string | null; entries: Entry[]};

@@ -776,7 +776,7 @@ export interface Requests {
   /** Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0. */
   codeHelp: {
     tab: number;
-    wanted: "complete" | "explain" | "lint" | "signature";
+    wanted: "complete" | "define" | "explain" | "lint" | "signature";
     place: Place;
     code: string;
     line?: number;
@@ -788,8 +788,6 @@ export interface Requests {
   copy: {tab: number; automaton: number; states: number[]; annotations?: number[]};
   /** Copy, and delete. */
   cut: {tab: number; automaton: number; states: number[]; annotations?: number[]};
-  /** Ask where the name at a position of a piece of code is defined, as it is being typed. */
-  define: {tab: number; place: Place; code: string; line: number; column: number};
   /** Compare a document with another version: a file, or `saved`. */
   diff: {tab: number; against: string};
   /** Discard the changes of such a document. */

@@ -73,7 +73,7 @@ class TaskPanel extends PageElement {
       const found = page.tabState?.task ? await store.request("task", {tab}) : undefined;
       if (tab !== page.tab) return;
       this.failed = "";
-      this.task = found && {...found, text: nodesOf(found.text), marks: nodesOf(found.marks)};
+      this.task = found ? {...found, text: nodesOf(found.text), marks: nodesOf(found.marks)} : undefined;
     } catch (error) {
       this.task = undefined;
       this.failed = messageOf(error);
