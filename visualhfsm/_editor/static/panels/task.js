@@ -1,7 +1,7 @@
 /**
  * The task of an exercise beside the drawing, with its points and marks, and handing in.
  *
- * @import {Words} from "../data/messages.js"
+ * @import {Task, Words} from "../data/messages.js"
  */
 
 import {html, nothing} from "lit";
@@ -16,14 +16,17 @@ import {confirm} from "../kit/dialog.js";
 import {messageOf, notify, notifyError} from "../kit/notices.js";
 import {language, t} from "../kit/texts.js";
 
+/** Whether two answers differ: a panel that is not drawn again stays scrolled. @param {unknown[]} answers */
+const differ = (...answers) => new Set(answers.map((each) => JSON.stringify(each))).size > 1;
+
 class TaskPanel extends PageElement {
-  static properties = {task: {state: true}, failed: {state: true}};
+  static properties = {task: {state: true, hasChanged: differ}, failed: {state: true}};
   /** @type {typeof PageElement.watches} */
-  static watches = {page: [], store: ["workspace"]};
+  static watches = {};
 
   constructor() {
     super();
-    /** @type {{text: Node[], marks: Node[], collected: string, handedIn: number | null} | undefined} */
+    /** The answer of the server, and the tab that it is about. @type {(Task & {tab: number}) | undefined} */
     this.task = undefined;
     this.failed = "";
   }
@@ -45,7 +48,8 @@ class TaskPanel extends PageElement {
 
   render() {
     const {task, failed} = this;
-    if (!task) return html`<p class="empty" role="status">${failed || t("This document belongs to no exercise.")}</p>`;
+    if (task?.tab !== page.tab)
+      return html`<p class="empty" role="status">${failed || t("This document belongs to no exercise.")}</p>`;
     const {text, marks, collected, handedIn} = task;
     const time =
       handedIn && new Date(handedIn * 1000).toLocaleString(language, {dateStyle: "medium", timeStyle: "short"});
@@ -57,7 +61,7 @@ class TaskPanel extends PageElement {
         </span>
       </div>
       <article tabindex="0" aria-label=${t("Task")}>
-        ${text} ${marks.length ? html`<h3>${t("Your marks")}</h3>` : nothing} ${marks}
+        ${nodesOf(text)} ${marks.length ? html`<h3>${t("Your marks")}</h3>` : nothing} ${nodesOf(marks)}
       </article>
     </div>`;
   }
@@ -70,12 +74,9 @@ class TaskPanel extends PageElement {
   async #ask() {
     const {tab} = page;
     try {
-      const found = page.tabState?.task ? await store.request("task", {tab}) : undefined;
-      if (tab !== page.tab) return;
-      this.failed = "";
-      this.task = found ? {...found, text: nodesOf(found.text), marks: nodesOf(found.marks)} : undefined;
+      const found = page.tabState?.task ? await store.request("task", {tab}) : null;
+      if (tab === page.tab) Object.assign(this, {failed: "", task: found ? {...found, tab} : undefined});
     } catch (error) {
-      this.task = undefined;
       this.failed = messageOf(error);
     }
   }

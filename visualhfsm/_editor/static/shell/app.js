@@ -389,7 +389,7 @@ export class HfsmApp extends PageElement {
                     })}
                     <section class="side" aria-label=${t("Panel beside the canvas")}>
                       ${this.#panelTabs(
-                        SIDE.filter(([tag]) => tag !== "hfsm-task" || page.tabState?.task),
+                        SIDE.filter(([tag]) => tag !== "hfsm-task" || (page.tabState?.task && !viewing.on)),
                         this.side,
                         (tag) => this.showSide(tag),
                       )}
