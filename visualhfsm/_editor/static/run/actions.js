@@ -62,13 +62,9 @@ async function reload(context) {
   const report = await monitor.steer("reload");
   if (!report) return;
   const {notKept, held} = report;
-  if (notKept.length) (await dialogs()).showNotKept(notKept);
-  else
-    notify(
-      t("Reloaded. States, timers and variables were kept; no cycle began for {time} ms.", {
-        time: held < 0.001 ? "< 1" : Math.round(held * 1000),
-      }),
-    );
+  const time = held < 0.001 ? "< 1" : Math.round(held * 1000);
+  if (notKept.length) notify(t("Reloaded: {notKept}.", {notKept: notKept.join("; ")}));
+  else notify(t("Reloaded. States, timers and variables were kept; no cycle began for {time} ms.", {time}));
 }
 
 /** Run with values of the parameters that the user is asked for. @param {import("../kit/registry.js").Context} context */
@@ -96,7 +92,7 @@ export const monitorActions = [
     keys: ["Alt+Shift+A"],
     scope: "typing",
     enabled: followed,
-    run: () => monitor.unfollow(),
+    run: () => monitor.leave(),
     hint: t("it keeps running"),
   },
   {

@@ -142,7 +142,7 @@ export class Followed {
     const renewed = this.#run > 0 && run !== this.#run;
     this.#run = run;
     this.structure = structure;
-    this.known = new Structure(structure);
+    this.known = new Structure(structure, renewed ? undefined : this.known);
     return renewed;
   }
 

@@ -11,6 +11,7 @@
  */
 
 import {notify, notifyError, clearErrors} from "../kit/notices.js";
+import {page} from "../data/page.js";
 import {started} from "../data/started.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
@@ -28,10 +29,6 @@ export const spokenStatus = (status) => [t("Running"), t("Paused"), t("Halted")]
 export const ON_TIME = 1;
 export const ON_EVENT = 2;
 
-/** The present components of open documents. @param {Pick<Workspace, "tabs" | "present">} workspace */
-const shown = ({tabs, present}) =>
-  tabs.map((each) => each.component).filter((component) => present.some((each) => each.component === component));
-
 /** Chooses what is followed, takes what it sends, and steers it. */
 class Monitor extends Shown {
   breakpoints = new Breakpoints(this);
@@ -46,6 +43,8 @@ class Monitor extends Shown {
    * @type {Next | undefined}
    */
   #next;
+  /** What the user follows no more, until its next run or until a document is shown. */
+  #left = "";
 
   constructor() {
     super();
@@ -56,6 +55,7 @@ class Monitor extends Shown {
     });
     store.addEventListener("stale", ({detail}) => detail.component === this.component && this.#lose(detail.since));
     store.addEventListener("workspace", ({detail}) => this.#look(detail.former));
+    page.addEventListener("tab", () => this.#look());
     store.addEventListener("connection", () => this.#reconnect());
     store.addEventListener("started", ({detail}) => this.#takeStarted(detail));
     store.addEventListener("closed", ({detail}) => this.#closed(detail.tab));
@@ -74,6 +74,11 @@ class Monitor extends Shown {
     const {component = ""} = workspace.tabs.find((each) => each.tab === tab) ?? {};
     if (!answer && online && !store.online) this.#next = {component, awaited: true}; // it may have started
     return answer;
+  }
+
+  /** The tab whose component this window is about to start; 0 without one. */
+  get starting() {
+    return this.#next?.tab ?? 0;
   }
 
   /**
@@ -142,6 +147,12 @@ class Monitor extends Shown {
     this.#begin(found);
     followed.looking = found.snapshot ?? undefined;
     this.#emit("mode", "shown");
+  }
+
+  /** Follow nothing, as the user wants it, until there is a reason. */
+  leave() {
+    this.#left = this.component;
+    return this.unfollow();
   }
 
   /** Follow nothing. */
@@ -290,22 +301,32 @@ class Monitor extends Shown {
   }
 
   /**
-   * Follow again what is present again. Viewers start nothing: they follow a shown document that begins to run, unless
-   * what they follow still does.
+   * Follow again what is present again, and the component of the shown document whenever it runs: when the document is
+   * shown, when the run begins, when what was followed has ended. Viewers start nothing: they see any document that runs.
    *
-   * @param {Pick<Workspace, "tabs" | "present">} [former]
+   * @param {Pick<Workspace, "present">} [former]
    */
-  #look(former = {tabs: [], present: []}) {
+  #look(former) {
+    const {present} = this;
     const next = this.#next;
-    if (next?.awaited && this.present.includes(next.component)) {
-      const failed = () => this.#emit("mode", "shown");
-      this.#turn({...next, awaited: false}, () => store.request("follow", {component: next.component}).catch(failed));
-    } else if (viewing.on && (!this.component || this.since || this.ended)) {
-      const known = shown(former);
-      const begun = shown(store.workspace).find((component) => !known.includes(component));
-      if (begun) this.follow(begun);
-    }
+    if (!former || !present.includes(this.#left)) this.#left = "";
+    const isFree = !this.component || this.since || this.ended;
+    /** @param {string} name */
+    const begun = (name) => !former?.present.some(({component}) => component === name);
+    const shown = page.tabState?.component ?? "";
+    const others = viewing.on && isFree ? store.workspace.tabs.map(({component}) => component).filter(begun) : [];
+    const wanted = isFree || begun(shown) ? [shown, ...others] : others;
+    const found = wanted.find((name) => present.includes(name) && name !== this.#left);
+    if (next?.awaited && present.includes(next.component)) this.#followAside({...next, awaited: false});
+    else if (found && found !== this.component && !this.recording && !this.looking && (!next || next.awaited))
+      this.#followAside({component: found});
     this.#emit("present");
+  }
+
+  /** Follow what nobody has asked for: if it is gone by now, nothing is said. @param {Next} next */
+  #followAside(next) {
+    const failed = () => this.#emit("mode", "shown");
+    this.#turn(next, () => store.request("follow", {component: next.component}).catch(failed));
   }
 
   #reconnect() {

@@ -1,4 +1,8 @@
-/** What this window has started: from which tabs, and which runs it may steer. */
+/** What this window has started: from which tabs, and which runs it may steer, also after it was loaded again. */
+
+import {windowStorage} from "../kit/storage.js";
+
+const STEERED = "visualhfsm.steered";
 
 export class Starts {
   /** The tab from which each component was started last. @type {Map<string, number>} */
@@ -6,7 +10,7 @@ export class Starts {
   /** The components that this window has started and that have not ended. @type {Set<string>} */
   #running = new Set();
   /** The run of each component that this window may steer, by when it was started. @type {Map<string, number>} */
-  #steered = new Map();
+  #steered = new Map(JSON.parse(windowStorage.getItem(STEERED) ?? "[]"));
 
   /** This window starts a component. @param {string} component */
   begin(component) {
@@ -45,7 +49,7 @@ export class Starts {
    * @param {number} startedAt which run it is
    */
   maySteer(component, startedAt) {
-    if (this.has(component)) this.#steered.set(component, startedAt);
+    if (this.has(component)) this.allow(component, startedAt);
     return this.#steered.get(component) === startedAt;
   }
 
@@ -58,5 +62,6 @@ export class Starts {
   allow(component, startedAt) {
     if (startedAt === undefined) this.#steered.delete(component);
     else this.#steered.set(component, startedAt);
+    windowStorage.setItem(STEERED, JSON.stringify([...this.#steered]));
   }
 }

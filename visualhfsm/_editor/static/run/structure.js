@@ -46,13 +46,22 @@ export class RobotFacts {
 
 /** The automata of a component by their ids, as it reported them. */
 export class Structure {
-  /** @param {ComponentStructure | undefined} reported `ComponentStructure` of interfaces/hfsm.idl */
-  constructor(reported) {
+  /** The names of states by `automaton/state`, also of those before a reload. @type {Map<string, string>} */
+  #names;
+
+  /**
+   * @param {ComponentStructure | undefined} reported `ComponentStructure` of interfaces/hfsm.idl
+   * @param {Structure} [former] that before a reload
+   */
+  constructor(reported, former) {
     this.automata = new Map((reported?.automata ?? []).map((each) => [each.id, each]));
     /** @type {Map<string, TransitionStructure>} */
     this.transitions = new Map();
-    for (const {id, transitions} of this.automata.values())
+    this.#names = new Map(former ? former.#names : []);
+    for (const {id, states, transitions} of this.automata.values()) {
       for (const each of transitions) this.transitions.set(`${id}/${each.id}`, each);
+      for (const each of states) this.#names.set(`${id}/${each.id}`, each.name);
+    }
   }
 
   /** @param {number} id */
@@ -67,7 +76,7 @@ export class Structure {
 
   /** The name of a state. @param {number} automaton @param {number} id */
   stateName(automaton, id) {
-    return this.automaton(automaton)?.states.find((each) => each.id === id)?.name ?? t("state {id}", {id});
+    return this.#names.get(`${automaton}/${id}`) ?? t("state {id}", {id});
   }
 
   /** Whether the element of a breakpoint exists. @param {Breakpoint} breakpoint */
