@@ -91,7 +91,9 @@ def test_what_a_terminal_starts_is_shown_beside_its_document(
         expect_running(shown)
         expect_current(shown, "wait")
         shown.press("F5")
-        refusal = shown.page.get_by_role("alert").filter(has_text="walk runs already, and was not started here")
+        refusal = shown.page.get_by_role("alert").filter(
+            has_text="walk runs already, and was not started here"
+        )
         expect(refusal).to_be_visible()
         expect_running(shown)
 
