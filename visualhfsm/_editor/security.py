@@ -43,17 +43,19 @@ _HEADERS: Final = {
 """The default headers of every answer."""
 
 _RESUME: Final = "/resume"
+STOP: Final = "/stop"
+"""The path of the websocket that stops all that moves, also for pages that are locked out."""
 _UNKNOWN: Final = Message("Open the address that the command printed in its terminal.")
-_USED_TWICE: Final = Message(
-    "Open the new address that the command printed in its terminal. The former one was used twice, by you "
-    "or by somebody who had seen it, so that all pages were locked out."
+_USED_BEFORE: Final = Message(
+    "Open the new address that the command printed in its terminal. By this one another browser has come in "
+    "before: if it is not yours, the terminal says how you lock it out."
 )
 _WITHDRAWN: Final = Message("Ask for another address: the one that you had for looking on was withdrawn.")
 _OTHER_HOST: Final = Message(
     "Use the address that the command printed: the header Host names another machine."
 )
 _OTHER_SITE: Final = Message("Open the editor itself: the request comes from another site.")
-_WHY_LOCKED_OUT: Final = "an address of the editor was used twice"
+_WHY_LOCKED_OUT: Final = "an address of the editor that locks out all others was used"
 _NO_ORIGIN: Final = "use a browser: a websocket needs the header Origin"
 _ELSEWHERE: Final = frozenset({"cross-site", "same-site"})
 """What a browser says of a request (`Sec-Fetch-Site`) to which a page of another site has led it."""
@@ -95,30 +97,42 @@ class Credentials:
     with another secret, which scripts cannot read and other sites do not send. `resumption` lets in pages of
     an earlier run.
 
-    A token that two browsers use was seen by somebody else. Nobody knows which of them is the thief, so both
-    are locked out, with everybody who is in: `locked_out` is called, which provides new secrets.
+    A token that two browsers use may have been seen by somebody else. The second one is refused, and
+    `used_again` is called, once for each token. Nobody but the user knows which of them is the thief, and who
+    came first goes on to steer what moves. One of the user's tokens `locks_out` all who are in:
+    `locked_out` is called, which provides new secrets. All that they can do from then on is to stop.
 
     `viewers` have another address, which many may use, and no cookie of the editor.
     """
 
     def __init__(
-        self, port: int, resumption: Resumption, locked_out: Callable[[], None] = lambda: None
+        self,
+        port: int,
+        resumption: Resumption,
+        used_again: Callable[[], None] = lambda: None,
+        locked_out: Callable[[], None] = lambda: None,
     ) -> None:
         self.resumption = resumption
         self.cookie_name = f"visualhfsm-{port}"  # cookies are the same for all ports
         self.viewers: Final = Viewers(port)
         self.lockout = asyncio.Event()
         """Set when all who are in now are locked out; then there is another event for the next ones."""
+        self._used_again = used_again
         self._locked_out = locked_out
         self._resumed = secrets.token_urlsafe(32)
         self._unused: dict[str, Callable[[], None]] = {}
+        self._locking: set[str] = set()
         self._cookies: dict[str, str] = {}
+        self._reported: set[str] = set()
         self._revoked: set[str] = set()
+        self._former: list[str] = []
 
-    def new_token(self, used: Callable[[], None] = lambda: None) -> str:
+    def new_token(self, used: Callable[[], None] = lambda: None, *, locks_out: bool = False) -> str:
         """Return a token for one browser; `used` is called when that is let in."""
         token = secrets.token_urlsafe(32)
         self._unused[token] = used
+        if locks_out:
+            self._locking.add(token)
         return token
 
     def knows(self, token: str) -> bool:
@@ -131,13 +145,17 @@ class Credentials:
         `cookies` is the header of the request: a browser may open an address again.
         """
         if token in self._unused:
+            used = self._unused.pop(token)
+            if token in self._locking:
+                self._lock_out()
             cookie = self._cookies[token] = secrets.token_urlsafe(32)
-            self._unused.pop(token)()
+            used()
             return cookie
         if token in self._cookies and self._holds(cookies, self._cookies[token]):
             return self._cookies[token]
-        if token not in self._revoked:
-            self._lock_out()
+        if token in self._cookies and token not in self._reported:
+            self._reported.add(token)
+            self._used_again()
         return None
 
     def resume(self) -> str:
@@ -148,6 +166,10 @@ class Credentials:
         """Whether a header `Cookie` holds one of our cookies."""
         return any(self._holds(header, cookie) for cookie in (self._resumed, *self._cookies.values()))
 
+    def may_stop(self, header: str) -> bool:
+        """Whether a header `Cookie` holds one that ours was, which is enough to stop what moves."""
+        return any(self._holds(header, cookie) for cookie in self._former)
+
     def _holds(self, header: str, cookie: str) -> bool:
         # A strict parser would fail: other servers on loopback set cookies here, too, in any form.
         pairs = (each.strip().partition("=") for each in header.split(";"))
@@ -155,6 +177,7 @@ class Credentials:
 
     def _lock_out(self) -> None:
         self._revoked |= {*self._cookies, *self._unused}
+        self._former += [self._resumed, *self._cookies.values()]
         self._cookies, self._unused = {}, {}
         self._resumed = secrets.token_urlsafe(32)
         self.viewers.withdraw()
@@ -274,7 +297,7 @@ class Guard:
             return self._led(scope, headers, "./", cookie, is_viewer=True)
         cookie = self._credentials.redeem(token, headers.get("cookie", ""))
         if cookie is None:
-            return self._refused(scope, headers, _USED_TWICE)
+            return self._refused(scope, headers, _USED_BEFORE)
         # Relative: to any other a proxy may add the path that it took off.
         page = "./" + "../" * (scope["path"].count("/") - 1)
         return self._led(scope, headers, page, cookie)
@@ -320,6 +343,8 @@ class Guard:
         if token := _query(scope).get("token"):
             is_known = credentials.knows(token) or bool(viewers and viewers.redeem(token))
             return scope["type"] == "http" and is_known
+        if scope["type"] == "websocket" and scope["path"] == STOP and credentials.may_stop(cookies):
+            return True
         return credentials.accepts_cookie(cookies) or bool(viewers and viewers.accepts_cookie(cookies))
 
 

@@ -1,15 +1,17 @@
 /** The operator's stop button: it asks no question, does not wait, and works in every mode. */
 
+import {socketAddress} from "../kit/address.js";
 import {clearErrors, messageOf, notify} from "../kit/notices.js";
 import {started} from "../data/started.js";
 import {store} from "../data/store.js";
-import {t} from "../kit/texts.js";
+import {language, t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
 /** Three keys at once, among them the largest: easy to find, and not hit by accident while typing. */
 export const STOP_KEY = "Ctrl+Shift+Space";
 
 const LATE = 3000; // ms: by then the components have ended, and a robot nearby has confirmed
+const LATEST = 15_000; // ms: then the server does not answer
 
 /** What the errors of a stop are about: those of an earlier one go. */
 const STOP = "stop";
@@ -19,6 +21,25 @@ const report = (text) => notify(text, "error", undefined, {about: STOP});
 /** Those that STOP has not ended yet, each with what takes back the error that says so. @type {Map<string, () => void>} */
 const late = new Map();
 
+/**
+ * Stop over a connection of its own, for which the session of this page suffices, also when it is locked out.
+ *
+ * @returns {Promise<import("../data/messages.js").Answers["emergencyStop"]>}
+ */
+function stopAside() {
+  const socket = new WebSocket(socketAddress(`stop?language=${language}`));
+  return new Promise((resolve, reject) => {
+    const fail = () => reject(new Error(store.whyOffline));
+    socket.addEventListener("message", ({data}) => {
+      const {ok, error} = JSON.parse(data);
+      if (ok) resolve(ok);
+      else reject(new Error(error));
+    });
+    socket.addEventListener("close", fail);
+    setTimeout(fail, LATEST);
+  });
+}
+
 /** Stop the robot and all that runs, whatever is shown. */
 export async function stopRobot() {
   clearErrors(STOP);
@@ -26,11 +47,16 @@ export async function stopRobot() {
   started.stopHere();
   let confirmed = () => {};
   const timer = setTimeout(() => {
-    const what = t("STOP is not confirmed yet, and repeated. If the robot moves, use its own button.");
+    const what = t(
+      "STOP is not confirmed yet, and repeated. If the robot moves, use its own button, or `nao stop` in a terminal.",
+    );
     confirmed = report(what);
   }, LATE);
   try {
-    const {stopped, failed} = await store.request("emergencyStop");
+    const {stopped, failed} = await store.request("emergencyStop").catch((error) => {
+      if (store.online) throw error;
+      return stopAside();
+    });
     const problems = [];
     for (const [name, reason] of Object.entries(failed)) {
       const problem = `${name}: ${reason}`;
@@ -44,7 +70,10 @@ export async function stopRobot() {
       report(t("There was nothing to stop: neither a robot nor a component is present."));
     if (problems.length) report(t("Not stopped. {problems}", {problems: problems.join("; ")}));
   } catch (error) {
-    report(t("STOP did not reach the robot: {reason} Use the robot's own button.", {reason: messageOf(error)}));
+    const reason = messageOf(error);
+    report(
+      t("STOP did not reach the robot: {reason} Use the robot's own button, or `nao stop` in a terminal.", {reason}),
+    );
   } finally {
     clearTimeout(timer);
     confirmed();
