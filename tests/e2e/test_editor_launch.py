@@ -59,7 +59,7 @@ def test_a_page_that_is_locked_out_says_so_can_stop_and_comes_back_by_the_new_ad
         shown.spent = True
         run(shown)
         other = context.new_page()
-        other.goto(running.server.new_address(locks_out=True))
+        other.goto(running.server.new_address(running.server.lock_out))
         banner = shown.page.get_by_role("alert").filter(has_text="No connection since")
         expect(banner).to_contain_text("All pages were locked out")
         expect(other.locator(".live-status")).to_have_text("Running")

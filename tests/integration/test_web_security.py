@@ -153,7 +153,7 @@ def test_who_was_locked_out_can_stop_and_nothing_else(root: Path) -> None:
     make_parts = lambda _: parts(started=Stopping(), followers=Stopping())  # noqa: E731
     with editor(root, make_parts=make_parts) as running:
         cookie = running.cookie()
-        running.get(f"/?token={running.server.credentials.new_token(locks_out=True)}")
+        running.get(f"/?token={running.server.credentials.new_token(running.server.lock_out)}")
         for path in ("/ws", "/camera/Camera", "/poses", "/view/ws", "/view/stop", "/stop/"):
             assert _upgrade(running, path, cookie=cookie) == 403, path
         for path in ("/", "/stop"):
@@ -556,6 +556,20 @@ def test_so_many_documents_and_no_more(root: Path) -> None:
         with pytest.raises(Refused) as refused:
             window.ask("new")
         assert refused.value.kind == "busy"
+
+
+def test_of_too_many_files_the_first_ones_are_opened_and_the_others_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    files = [root / f"{name}.xml" for name in "abcd"]
+    for file in files:
+        file.write_text(DOCUMENT)
+    with editor(root, *files[:2], *files, limits=Limits(tabs=2)) as own, own.window() as window:
+        assert [tab["title"] for tab in window.workspace["tabs"]] == ["a", "b"]
+    why = "was not opened: at most 2 documents can be open: close one first"
+    assert [f"c.xml {why}", f"d.xml {why}"] == [text for text in caplog.messages if "opened" in text]
 
 
 def test_a_script_in_a_name_stays_text(root: Path) -> None:

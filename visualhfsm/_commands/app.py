@@ -192,8 +192,8 @@ def _print_address(occasion: Occasion, address: str) -> None:
         case "used again":
             typer.echo(
                 "An address was used twice: the second browser was refused. If the first one is not yours, "
-                "somebody has seen the address, and uses the editor as you. This one lets you in, and locks out "
-                f"all others: {shown}"
+                "somebody has seen the address, and uses the editor as you. This one lets you in, and locks "
+                f"out all others: {shown}"
             )
         case "started":
             typer.echo(f"The editor is at {shown}")

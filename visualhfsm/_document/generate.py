@@ -27,26 +27,25 @@ def generate_component(
 
     `output` is the directory of the file, by default that of the document. `document` is the parsed content
     of the document if it has not been saved yet. Raises VisualHfsmError when the file cannot be written, or
-    is not any more as it was `written` before.
+    is not as it was `written` last.
     """
     files = compile_document(path, output, diagnostics, include, with_model=True, document=document)
     if files is None:
         return None
-    (component,) = files
-    path = component.path
-    written = {} if written is None else written
+    ((path, text),) = ((each.path, each.text.encode()) for each in files)
     try:
-        changes = compare_with_disk(files)
-        if changes and is_regular(path) and read_regular(path) != written.get(path, read_regular(path)):
+        now = read_regular(path) if is_regular(path) else text
+        if written is not None and now not in (text, written.get(path, now)):
             raise VisualHfsmError.because(
                 "{file} was changed since it was generated here, and that would be lost: move the change "
                 "into the document, and delete the file",
                 file=path.name,
             )
-        apply(changes)
+        apply(compare_with_disk(files))
     except FilesNotWrittenError as error:
         raise VisualHfsmError(reason(error)) from error
-    written[path] = component.text.encode()
+    if written is not None:
+        written[path] = text
     return path
 
 

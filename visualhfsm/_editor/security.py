@@ -98,19 +98,14 @@ class Credentials:
     an earlier run.
 
     A token that two browsers use may have been seen by somebody else. The second one is refused, and
-    `used_again` is called, once for each token. Nobody but the user knows which of them is the thief, and who
-    came first goes on to steer what moves. One of the user's tokens `locks_out` all who are in:
-    `locked_out` is called, which provides new secrets. All that they can do from then on is to stop.
+    `used_again` is called, once for each token. Only the user knows which of them is the thief, and may then
+    `lock_out` all who are in. All that they can do from then on is to stop what moves.
 
     `viewers` have another address, which many may use, and no cookie of the editor.
     """
 
     def __init__(
-        self,
-        port: int,
-        resumption: Resumption,
-        used_again: Callable[[], None] = lambda: None,
-        locked_out: Callable[[], None] = lambda: None,
+        self, port: int, resumption: Resumption, used_again: Callable[[], None] = lambda: None
     ) -> None:
         self.resumption = resumption
         self.cookie_name = f"visualhfsm-{port}"  # cookies are the same for all ports
@@ -118,26 +113,22 @@ class Credentials:
         self.lockout = asyncio.Event()
         """Set when all who are in now are locked out; then there is another event for the next ones."""
         self._used_again = used_again
-        self._locked_out = locked_out
-        self._resumed = secrets.token_urlsafe(32)
+        self.resumed = secrets.token_urlsafe(32)
+        """The cookie for pages of an earlier run."""
         self._unused: dict[str, Callable[[], None]] = {}
-        self._locking: set[str] = set()
         self._cookies: dict[str, str] = {}
         self._reported: set[str] = set()
-        self._revoked: set[str] = set()
         self._former: list[str] = []
 
-    def new_token(self, used: Callable[[], None] = lambda: None, *, locks_out: bool = False) -> str:
-        """Return a token for one browser; `used` is called when that is let in."""
+    def new_token(self, used: Callable[[], None] = lambda: None) -> str:
+        """Return a token for one browser; `used` is called before that is let in."""
         token = secrets.token_urlsafe(32)
         self._unused[token] = used
-        if locks_out:
-            self._locking.add(token)
         return token
 
     def knows(self, token: str) -> bool:
         """Whether this is a token of ours, even one that was used."""
-        return any(_same(token, each) for each in (*self._unused, *self._cookies, *self._revoked))
+        return any(_same(token, each) for each in (*self._unused, *self._cookies))
 
     def redeem(self, token: str, cookies: str) -> str | None:
         """Return the cookie for a known token; None when another browser has used it before.
@@ -145,45 +136,34 @@ class Credentials:
         `cookies` is the header of the request: a browser may open an address again.
         """
         if token in self._unused:
-            used = self._unused.pop(token)
-            if token in self._locking:
-                self._lock_out()
+            self._unused.pop(token)()
             cookie = self._cookies[token] = secrets.token_urlsafe(32)
-            used()
             return cookie
-        if token in self._cookies and self._holds(cookies, self._cookies[token]):
+        if self._holds(cookies, self._cookies[token]):
             return self._cookies[token]
-        if token in self._cookies and token not in self._reported:
+        if token not in self._reported:
             self._reported.add(token)
             self._used_again()
         return None
 
-    def resume(self) -> str:
-        """Return the cookie for pages of an earlier run."""
-        return self._resumed
-
-    def accepts_cookie(self, header: str) -> bool:
-        """Whether a header `Cookie` holds one of our cookies."""
-        return any(self._holds(header, cookie) for cookie in (self._resumed, *self._cookies.values()))
-
-    def may_stop(self, header: str) -> bool:
-        """Whether a header `Cookie` holds one that ours was, which is enough to stop what moves."""
-        return any(self._holds(header, cookie) for cookie in self._former)
+    def accepts_cookie(self, header: str, *, stops: bool = False) -> bool:
+        """Whether a header `Cookie` holds one of our cookies; to stop, a former one will do."""
+        cookies = (self.resumed, *self._cookies.values(), *(self._former if stops else ()))
+        return any(self._holds(header, cookie) for cookie in cookies)
 
     def _holds(self, header: str, cookie: str) -> bool:
         # A strict parser would fail: other servers on loopback set cookies here, too, in any form.
         pairs = (each.strip().partition("=") for each in header.split(";"))
         return any(name == self.cookie_name and _same(value, cookie) for name, _, value in pairs)
 
-    def _lock_out(self) -> None:
-        self._revoked |= {*self._cookies, *self._unused}
-        self._former += [self._resumed, *self._cookies.values()]
+    def lock_out(self) -> None:
+        """Make void what lets anybody in, and close all connections."""
+        self._former += [self.resumed, *self._cookies.values()]
         self._cookies, self._unused = {}, {}
-        self._resumed = secrets.token_urlsafe(32)
+        self.resumed = secrets.token_urlsafe(32)
         self.viewers.withdraw()
         former, self.lockout = self.lockout, asyncio.Event()
         former.set()
-        self._locked_out()
 
 
 class Boundary:
@@ -333,7 +313,7 @@ class Guard:
         if not resumption.accepts(query.get("challenge", ""), query["proof"]):
             return PlainTextResponse(f"{_UNKNOWN}\n", 403)
         response = Response(status_code=204)
-        self._set_cookie(response, self._credentials.resume(), scope)
+        self._set_cookie(response, self._credentials.resumed, scope)
         return response
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:
@@ -343,9 +323,9 @@ class Guard:
         if token := _query(scope).get("token"):
             is_known = credentials.knows(token) or bool(viewers and viewers.redeem(token))
             return scope["type"] == "http" and is_known
-        if scope["type"] == "websocket" and scope["path"] == STOP and credentials.may_stop(cookies):
-            return True
-        return credentials.accepts_cookie(cookies) or bool(viewers and viewers.accepts_cookie(cookies))
+        stops = scope["type"] == "websocket" and scope["path"] == STOP
+        is_let_in = credentials.accepts_cookie(cookies, stops=stops)
+        return is_let_in or bool(viewers and viewers.accepts_cookie(cookies))
 
 
 def _is_view(scope: Scope) -> bool:

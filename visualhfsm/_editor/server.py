@@ -30,7 +30,7 @@ from websockets.exceptions import InvalidState
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.errors import TooManyError, VisualHfsmError
 from visualhfsm._base.languages import known_language, said
 from visualhfsm.project._editing.journal import journal_directory
 from visualhfsm.project._project import Project
@@ -43,9 +43,9 @@ from .documents import open_file
 from .launch import LaunchPage
 from .limits import Limits
 from .parts import MakeParts, Parts
+from .protocol import Answer, encode
 from .refusal import RefusalLog, not_found
 from .resumption import Resumption, kept_key
-from .protocol import Answer, ErrorAnswer, encode
 from .security import STOP, Boundary, Credentials, Guard
 from .site import Site
 from .viewers import VIEW
@@ -142,7 +142,7 @@ class Server:
         self._site = Site(options.base_path, hosts, trusts_proxy=options.trust_proxy)
         self._listener = _listen(options.port) if options.socket is None else _listen_at(options.socket)
         self.port: int = 0 if options.socket else self._listener.getsockname()[1]
-        self.credentials = Credentials(self.port, Resumption(self._key()), self._warn, self._renew)
+        self.credentials = Credentials(self.port, Resumption(self._key()), self._warn)
         self._stopping = stopping or threading.Event()
         self._wake: Callable[[], None] = lambda: None
         self._report = report
@@ -156,22 +156,23 @@ class Server:
 
     def _warn(self) -> None:
         """Tell the user that another browser has used an address, and offer what may be wanted now."""
-        self._report("used again", self.new_address(lambda: self.offer("used"), locks_out=True))
+        self._report("used again", self.new_address(self.lock_out))
         self.offer("used")
 
-    def _renew(self) -> None:
-        """Provide another key: all pages were locked out, and know the former one."""
+    def lock_out(self) -> None:
+        """Lock out all pages; the key is another one, since they know the former one."""
+        self.credentials.lock_out()
         self.credentials.resumption = Resumption(self._key(renewed=True))
+        self.offer("used")
 
     def offer(self, occasion: Occasion) -> None:
         """Report an address, and another one when a browser has come in by it; of a socket, its path."""
         socket = self._options.socket
         self._report(occasion, str(socket) if socket else self.new_address(lambda: self.offer("used")))
 
-    def new_address(self, used: Callable[[], None] = lambda: None, *, locks_out: bool = False) -> str:
-        """Return an address of the page for one browser; `used` is called when that is let in."""
-        token = self.credentials.new_token(used, locks_out=locks_out)
-        return f"http://{LOOPBACK}:{self.port}{self._site.path}?token={token}"
+    def new_address(self, used: Callable[[], None] = lambda: None) -> str:
+        """Return an address of the page for one browser; `used` is called before that is let in."""
+        return f"http://{LOOPBACK}:{self.port}{self._site.path}?token={self.credentials.new_token(used)}"
 
     def _share(self, shared: bool) -> str:
         """Return the address for viewers, relative to the page; or withdraw it, and return none."""
@@ -192,10 +193,13 @@ class Server:
         )
         async with made as workspace:
             for file in options.files:
-                if file.suffix.lower() == RECORDING_SUFFIX:
-                    workspace.offer_recording(str(file.resolve()))
-                else:
-                    await open_file(workspace, str(file.resolve()))
+                try:
+                    if file.suffix.lower() == RECORDING_SUFFIX:
+                        workspace.offer_recording(str(file.resolve()))
+                    else:
+                        await open_file(workspace, str(file.resolve()))
+                except TooManyError as error:
+                    _logger.warning("%s was not opened: %s", file.name, error)
             app = make_app(workspace, self._site, None if options.socket else self.credentials)
             server = _HttpServer(_config(app, options.limits), self._stopping)
             self._wake = server.wake
@@ -424,11 +428,7 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
 
     async def stop(websocket: WebSocket) -> None:
         await websocket.accept()
-        try:
-            stopped = await workspace.components.emergency_stop("window")
-            answer: Answer | ErrorAnswer = Answer(re=0, ok=stopped)
-        except VisualHfsmError as error:
-            answer = ErrorAnswer(re=0, error=reason(error), kind=error.kind)
+        answer = Answer(re=0, ok=await workspace.components.emergency_stop("window"))
         await websocket.send_text(encode(answer, _language(websocket)).decode())
         await websocket.close()
 

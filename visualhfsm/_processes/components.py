@@ -235,12 +235,12 @@ class StartedComponent:
                 generated = await asyncio.to_thread(directory.generate, source)
                 await self.stop()
         except BaseException:
+            self._next = ""
             directory.close()
             raise
-        finally:
-            self._next = ""
         self._directory.close()
-        self._directory, self.component = directory, source.component
+        self._directory = directory
+        self.component, self._next = self._next, ""
         self._stopping = False
         self._stopped_by = None
         self._report("generating")

@@ -63,8 +63,11 @@ async function reload(context) {
   if (!report) return;
   const {notKept, held} = report;
   const time = held < 0.001 ? "< 1" : Math.round(held * 1000);
-  if (notKept.length) notify(t("Reloaded: {notKept}.", {notKept: notKept.join("; ")}));
-  else notify(t("Reloaded. States, timers and variables were kept; no cycle began for {time} ms.", {time}));
+  notify(
+    notKept.length
+      ? t("Reloaded: {notKept}.", {notKept: notKept.join("; ")})
+      : t("Reloaded. States, timers and variables were kept; no cycle began for {time} ms.", {time}),
+  );
 }
 
 /** Run with values of the parameters that the user is asked for. @param {import("../kit/registry.js").Context} context */

@@ -68,12 +68,8 @@ class Monitor extends Shown {
    * @param {number} tab
    * @param {() => Promise<Answer>} request that starts it
    */
-  async start(tab, request) {
-    const {online, workspace} = store;
-    const answer = await this.#turn({component: "", tab}, request);
-    const {component = ""} = workspace.tabs.find((each) => each.tab === tab) ?? {};
-    if (!answer && online && !store.online) this.#next = {component, awaited: true}; // it may have started
-    return answer;
+  start(tab, request) {
+    return this.#turn({component: "", tab}, request);
   }
 
   /** The tab whose component this window is about to start; 0 without one. */
@@ -118,7 +114,7 @@ class Monitor extends Shown {
       return answer;
     }
     this.followed.component = component;
-    this.followed.writable = this.starts.has(component);
+    this.followed.writable = this.starts.running.has(component);
     this.#begin({...answer, structure: next.structure ?? answer.structure});
     return answer;
   }
@@ -276,21 +272,21 @@ class Monitor extends Shown {
   /** A component was started from a tab, or has ended. @param {StartedPush} run */
   #takeStarted(run) {
     const {tab, component, status} = run;
-    this.starts.from(component, tab);
+    this.starts.tabs.set(component, tab);
     if (status === "generating" && this.#next?.tab === tab) {
       this.#next.component = component;
-      this.starts.begin(component);
+      this.starts.running.add(component);
     }
     if (status === "starting" && component === this.component) this.followed.begun = true;
     if (status !== "ended") return;
     if (component === this.#next?.component) this.#next = undefined;
-    this.starts.end(component);
+    this.starts.running.delete(component);
     if (component === this.component) this.end(run.place || !this.ended ? started.endOf(run) : this.ended.message);
   }
 
   /** A component ends with the tab from which it was started, a recording with its own. @param {number} tab */
   #closed(tab) {
-    if ((this.recording ? this.recording.tab : this.starts.tabOf(this.component)) === tab) this.unfollow();
+    if ((this.recording ? this.recording.tab : this.starts.tabs.get(this.component)) === tab) this.unfollow();
   }
 
   /** @param {number} since */
@@ -335,7 +331,7 @@ class Monitor extends Shown {
       this.#look();
       return;
     }
-    this.starts.forget(); // components may end unseen while offline
+    this.starts.running.clear(); // components may end unseen while offline
     if (this.component) {
       this.followed.since ||= Date.now() / 1000;
       this.#next = {component: this.component, awaited: true};

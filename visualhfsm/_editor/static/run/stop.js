@@ -1,4 +1,8 @@
-/** The operator's stop button: it asks no question, does not wait, and works in every mode. */
+/**
+ * The operator's stop button: it asks no question, does not wait, and works in every mode.
+ *
+ * @typedef {import("../data/messages.js").Answers["emergencyStop"]} Stopped
+ */
 
 import {socketAddress} from "../kit/address.js";
 import {clearErrors, messageOf, notify} from "../kit/notices.js";
@@ -21,24 +25,15 @@ const report = (text) => notify(text, "error", undefined, {about: STOP});
 /** Those that STOP has not ended yet, each with what takes back the error that says so. @type {Map<string, () => void>} */
 const late = new Map();
 
-/**
- * Stop over a connection of its own, for which the session of this page suffices, also when it is locked out.
- *
- * @returns {Promise<import("../data/messages.js").Answers["emergencyStop"]>}
- */
-function stopAside() {
-  const socket = new WebSocket(socketAddress(`stop?language=${language}`));
-  return new Promise((resolve, reject) => {
+/** Stop by a connection for that alone, which a page may open even when it is locked out. @returns {Promise<Stopped>} */
+const stopAside = () =>
+  new Promise((resolve, reject) => {
+    const socket = new WebSocket(socketAddress(`stop?language=${language}`));
     const fail = () => reject(new Error(store.whyOffline));
-    socket.addEventListener("message", ({data}) => {
-      const {ok, error} = JSON.parse(data);
-      if (ok) resolve(ok);
-      else reject(new Error(error));
-    });
+    socket.addEventListener("message", ({data}) => resolve(JSON.parse(data).ok));
     socket.addEventListener("close", fail);
     setTimeout(fail, LATEST);
   });
-}
 
 /** Stop the robot and all that runs, whatever is shown. */
 export async function stopRobot() {
@@ -46,17 +41,12 @@ export async function stopRobot() {
   late.clear();
   started.stopHere();
   let confirmed = () => {};
-  const timer = setTimeout(() => {
-    const what = t(
-      "STOP is not confirmed yet, and repeated. If the robot moves, use its own button, or `nao stop` in a terminal.",
-    );
-    confirmed = report(what);
-  }, LATE);
+  const isLate = t(
+    "STOP is not confirmed yet, and repeated. If the robot moves, use its own button, or `nao stop` in a terminal.",
+  );
+  const timer = setTimeout(() => (confirmed = report(isLate)), LATE);
   try {
-    const {stopped, failed} = await store.request("emergencyStop").catch((error) => {
-      if (store.online) throw error;
-      return stopAside();
-    });
+    const {stopped, failed} = await (store.online ? store.request("emergencyStop") : stopAside());
     const problems = [];
     for (const [name, reason] of Object.entries(failed)) {
       const problem = `${name}: ${reason}`;
@@ -71,9 +61,7 @@ export async function stopRobot() {
     if (problems.length) report(t("Not stopped. {problems}", {problems: problems.join("; ")}));
   } catch (error) {
     const reason = messageOf(error);
-    report(
-      t("STOP did not reach the robot: {reason} Use the robot's own button, or `nao stop` in a terminal.", {reason}),
-    );
+    report(t("STOP did not reach the robot: {reason} Use its own button, or `nao stop` in a terminal.", {reason}));
   } finally {
     clearTimeout(timer);
     confirmed();

@@ -5,8 +5,6 @@
  * @import {ComponentStructure, JointLimits, RobotFacts as Facts, TransitionStructure} from "../data/protocol.js"
  */
 
-import {t} from "../kit/texts.js";
-
 const FACTS_AGAIN = 2000; // ms after which missing facts are requested again
 
 /** The constants of a robot: the limits of its joints, and its cameras. */
@@ -46,22 +44,13 @@ export class RobotFacts {
 
 /** The automata of a component by their ids, as it reported them. */
 export class Structure {
-  /** The names of states by `automaton/state`, also of those before a reload. @type {Map<string, string>} */
-  #names;
-
-  /**
-   * @param {ComponentStructure | undefined} reported `ComponentStructure` of interfaces/hfsm.idl
-   * @param {Structure} [former] that before a reload
-   */
-  constructor(reported, former) {
+  /** @param {ComponentStructure | undefined} reported `ComponentStructure` of interfaces/hfsm.idl */
+  constructor(reported) {
     this.automata = new Map((reported?.automata ?? []).map((each) => [each.id, each]));
     /** @type {Map<string, TransitionStructure>} */
     this.transitions = new Map();
-    this.#names = new Map(former ? former.#names : []);
-    for (const {id, states, transitions} of this.automata.values()) {
+    for (const {id, transitions} of this.automata.values())
       for (const each of transitions) this.transitions.set(`${id}/${each.id}`, each);
-      for (const each of states) this.#names.set(`${id}/${each.id}`, each.name);
-    }
   }
 
   /** @param {number} id */
@@ -72,11 +61,6 @@ export class Structure {
   /** @param {number} automaton @param {number} id */
   transition(automaton, id) {
     return this.transitions.get(`${automaton}/${id}`);
-  }
-
-  /** The name of a state. @param {number} automaton @param {number} id */
-  stateName(automaton, id) {
-    return this.#names.get(`${automaton}/${id}`) ?? t("state {id}", {id});
   }
 
   /** Whether the element of a breakpoint exists. @param {Breakpoint} breakpoint */

@@ -301,14 +301,12 @@ export class HfsmApp extends PageElement {
 
   /** Follow a component that runs, and show its document. @param {string} component */
   async follow(component) {
-    if (!(await monitor.follow(component))) return;
-    if (monitor.tab) page.show(monitor.tab);
-    else await this.openFollowed();
+    if (await monitor.follow(component)) await this.openFollowed();
   }
 
   /** Open the document of the component that is followed. */
   async openFollowed() {
-    (await import("../run/documents.js")).openFollowed();
+    await (await import("../run/documents.js")).openFollowed();
   }
 
   toggleTheme() {

@@ -18,18 +18,16 @@ import {t} from "../kit/texts.js";
 const accepted = new Set();
 
 /**
- * Whether a tab may run: while its component does, the user is asked.
+ * Whether a tab may run: while its component does, the user is asked, who may reload it where that `serves` as well.
  *
- * @param {number} tab
- * @param {import("../kit/registry.js").Context} context
- * @param {boolean} reloads whether to reload it would do as well
+ * @param {number} tab @param {import("../kit/registry.js").Context} context @param {boolean} serves
  */
-export async function mayRun(tab, context, reloads) {
+export async function mayRun(tab, context, serves) {
   const {component = "", status = "ended"} = started.of(tab) ?? {};
   if (["ended", "stopping"].includes(status)) return true;
   /** @type {import("../kit/dialog.js").Choice[]} */
   const choices = [["again", t("Run again")]];
-  if (reloads && isEnabled("reload", context)) choices.push(["reload", t("Reload"), "primary"]);
+  if (serves && isEnabled("reload", context)) choices.push(["reload", t("Reload"), "primary"]);
   const title = t("{component} runs", {component});
   const choice = await confirm({title, text: t("Run it again, from its beginning? That ends it first."), choices});
   if (choice === "reload") perform("reload", context);
