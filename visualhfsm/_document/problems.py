@@ -6,7 +6,7 @@ The editor never waits for a check: `CheckProcess` runs this module as a separat
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from codegen.hfsm.model_checker.properties import PropertyResult
 
 _MOST_PROBLEMS: Final = 1000
-"""Limit of the listed problems; more are usually repetitions of one."""
+"""Limit of the problems that are listed whatever they are about; more are usually repetitions of one."""
 _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are sent; longer ones are in the notes."""
 _VIOLATED: Final = Code.VIOLATED_PROPERTY
@@ -116,8 +116,9 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
 class Findings(msgspec.Struct, frozen=True, kw_only=True):
     """The problems of a document, by severity, and the verdict on each of its properties, in their order.
 
-    Of very many problems, the first 1,000 are listed; `counts` has the number of all by severity. `proofs` is
-    None if the model checker did not run, after errors or because it would have taken too long.
+    Of very many problems, the first 1,000 are listed, and the worst of each further element; `counts` has the
+    number of all by severity. `proofs` is None if the model checker did not run, after errors or because it
+    would have taken too long.
     """
 
     problems: tuple[Problem, ...] = ()
@@ -142,8 +143,9 @@ def check(
 ) -> Findings:
     """Check the text of a document; `path` is its file, if it has one.
 
-    At most `most` problems are listed. The model checker explores up to `limit` configurations, by default as
-    many as `check_document`. It may take seconds: `CheckProcess` runs it in another process.
+    The first `most` problems are listed, and the worst of each further element. The model checker explores up
+    to `limit` configurations, by default as many as `check_document`. It may take seconds: `CheckProcess` runs
+    it in another process.
     """
     file = path or Path.cwd() / UNTITLED
     diagnostics = Diagnostics(decoded=True)
@@ -156,11 +158,23 @@ def check(
     order = {"error": 0, "warning": 1, "note": 2}
     reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
     found = sorted(reported, key=lambda each: order[each.severity])
+    problems = (_with_steps(_problem(each, file, locator, imports), report) for each in found)
     return Findings(
-        problems=tuple(_with_steps(_problem(each, file, locator, imports), report) for each in found[:most]),
+        problems=tuple(problems if most is None else _listed(problems, most)),
         counts=Counter(each.severity for each in found),
         proofs=None if report is None else tuple(map(_proof, report.properties)),
     )
+
+
+def _listed(problems: Iterable[Problem], most: int) -> Iterator[Problem]:
+    """Yield the first problems, and the first of each further element, which shows it as its sign."""
+    seen: set[object] = set()
+    for number, each in enumerate(problems):
+        places = [place for place in (each.place, *each.copies, *each.owners) if place is not None]
+        about = {(place.kind, place.automaton, place.id or (place.part, place.index)) for place in places}
+        if number < most or not about <= seen:
+            yield each
+        seen |= about
 
 
 def _is_blank(document: Document | None) -> bool:
