@@ -9,12 +9,13 @@ properties are not.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import islice
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final, NamedTuple, TypeVar
 
-from ..diagnostics import Diagnostics, Location, Note
+from ..diagnostics import Diagnostics, Location, Note, did_you_mean
 from ..files import is_regular
 from ..messages import Message
 from .analysis import library_names
@@ -43,6 +44,8 @@ _MOST_AUTOMATA: Final = 10_000
 """The most automata in a document, with those that are imported."""
 _MAX_ID: Final = 2**31 - 1
 _IDS_EACH: Final = 1000
+_MOST_NAMES: Final = 1000
+"""The most files among which a similar name is searched."""
 
 _N = TypeVar("_N", Interface, RosInterface, Parameter, Event)
 _NodeT = TypeVar("_NodeT", bound=Node)
@@ -164,8 +167,10 @@ class _Resolver:
             message = Message("`{file}` is outside the directory of the document", file=shown)
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place, note)
         else:
+            notes = did_you_mean(name, _documents_in(searched, path), "file")
             note = Note(Message("searched in {folders}", folders=", ".join(map(str, searched))))
-            self._error(Code.IMPORT_NOT_FOUND, Message("`{file}` is not found", file=shown), place, note)
+            message = Message("`{file}` is not found", file=shown)
+            self._error(Code.IMPORT_NOT_FOUND, message, place, *notes, note)
         return None
 
     def _may_follow(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> bool:
@@ -258,6 +263,14 @@ class _Resolver:
 
     def _error(self, code: str, message: Message, place: Location, *notes: Note) -> None:
         self._diagnostics.error(code, message, place, notes)
+
+
+def _documents_in(folders: Iterable[Path], but: Path) -> Iterator[str]:
+    """Yield the names of documents in some folders and just below them, as an import has them."""
+    found = ((at, file) for at in folders for below in ("*.xml", "*/*.xml") for file in at.glob(below))
+    for at, file in islice(found, _MOST_NAMES):
+        if file != but:
+            yield file.relative_to(at).as_posix()
 
 
 def _take_id(wanted: int, taken: set[int]) -> int:

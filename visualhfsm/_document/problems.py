@@ -143,9 +143,9 @@ def check(
 ) -> Findings:
     """Check the text of a document; `path` is its file, if it has one.
 
-    The first `most` problems are listed, and the worst of each further element. The model checker explores up
-    to `limit` configurations, by default as many as `check_document`. It may take seconds: `CheckProcess` runs
-    it in another process.
+    The first `most` problems are listed, and the worst of each further element. The model checker explores
+    up to `limit` configurations, by default as many as `check_document`. It may take seconds: `CheckProcess`
+    runs it in another process.
     """
     file = path or Path.cwd() / UNTITLED
     diagnostics = Diagnostics(decoded=True)

@@ -8,7 +8,7 @@ from typing import Annotated, Final, get_args
 
 import msgspec
 
-from codegen.hfsm.document import Argument, Automaton, Document, Result, State, Text
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Result, State, Text
 from codegen.messages import Message, template
 from visualhfsm._base.errors import EditError
 
@@ -24,6 +24,8 @@ from ..nodes import (
 )
 from ..places import CODE, Place, pattern_for, texts_in
 from ..serialization import MAX_SIZE
+from ..straightening import straightened
+from .automata import SetImport
 from .base import Command, Index
 from .component import ChangeEntry, ListName
 
@@ -213,17 +215,15 @@ class CorrectName(Command, frozen=True, kw_only=True):
             if match is None or match[0] != self.name:
                 raise self._changed()
             lines[each.line - 1] = line[: match.start()] + self.meant + line[match.end() :]
-        if place.part in CODE:
-            return SetText(place=place, text="\n".join(lines)).apply(document)
-        return self._in_entry(document, place, {place.name: "\n".join(lines)})
+        return _with_text(document, place, "\n".join(lines))
 
     def _in_field(self, document: Document, place: Place, field: str) -> Document:
         """Return the document with another value of a field of the element at a place."""
         if place.kind != "state":
-            value = _text_at(document, msgspec.structs.replace(place, name=field))
-            if value.strip() != self.name:
+            at = place if place.part == "import" else msgspec.structs.replace(place, name=field)
+            if _text_at(document, at).strip() != self.name:
                 raise self._changed()
-            return self._in_entry(document, place, {field: self.meant})
+            return _with_text(document, at, self.meant)
         automaton = find_automaton(document, place.automaton)
         state = find_state(automaton, place.id)
         items: tuple[Argument | Result, ...] = state.results if place.part == "result" else state.arguments
@@ -240,21 +240,40 @@ class CorrectName(Command, frozen=True, kw_only=True):
             lambda each: changed(each, states=swapped(each.states, state, state_now)),
         )
 
-    def _in_entry(self, document: Document, place: Place, fields: Mapping[str, str]) -> Document:
-        """Return the document with other fields of an entry of a list."""
-        lists: Mapping[str, ListName] = {each: each for each in get_args(ListName)}
-        if place.part not in lists:
-            raise self._changed()
-        return ChangeEntry(
-            list=lists[place.part], automaton=place.automaton, index=place.index, fields=dict(fields)
-        ).apply(document)
-
     def _changed(self) -> EditError:
         return EditError(
             Message("Cannot replace “{text}”", text=self.name[:_SHOWN]),
             Message("it stands there no longer"),
             Message("wait until the checks have run again"),
         )
+
+
+class StraightenText(Command, frozen=True, kw_only=True):
+    """Write straight quotes, hyphens and spaces in the code, the value or the expression at a place."""
+
+    place: Place
+
+    def apply(self, document: Document) -> Document:
+        text = _text_at(document, self.place)
+        straight = straightened(text)
+        return document if straight == text else _with_text(document, self.place, straight)
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002 - the base has it
+        return Message("Write straight quotes, hyphens and spaces")
+
+
+def _with_text(document: Document, place: Place, text: str) -> Document:
+    """Return the document with another text at a place. Raises EditError for one without code."""
+    lists: Mapping[str, ListName] = {each: each for each in get_args(ListName)}
+    if place.part == "import":
+        imported = find_automaton(document, place.automaton).imported
+        source = NO_CHILD if imported is None else imported.automaton
+        return SetImport(automaton=place.automaton, file=text, source=source).apply(document)
+    if place.part not in lists:
+        return SetText(place=place, text=text).apply(document)
+    return ChangeEntry(
+        list=lists[place.part], automaton=place.automaton, index=place.index, fields={place.name: text}
+    ).apply(document)
 
 
 def _text_at(document: Document, place: Place) -> str:

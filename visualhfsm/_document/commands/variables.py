@@ -1,4 +1,7 @@
-"""Exchange variables with an automaton above: as inputs, as outputs, or both keep them in the component."""
+"""Exchange variables with an automaton above: as inputs, as outputs, or both keep them in the component.
+
+An input or output has its first value from its default, and not from the variables.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import re
 from collections.abc import Iterable, Iterator
 from itertools import takewhile
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 import msgspec
 
@@ -16,7 +19,7 @@ from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Param
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
-from ..nodes import changed, find_automaton, find_state, free_name, with_automaton
+from ..nodes import changed, find_automaton, find_state, free_name, swapped, with_automaton
 from ..places import CODE, Place, texts_in
 from .base import Command, Id
 from .text import SetText
@@ -147,6 +150,70 @@ class TakeOutput(Command, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> Message:  # noqa: ARG002
         return Message("Take the output {name} into a new variable", name=self.name[:30])
+
+
+class TakeDefault(Command, frozen=True, kw_only=True):
+    """Give an input or output the default that the variables assign to it, and delete that there.
+
+    A comment behind it becomes the description, if there is none.
+    """
+
+    automaton: Id
+    list: Literal["inputs", "outputs"]
+    name: _Name
+
+    def apply(self, document: Document) -> Document:
+        automaton = find_automaton(document, self.automaton)
+        items: tuple[Parameter, ...] = getattr(automaton, self.list)
+        item = next((each for each in items if each.name == self.name), None)
+        piece = _code(analyze(document, _NOWHERE), automaton).variables
+        body = [] if piece is None else piece.tree.body
+        own = [each for each in body if isinstance(each, ast.Assign | ast.AnnAssign) and self._is_set(each)]
+        if item is None or piece is None or not own or own[-1].value is None:
+            raise self._refused(Message("the variables do not set it in a line of its own"))
+        try:
+            value = ast.literal_eval(own[-1].value)
+        except (ValueError, TypeError, MemoryError, RecursionError):
+            raise self._refused(Message("its value is computed, which a default is not")) from None
+        lines, comment = automaton.variables.text.split("\n"), ""
+        for each in reversed(own):
+            last = each.end_lineno or each.lineno
+            if any(
+                other.lineno <= last and each.lineno <= (other.end_lineno or 0)
+                for other in body
+                if other is not each
+            ):
+                raise self._refused(Message("its line sets something else, too"))
+            behind = piece.code.lines[last - 1][
+                piece.code.column(last, each.end_col_offset or 0) - 1 :
+            ].strip()
+            comment = comment or (behind.lstrip("# ") if behind.startswith("#") else "")
+            first = piece.place(each).line - automaton.variables.line
+            del lines[first : first + last - each.lineno + 1]
+        kind, given = _TYPES.get(type(value), "object"), item.type.text.strip()
+        fits = given in (kind, "object") or (given, kind) == ("float", "int")
+        new = changed(
+            item,
+            type=given if fits else kind,
+            default=ast.unparse(own[-1].value),
+            description=comment if item.description.is_blank else item.description.text,
+        )
+        fields = {self.list: swapped(items, item, new), "variables": "\n".join(lines)}
+        return with_automaton(document, self.automaton, lambda each: changed(each, **fields))
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Take the default of “{name}” from the variables", name=self.name[:30])
+
+    def _is_set(self, node: ast.Assign | ast.AnnAssign) -> bool:
+        """Return whether a statement sets the name and nothing else."""
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        return [each.id for each in targets if isinstance(each, ast.Name)] == [self.name] and len(
+            targets
+        ) == 1
+
+    def _refused(self, why: Message) -> EditError:
+        what = Message("Cannot take the default of “{name}”", name=self.name[:30])
+        return EditError(what, why, Message("write a default, and delete the line yourself"))
 
 
 class ShareVariable(Command, frozen=True, kw_only=True):
