@@ -9,7 +9,16 @@ import {ownerOf, pathTo, titleOf} from "../data/outline.js";
 import {placed} from "../data/problems.js";
 import {t} from "../kit/texts.js";
 
-const LISTS = new Set(["parameters", "inputs", "outputs", "events", "properties", "libraries", "interfaces", "ros"]);
+export const LISTS = new Set([
+  "parameters",
+  "inputs",
+  "outputs",
+  "events",
+  "properties",
+  "libraries",
+  "interfaces",
+  "ros",
+]);
 /** @type {Record<string, string>} */
 const WORDS = {
   entry: t("entry code"),

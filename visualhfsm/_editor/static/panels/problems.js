@@ -12,7 +12,7 @@ import {page} from "../data/page.js";
 import {FAILED, SEVERITIES} from "../data/problems.js";
 import {coded} from "../kit/coded.js";
 import {n, t} from "../kit/texts.js";
-import {fixesOf, learnFixes} from "../code/fixes.js";
+import {fixButtons, learnFixes} from "../code/fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
 import {placeOf, wordsFor} from "../code/places.js";
@@ -138,9 +138,7 @@ class Problems extends PageElement {
         ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
         <span class="where">${words.filter(Boolean).join(" › ")}</span>
       </button>
-      ${fixesOf(document, problem).map(
-        ({name, apply}) => html`<button type="button" class="play fix" @click=${apply}>${coded(name)}</button>`,
-      )}
+      ${fixButtons(document, [problem])}
       ${
         notes.length
           ? html`<ul class="notes">
