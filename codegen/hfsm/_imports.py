@@ -9,7 +9,7 @@ properties are not.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import islice
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -44,8 +44,6 @@ _MOST_AUTOMATA: Final = 10_000
 """The most automata in a document, with those that are imported."""
 _MAX_ID: Final = 2**31 - 1
 _IDS_EACH: Final = 1000
-_MOST_NAMES: Final = 1000
-"""The most files among which a similar name is searched."""
 
 _N = TypeVar("_N", Interface, RosInterface, Parameter, Event)
 _NodeT = TypeVar("_NodeT", bound=Node)
@@ -167,7 +165,11 @@ class _Resolver:
             message = Message("`{file}` is outside the directory of the document", file=shown)
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place, note)
         else:
-            notes = did_you_mean(name, _documents_in(searched, path), "file")
+            files = (
+                (at, each) for at in searched for below in ("*", "*/*") for each in at.glob(f"{below}.xml")
+            )
+            others = (each.relative_to(at).as_posix() for at, each in files if each != path)
+            notes = did_you_mean(name, islice(others, _MOST_AUTOMATA), "file")
             note = Note(Message("searched in {folders}", folders=", ".join(map(str, searched))))
             message = Message("`{file}` is not found", file=shown)
             self._error(Code.IMPORT_NOT_FOUND, message, place, *notes, note)
@@ -263,14 +265,6 @@ class _Resolver:
 
     def _error(self, code: str, message: Message, place: Location, *notes: Note) -> None:
         self._diagnostics.error(code, message, place, notes)
-
-
-def _documents_in(folders: Iterable[Path], but: Path) -> Iterator[str]:
-    """Yield the names of documents in some folders and just below them, as an import has them."""
-    found = ((at, file) for at in folders for below in ("*.xml", "*/*.xml") for file in at.glob(below))
-    for at, file in islice(found, _MOST_NAMES):
-        if file != but:
-            yield file.relative_to(at).as_posix()
 
 
 def _take_id(wanted: int, taken: set[int]) -> int:

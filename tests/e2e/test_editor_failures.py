@@ -241,7 +241,7 @@ def test_what_is_wrong_is_fixed_by_a_button_or_a_key(shown: EditorPage, path: Pa
     rows = page.get_by_role("list", name="Problems").locator(":scope > li")
     rows.get_by_role("button", name="Take the default of count from the variables").click()
     expect(rows.filter(has_text="also set by the variables")).to_have_count(0)
-    expect(rows.filter(has_text="without serach.xml these are not checked")).to_have_count(1)
+    expect(rows.filter(has_text="not checked without serach.xml")).to_have_count(1)
     missing = rows.filter(has_text="serach.xml is not found")
     expect(missing.get_by_role("button", name="Write search.xml")).to_be_visible()
     assert shown.violations("hfsm-problems") == []

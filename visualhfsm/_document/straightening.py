@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import re
 import textwrap
+from contextlib import suppress
+from functools import cache
 from typing import Final
 
 from codegen.parsing import parse_python
 
 _DOUBLE: Final = '"“”„‟«»″'
 _SINGLE: Final = "'‘’‚‛‹›′´`"
-_QUOTES: Final = ((_DOUBLE, "“„«", "”»", '"', "'"), (_SINGLE, "‘‚‹", "’›", "'", '"'))
-"""For each kind: all quotes, those that begin and that end a string, the straight one, and the other's."""
 _PLAIN: Final = str.maketrans(
     {
+        **dict.fromkeys(_DOUBLE, '"'),
+        **dict.fromkeys(_SINGLE, "'"),
         **dict.fromkeys("‐‑‒–—―−", "-"),
         **dict.fromkeys(map(chr, (0xA0, *range(0x2000, 0x200B), 0x202F, 0x205F, 0x3000)), " "),
         **dict.fromkeys(map(chr, (0xAD, *range(0x200B, 0x2010), 0x2060, 0xFEFF)), ""),
@@ -21,10 +23,8 @@ _PLAIN: Final = str.maketrans(
         "…": "...",
     }
 )
-_COMMENT_OR_STRING: Final = re.compile(
-    r"#.*|(?P<prefix>\b(?i:rb|br|rf|fr|[rbuf]))?"
-    rf"(?P<quote>[{_DOUBLE}]{{3}}|[{_SINGLE}]{{3}}|[{_DOUBLE}{_SINGLE}])"
-)
+_KINDS: Final = (('"', _DOUBLE, "“„«", "”»"), ("'", _SINGLE, "‘‚‹", "’›"))
+"""The straight quote of a kind, all quotes, and those that begin and that end a string."""
 _IN_BRACES: Final = re.compile(r"(?<!\{)\{(?!\{)[^{}:!]+")
 
 
@@ -33,58 +33,37 @@ def straightened(code: str) -> str:
 
     Any quote may end a string that a straight one begins, if the code is only valid then.
     """
-    written = _straightened(code, keeps_strings=True)
-    other = written if _is_python(written) else _straightened(code, keeps_strings=False)
-    return other if _is_python(other) else written
+    first, other = (_pieces(keeps_straight=keeps).sub(_straight, code) for keeps in (True, False))
+    for written in (first, other):
+        with suppress(SyntaxError, ValueError, MemoryError, RecursionError):
+            parse_python(textwrap.dedent(written).strip())
+            return written
+    return first
 
 
-def _straightened(code: str, *, keeps_strings: bool) -> str:
-    done, at = "", 0
-    while found := _COMMENT_OR_STRING.search(code, at):
-        done += code[at : found.start()].translate(_PLAIN)
-        at = found.end()
-        prefix, quote = found["prefix"] or "", found["quote"]
-        if quote is None:
-            done += found[0]
-            continue
-        family, begin, end, plain, other = _QUOTES[quote[0] in _SINGLE]
-        count, line = f"{{{len(quote)}}}", "" if len(quote) > 1 else "\n"
-        braces = r"|\{[^{}\n]*\}" if "f" in prefix.lower() else ""
-        ends = [
-            (quote, line)
-            if keeps_strings and quote[0] == plain
-            else (f"[{end}]{count}(?!\\w)", line + begin),
-            (rf"[{family}]{count}(?![\w{plain}{end}])", line),
-            (f"[{family}]{count}", line),
-        ]
-        patterns = (rf"((?:\\.{braces}|[^\\{outside}])*?){closing}" for closing, outside in ends)
-        matches = (re.compile(each).match(code, at) for each in patterns)
-        match = next(filter(None, matches), None)
-        if match is None:
-            done += prefix + plain * len(quote)
-            continue
-        at, content = match.end(), match[1]
-        if braces:
-            content = _in_braces(content, plain, other)
-        elif len(quote) == 1 and re.search(unescaped := rf"(?<!\\){plain}", content):
-            if other in content:
-                content = re.sub(unescaped, rf"\\{plain}", content)
-            else:
-                plain = other
-        done += f"{prefix}{plain * len(quote)}{content}{plain * len(quote)}"
-    return done + code[at:].translate(_PLAIN)
+@cache
+def _pieces(*, keeps_straight: bool) -> re.Pattern[str]:
+    """Return a pattern for comments, strings and what is between them; surer ends of strings come first."""
+    several, inside, found = r"(?:\\.|[^\\])*?", r"(?:\\.|\{[^{}\n]*\}|[^\\\n%s])*?", list[str]()
+    for plain, quotes, begin, end in _KINDS:
+        if keeps_straight:
+            found += [rf"{plain}{{3}}{several}{plain}{{3}}", rf"{plain}(?:\\.|[^\\\n{plain}])*{plain}"]
+        some = f"[{quotes}]{inside % ''}[{quotes}]"
+        found += [f"[{quotes}]{{3}}{several}[{quotes}]{{3}}", rf"[{begin}]{inside % begin}[{end}](?!\w)"]
+        found += [rf"{some}(?![\w{plain}{end}])", some]
+    strings = rf"(?P<prefix>\b(?i:rb|br|rf|fr|[rbuf]))?(?P<string>{'|'.join(found)})"
+    return re.compile(rf"#[^\n]*|{strings}|\w+|.", re.DOTALL)
 
 
-def _in_braces(content: str, plain: str, other: str) -> str:
-    """Straighten the expressions in an f-string; until Python 3.12 they have the other quotes."""
-    return _IN_BRACES.sub(
-        lambda each: _straightened(each[0], keeps_strings=True).replace(plain, other), content
-    )
-
-
-def _is_python(code: str) -> bool:
-    try:
-        parse_python(textwrap.dedent(code).strip())
-    except (SyntaxError, ValueError, MemoryError, RecursionError):
-        return False
-    return True
+def _straight(found: re.Match[str]) -> str:
+    prefix, string = found["prefix"] or "", found["string"]
+    if not string:
+        return found[0] if found[0].startswith("#") else found[0].translate(_PLAIN)
+    plain, other = ('"', "'") if string[0] in _DOUBLE else ("'", '"')
+    count = 3 if len(string) > 5 and string[:3].translate(_PLAIN) == plain * 3 else 1
+    content = string[count:-count]
+    if "f" in prefix.lower():  # until Python 3.12 its expressions have the other quotes
+        content = _IN_BRACES.sub(lambda each: straightened(each[0]).replace(plain, other), content)
+    if count == 1:
+        content = re.sub(rf"(?<!\\){plain}", rf"\\{plain}", content)
+    return f"{prefix}{plain * count}{content}{plain * count}"

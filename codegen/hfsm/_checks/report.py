@@ -22,8 +22,6 @@ _MAY_BE_IMPORTED: Final = frozenset(
     }
 )
 
-_MOST_FILES: Final = 3
-
 
 class Report:
     """The diagnostics of one document, parts of which may come from other files.
@@ -34,27 +32,18 @@ class Report:
     def __init__(self, path: Path, diagnostics: Diagnostics, automata: Sequence[Automaton] = ()) -> None:
         self._path = path
         self._diagnostics = diagnostics
-        self._missing = [
-            (replace(each.imported, path=each.path), each.imported.file.text.strip()[:100])
-            for each in automata
-            if each.imported is not None
-        ]
-        names = dict.fromkeys(name for _, name in self._missing)
-        files = [f"`{name}`" if name else Message("the imported file") for name in names]
-        more = len(files) - _MOST_FILES
-        if more > 0:
-            files[_MOST_FILES:] = [Message.counted("{count} more", "{count} more", count=more)]
-        self._files = all_of(files) if files else NO_MESSAGE
+        self._missing = [replace(each.imported, path=each.path) for each in automata if each.imported]
+        files = dict.fromkeys(f"`{each.file.text.strip()[:100] or '?'}`" for each in self._missing)
+        self._files = all_of([*files]) if files else NO_MESSAGE
 
     def unseen(self) -> None:
         """Say once what cannot be seen because of imports that failed."""
         if self._missing:
             message = Message(
-                "without {files} these are not checked: what is there, what can never happen, conflicts and "
-                "properties",
+                "not checked without {files}: what is there, what can never happen, conflicts and properties",
                 files=self._files,
             )
-            self.note(Code.NOT_SEEN, message, self._missing[0][0])
+            self.note(Code.NOT_SEEN, message, self._missing[0])
 
     def place(self, node: Node, text: Text | None = None) -> Location:
         """Return the place of an element, or of one of its texts."""

@@ -185,9 +185,8 @@ class CorrectName(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         if not self.name or not self.at:
             raise self._changed()
-        for place, found in groupby(
-            sorted(self.at, key=_position, reverse=True), key=lambda each: each.place
-        ):
+        last_first = sorted(self.at, key=lambda at: (repr(at.place), at.line, at.column), reverse=True)
+        for place, found in groupby(last_first, key=lambda each: each.place):
             corrections = list(found)
             fields = {each.field for each in corrections if each.field}
             if fields:
@@ -230,8 +229,7 @@ class CorrectName(Command, frozen=True, kw_only=True):
         found = [each for each in items if (each.name, each.child) == (place.name, place.child)]
         if len(found) != 1 or _value(found[0], field) != self.name:
             raise self._changed()
-        meant = checked(self.meant, Message("the name"))
-        new = changed(found[0], **{field: Text(meant) if field == "variable" else meant})
+        new = changed(found[0], **{field: self.meant})
         part = "results" if place.part == "result" else "arguments"
         state_now = changed(state, **{part: swapped(items, found[0], new)})
         return with_automaton(
@@ -285,7 +283,3 @@ def _value(item: Argument | Result, field: str) -> str:
     if field == "variable" and isinstance(item, Result):
         return item.variable.text.strip()
     return item.name if field == "name" else ""
-
-
-def _position(correction: Correction) -> tuple[str, int, int]:
-    return repr(correction.place), correction.line, correction.column

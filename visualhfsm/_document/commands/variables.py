@@ -1,13 +1,10 @@
-"""Exchange variables with an automaton above: as inputs, as outputs, or both keep them in the component.
-
-An input or output has its first value from its default, and not from the variables.
-"""
+"""Exchange variables with an automaton above: as inputs, as outputs, or both keep them in the component."""
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Final, Literal
@@ -17,6 +14,7 @@ import msgspec
 from codegen.hfsm.analysis import Analysis, AutomatonCode, Piece, analyze
 from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, State, Text
 from codegen.messages import Message
+from codegen.parsing import parse_python
 from visualhfsm._base.errors import EditError
 
 from ..nodes import changed, find_automaton, find_state, free_name, swapped, with_automaton
@@ -153,10 +151,7 @@ class TakeOutput(Command, frozen=True, kw_only=True):
 
 
 class TakeDefault(Command, frozen=True, kw_only=True):
-    """Give an input or output the default that the variables assign to it, and delete that there.
-
-    A comment behind it becomes the description, if there is none.
-    """
+    """Give an input or output the default that the variables assign to it, and delete that there."""
 
     automaton: Id
     list: Literal["inputs", "outputs"]
@@ -166,54 +161,30 @@ class TakeDefault(Command, frozen=True, kw_only=True):
         automaton = find_automaton(document, self.automaton)
         items: tuple[Parameter, ...] = getattr(automaton, self.list)
         item = next((each for each in items if each.name == self.name), None)
-        piece = _code(analyze(document, _NOWHERE), automaton).variables
-        body = [] if piece is None else piece.tree.body
-        own = [each for each in body if isinstance(each, ast.Assign | ast.AnnAssign) and self._is_set(each)]
-        if item is None or piece is None or not own or own[-1].value is None:
-            raise self._refused(Message("the variables do not set it in a line of its own"))
+        pattern = re.compile(rf"^{re.escape(self.name)}\s*(?::[^=\n]*)?=(.+)\n?", re.MULTILINE)
+        found = pattern.search(automaton.variables.text)
         try:
-            value = ast.literal_eval(own[-1].value)
-        except (ValueError, TypeError, MemoryError, RecursionError):
-            raise self._refused(Message("its value is computed, which a default is not")) from None
-        lines, comment = automaton.variables.text.split("\n"), ""
-        for each in reversed(own):
-            last = each.end_lineno or each.lineno
-            if any(
-                other.lineno <= last and each.lineno <= (other.end_lineno or 0)
-                for other in body
-                if other is not each
-            ):
-                raise self._refused(Message("its line sets something else, too"))
-            behind = piece.code.lines[last - 1][
-                piece.code.column(last, each.end_col_offset or 0) - 1 :
-            ].strip()
-            comment = comment or (behind.lstrip("# ") if behind.startswith("#") else "")
-            first = piece.place(each).line - automaton.variables.line
-            del lines[first : first + last - each.lineno + 1]
+            tree = parse_python(found[1].strip() if found else "", mode="eval")
+            value = ast.literal_eval(tree)
+        except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+            item = None
+        if item is None:
+            raise EditError(
+                Message("Cannot take the default of “{name}”", name=self.name[:30]),
+                Message("the variables do not set it to a literal in a line of its own"),
+                Message("write the default, and delete the line yourself"),
+            )
         kind, given = _TYPES.get(type(value), "object"), item.type.text.strip()
         fits = given in (kind, "object") or (given, kind) == ("float", "int")
-        new = changed(
-            item,
-            type=given if fits else kind,
-            default=ast.unparse(own[-1].value),
-            description=comment if item.description.is_blank else item.description.text,
-        )
-        fields = {self.list: swapped(items, item, new), "variables": "\n".join(lines)}
+        new = changed(item, type=given if fits else kind, default=ast.unparse(tree))
+        fields = {
+            self.list: swapped(items, item, new),
+            "variables": pattern.sub("", automaton.variables.text, count=1),
+        }
         return with_automaton(document, self.automaton, lambda each: changed(each, **fields))
 
     def title(self, document: Document) -> Message:  # noqa: ARG002
         return Message("Take the default of “{name}” from the variables", name=self.name[:30])
-
-    def _is_set(self, node: ast.Assign | ast.AnnAssign) -> bool:
-        """Return whether a statement sets the name and nothing else."""
-        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-        return [each.id for each in targets if isinstance(each, ast.Name)] == [self.name] and len(
-            targets
-        ) == 1
-
-    def _refused(self, why: Message) -> EditError:
-        what = Message("Cannot take the default of “{name}”", name=self.name[:30])
-        return EditError(what, why, Message("write a default, and delete the line yourself"))
 
 
 class ShareVariable(Command, frozen=True, kw_only=True):
@@ -229,11 +200,12 @@ class ShareVariable(Command, frozen=True, kw_only=True):
         analysis = analyze(document, _NOWHERE)
         owner = _owner(analysis, self.automaton, self.name)
         self._require_free(analysis, owner)
-        texts = {id(text): piece for text, _, piece in analysis.by_text.values()}
+        texts = {id(text.text): (text, piece) for text, _, piece in analysis.by_text.values()}
         users = {each.id for each in self._users(analysis, owner.automaton)}
-        for place, text in _code_texts(document):
-            piece = texts.get(id(text))
-            if place.automaton in users and place.part != "functions" and piece is not None:
+        for place, written, *_ in texts_in(document):
+            text, piece = texts.get(id(written), (None, None))
+            is_code = place.part in CODE and place.part != "functions"
+            if is_code and place.automaton in users and text is not None and piece is not None:
                 document = self._changed(document, place, text, piece)
         return document
 
@@ -359,23 +331,6 @@ def _state_of(document: Document, automaton: Automaton, what: Message) -> State:
     if state is None:
         raise EditError(what, Message("no state owns the automaton"))
     return state
-
-
-def _code_texts(document: Document) -> Iterator[tuple[Place, Text]]:
-    """Yield the places of a document with code, each with its text."""
-    texts = {id(each.text): each for each in _all_texts(document)}
-    for place, text, *_ in texts_in(document):
-        if place.part in CODE and text and id(text) in texts:
-            yield place, texts[id(text)]
-
-
-def _all_texts(document: Document) -> Iterable[Text]:
-    for automaton in document.automata:
-        yield from (automaton.variables, automaton.functions)
-        for state in automaton.states:
-            yield from (state.entry, state.code, state.exit, *(each.value for each in state.arguments))
-        for transition in automaton.transitions:
-            yield from (transition.trigger, transition.guard, transition.code)
 
 
 def _type(owner: AutomatonCode, name: str) -> str:

@@ -27,7 +27,7 @@ from visualhfsm._document.straightening import straightened
         ("x = ‘don’t’", "x = 'don’t'"),
         ("log(“the robots’ arms”)", 'log("the robots’ arms")'),
         ('log(“a\u00a0– b",\u00a0c)', 'log("a\u00a0– b", c)'),
-        ('log(“say "hi"”)', "log('say \"hi\"')"),
+        ('log(“say "hi"”)', 'log("say \\"hi\\"")'),
         ("log(“say \"hi\" 'x'”)", 'log("say \\"hi\\" \'x\'")'),
         ('log("a\\"b”)', 'log("a\\"b")'),
         ("x = '''a ’ b'''", "x = '''a ’ b'''"),
