@@ -43,7 +43,7 @@ _TITLES: Final = {
     ("state", "result"): template("Take the output {name} in {label}"),
 }
 """The names of the steps, for each kind of place that has code, and its parts."""
-_MOST_PLACES: Final = 1000
+_MOST_PLACES: Final = 10_000
 _SHOWN: Final = 30
 """Characters of a text in the name of a step."""
 

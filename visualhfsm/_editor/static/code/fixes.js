@@ -11,22 +11,21 @@ import {apply} from "../data/commands.js";
 import {coded} from "../kit/coded.js";
 import {t} from "../kit/texts.js";
 import {declare, loadIdentities, typeOf} from "./known-interfaces.js";
-import {keyOf, LISTS} from "./places.js";
+import {keyOf} from "./places.js";
 
 /** The problem of an attribute of `self` that nothing declares. */
 const UNKNOWN_ATTRIBUTE = "W524";
 /** The problems of a variable that an automaton above has: code reads it, or assigns it. */
 const READ_ABOVE = "W535";
 const ASSIGNED_ABOVE = "W542";
-/** The problems of inputs and outputs. */
-const BAD_INPUT = "E527";
-const BAD_OUTPUT = "E528";
-
 /** The parts of a document with code, where the place of a problem is that of what is wrong. */
 const CODE = new Set(["argument", "code", "entry", "exit", "fired", "functions", "guard", "trigger", "variables"]);
 /** What word processors and PDFs write instead of quotes, hyphens and spaces. */
 const TYPOGRAPHIC =
   /[\u00a0\u00ab\u00ad\u00b4\u00bb\u2000-\u201f\u2026-\u2033\u2039\u203a\u205f\u2060\u2212\u3000\ufeff]/;
+
+/** What follows the name of a variable that a line sets. */
+const SETS = /^\s*(:[^=]*)?=(?!=)/;
 
 /** Ask for what the fixes of some problems need to know; return whether that was anything. @param {Problem[]} problems */
 export async function learnFixes(problems) {
@@ -51,8 +50,7 @@ export function fixesFor(problem, text, document) {
   return [
     ...correctionsOf(problem, document.problems),
     ...declarationsOf(problem, name),
-    ...filesFor(problem),
-    ...defaultsFor(problem, document),
+    ...elementFixes(problem, document),
     ...straightened(problem, text, rest),
   ];
 }
@@ -100,66 +98,48 @@ function declarationsOf({code, place}, name) {
   return [];
 }
 
-/** Another file for an import that fails. @param {Problem} problem @returns {Fix[]} */
-function filesFor({severity, place}) {
-  const {part, automaton = 0} = place ?? {};
-  if (part !== "import" || severity !== "error") return [];
+/** Another file for an import that fails; the default of an input or output that the variables set. @param {Problem} problem @param {OpenDocument} document @returns {Fix[]} */
+function elementFixes({severity, place}, {automata}) {
+  const {automaton = 0, part: list = "", index = 0} = place ?? {};
+  if (severity !== "error") return [];
   const choose = async () => (await import("../data/files.js")).chooseImport(automaton);
-  return [{name: t("Choose the file…"), apply: () => void choose()}];
-}
-
-/** An input or output that the variables set takes its default from there. @param {Problem} problem @param {OpenDocument} document @returns {Fix[]} */
-function defaultsFor({code, place}, {automata}) {
-  const {automaton = 0, part: list, index = 0} = place ?? {};
-  const declaring = code === BAD_INPUT || code === BAD_OUTPUT ? automata.get(automaton) : undefined;
-  if (!declaring || (list !== "inputs" && list !== "outputs")) return [];
-  const name = declaring[list][index]?.name;
-  const isSet = declaring.variables
-    .split("\n")
-    .some((line) => name && line.startsWith(name) && /^\s*(:[^=]*)?=(?!=)/.test(line.slice(name.length)));
-  if (!name || !isSet) return [];
+  if (list === "import") return [{name: t("Choose the file…"), apply: () => void choose()}];
+  if (list !== "inputs" && list !== "outputs") return [];
+  const {[list]: {[index]: {name = ""} = {}} = [], variables = ""} = automata.get(automaton) ?? {};
+  const isSet = (/** @type {string} */ line) => line.startsWith(name) && SETS.test(line.slice(name.length));
+  if (!name || !variables.split("\n").some(isSet)) return [];
   const take = () => void apply("takeDefault", {automaton, list, name});
   return [{name: t("Take the default of {name} from the variables", {name}), apply: take}];
 }
 
 /** Characters of a word processor. @param {Problem} problem @param {string} text @param {string} rest @returns {Fix[]} */
 function straightened({severity, message, place, line = 0}, text, rest) {
-  const {part = "", name = ""} = place ?? {};
-  if (severity !== "error" || !(CODE.has(part) || LISTS.has(part))) return [];
-  const refused = CODE.has(part)
-    ? (rest[0] ?? "") +
-      (/'(.)' \(U\+/.exec(message)?.[1] ?? "") +
-      (/^["']/.test(rest) ? text.split("\n")[line - 1] : "")
-    : text;
-  if (!TYPOGRAPHIC.test(refused)) return [];
-  const at = /** @type {Place} */ ({...place, name: name || (LISTS.has(part) ? "default" : "")});
+  const isCode = CODE.has(place?.part ?? "");
+  const named = /'(.)' \(U\+/.exec(message)?.[1] ?? "";
+  const refused = isCode ? named + rest.slice(0, 1) + (/^["']/.test(rest) ? text.split("\n")[line - 1] : "") : text;
+  if (!place || severity !== "error" || !TYPOGRAPHIC.test(refused)) return [];
+  const at = isCode ? place : {...place, name: place.name || "default"};
   return [
     {name: t("Write straight quotes, hyphens and spaces"), apply: () => void apply("straightenText", {place: at})},
   ];
 }
 
-/** The fixes of a problem in the list. @param {OpenDocument} document @param {Problem} problem */
-export const fixesOf = (document, problem) => fixesFor(problem, textAt(document, problem), document);
-
 /** The fixes of problems as buttons. @param {OpenDocument | null | undefined} document @param {Problem[]} problems */
 export const fixButtons = (document, problems) =>
   problems
-    .flatMap((each) => (document ? fixesOf(document, each) : []))
+    .flatMap((each) => (document ? fixesFor(each, textAt(document, each), document) : []))
     .map((each) => html`<button type="button" class="play fix" @click=${each.apply}>${coded(each.name)}</button>`);
 
-/** The text that a problem is about; empty for other places. @param {OpenDocument} document @param {Problem} problem */
-function textAt(document, {file, place}) {
-  const {kind, automaton = 0, id, part = "", index = 0, name} = place ?? {};
+/** The code, or the field of an entry, that a problem is about; else empty. @param {OpenDocument} document @param {Problem} problem */
+function textAt(document, {place}) {
+  const {kind, automaton = 0, id, part = "", index = 0, name, child = 0} = place ?? {};
   const shown = document.automata.get(automaton);
-  const found =
-    kind === "state"
-      ? shown?.states.find((each) => each.id === id)
-      : kind === "transition"
-        ? shown?.transitions.find((each) => each.id === id)
-        : kind === "automaton"
-          ? shown
-          : document.fields;
-  const text = /** @type {Record<string, unknown> | undefined} */ (/** @type {unknown} */ (found))?.[part];
-  const entry = Array.isArray(text) ? text[index]?.[name || "default"] : text;
-  return typeof entry === "string" && !file ? entry : "";
+  const state = kind === "state" ? shown?.states.find((each) => each.id === id) : undefined;
+  const transition = kind === "transition" ? shown?.transitions.find((each) => each.id === id) : undefined;
+  const argument = state?.arguments.find((each) => each.name === name && each.child === child);
+  /** @type {Record<string, unknown>} */
+  const found = {...(state ?? transition ?? (shown || document.fields)), argument: argument?.value};
+  const text = found[part === "fired" ? "code" : part];
+  const written = Array.isArray(text) ? text[index]?.[name || "default"] : CODE.has(part) ? text : "";
+  return typeof written === "string" ? written : "";
 }

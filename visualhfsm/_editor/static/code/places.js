@@ -9,16 +9,7 @@ import {ownerOf, pathTo, titleOf} from "../data/outline.js";
 import {placed} from "../data/problems.js";
 import {t} from "../kit/texts.js";
 
-export const LISTS = new Set([
-  "parameters",
-  "inputs",
-  "outputs",
-  "events",
-  "properties",
-  "libraries",
-  "interfaces",
-  "ros",
-]);
+const LISTS = new Set(["parameters", "inputs", "outputs", "events", "properties", "libraries", "interfaces", "ros"]);
 /** @type {Record<string, string>} */
 const WORDS = {
   entry: t("entry code"),
