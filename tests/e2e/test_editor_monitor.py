@@ -157,6 +157,9 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     force_late(shown)
     expect_current(shown, "go")
     expect(shown.state("wait")).to_have_class(re.compile(r"\btrail\b"))
+    expect(shown.page.locator("hfsm-canvas .state:not(.selected) .glow:visible")).to_have_count(
+        0
+    )  # a ring: selected
     expect(shown.transition("late")).to_have_class(re.compile(r"\bfired\b"))
     expect(rows.filter(has_text="go")).to_have_attribute("aria-current", "true")
     expect(rows.filter(has_text="look")).to_have_attribute("data-live", "ghost")

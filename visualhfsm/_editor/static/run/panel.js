@@ -40,8 +40,7 @@ const SIGNS_SHOWN = "visualhfsm.signsShown";
 
 /** @param {string} kind */
 const circle = (kind) =>
-  svg`<g class="state ${kind}" transform="translate(15,12)">
-    <circle class="glow" r="10.5"></circle><circle class="body" r="8"></circle></g>`;
+  svg`<g class="state ${kind}" transform="translate(15,12)"><circle class="body" r="8"></circle></g>`;
 const SIGNS = [
   [t("current"), circle("active")],
   [t("ghost: kept while its state above is not current"), circle("ghost")],
