@@ -368,8 +368,7 @@ function verdict(document, index, showProblems) {
  *
  * @typedef {[value: string, label: string][]} Options
  * @typedef {{name: string, label: string, kind?: string, options?: Options, hint?: string,
- *   example?: string, mono?: boolean, wide?: boolean}} Field `wide` takes a whole line; the `hint` is in words, an
- *   `example` is code
+ *   example?: string, mono?: boolean}} Field the `hint` is in words, an `example` is code
  * @typedef {{list: Commands["addEntry"]["list"], title: string, noun: string, add: string, explain: string, fields: Field[]}} EntryList
  */
 
@@ -383,7 +382,7 @@ const parameterFields = (types, hint) => [
   {name: "name", label: t("Name"), mono: true},
   {name: "type", label: t("Type"), kind: "select", options: types},
   {name: "default", label: t("Default"), mono: true, hint},
-  {name: "description", label: t("Description"), wide: true, hint: t("what it is for, and its unit")},
+  {name: "description", label: t("Description"), hint: t("what it is for, and its unit")},
 ];
 
 /** @type {Options} */
@@ -408,7 +407,7 @@ const LISTS = {
     noun: t("library"),
     add: t("Add a library"),
     explain: t("What the code imports: numpy as np, from math import pi."),
-    fields: [{name: "name", label: t("Import"), mono: true, wide: true, example: "math"}],
+    fields: [{name: "name", label: t("Import"), mono: true, example: "math"}],
   },
   interfaces: {
     list: "interfaces",
@@ -432,7 +431,7 @@ const LISTS = {
       {name: "name", label: "self.", mono: true, example: "scan"},
       {name: "kind", label: t("Kind"), kind: "select", options: ROS_KINDS},
       {name: "target", label: t("Name in ROS"), mono: true, example: "/scan"},
-      {name: "type", label: t("Type"), mono: true, wide: true, example: "sensor_msgs/msg/LaserScan"},
+      {name: "type", label: t("Type"), mono: true, example: "sensor_msgs/msg/LaserScan"},
       {name: "qos", label: t("QoS"), mono: true, example: "reliable depth=10"},
       {name: "stop", label: t("At the stop"), kind: "select", options: AT_STOP},
     ],
@@ -453,7 +452,7 @@ const LISTS = {
     explain: t("Events that may come from outside. Events that only the code sends need no entry."),
     fields: [
       {name: "name", label: t("Name")},
-      {name: "description", label: t("Description"), wide: true, hint: t("when it is sent")},
+      {name: "description", label: t("Description"), hint: t("when it is sent")},
     ],
   },
   properties: {
@@ -480,7 +479,6 @@ const LISTS = {
         label: t("Expression"),
         kind: "area",
         mono: true,
-        wide: true,
         example: "not (day/lamp/red and day/lamp/green)",
       },
     ],

@@ -65,7 +65,7 @@ export function transitionEditor(about) {
         .text=${transition.name}
         ?readonly=${readonly}
       ></hfsm-text-field>
-      <div class="marks">${ends("origin", t("From"))} ${ends("destination", t("To"))}</div>
+      <div class="ends">${ends("origin", t("From"))} ${ends("destination", t("To"))}</div>
       ${problemLines(own)}
     </div>
     <div class="tab-panel sections">

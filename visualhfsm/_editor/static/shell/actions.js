@@ -52,6 +52,13 @@ addActions([
     },
   },
   {
+    id: "example",
+    label: t("Open an example"),
+    icon: "open",
+    run: async () => (await files()).openNew("dance"),
+    hint: t("Dance"),
+  },
+  {
     id: "open",
     label: t("Open"),
     words: t("load a file"),

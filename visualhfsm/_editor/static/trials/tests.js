@@ -11,7 +11,7 @@ import {html, nothing} from "lit";
 import {ask} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {icon} from "../kit/icons.js";
-import {keyOf} from "../kit/keys.js";
+import {offers} from "../kit/buttons.js";
 import {monitor} from "../run/monitor.js";
 import {messageOf, notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
@@ -206,9 +206,12 @@ class TestsPanel extends PageElement {
 
   #none() {
     const name = page.tabState?.path.replace(/^.*\//, "") ?? "";
-    return html`<p class="empty">
-      ${t("No test names {name} yet. Try it without a robot ({key}), and record that run as a test; or write a file whose name begins with test_, beside the document or in a folder tests.", {name, key: keyOf("tryIt")})}
-    </p>`;
+    return html`<div class="empty">
+      <p>
+        ${t("No test names {name} yet. Try it without a robot, and record that run as a test; or write a file whose name begins with test_, beside the document or in a folder tests.", {name})}
+      </p>
+      ${offers({tryIt: t("Try it without a robot")}, this.context)}
+    </div>`;
   }
 
   /** Run tests of the document as it is shown. @param {string[]} names */
