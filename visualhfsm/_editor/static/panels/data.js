@@ -83,7 +83,7 @@ class DataPanel extends PageElement {
     const ofComponent = problems.filter((each) => placeOf(each).kind === "document" && placeOf(each).part);
     const tabs = [
       {id: "automaton", label: t("Automaton {name}", {name: page.title()}), problems: ofAutomaton},
-      {id: "component", label: t("Component"), problems: ofComponent},
+      {id: "component", label: t("Behavior"), problems: ofComponent},
     ];
     const about = {tab: page.tab, document, automaton};
     return html`<div class="data-panel" @keydown=${this.#press}>
@@ -249,7 +249,7 @@ function importSection(tab, automaton, place) {
       .place=${{...place, part: "import"}}
       .text=${imported?.file ?? ""}
       .send=${set((file) => ({file}))}
-      hint=${t("search.xml, relative to this document")}
+      hint=${t("such as search.xml")}
     ></hfsm-text-field>
     ${
       imported
@@ -269,13 +269,13 @@ function importSection(tab, automaton, place) {
 
 /** The choices after an error; an empty text means "stop". @param {string} text @returns {Options} */
 const afterError = (text) => [
-  [text.trim() === "stop" ? "stop" : "", t("Stop the robot and halt")],
-  ["continue", t("Continue without that code")],
+  [text.trim() === "stop" ? "stop" : "", t("Stop the robot")],
+  ["continue", t("Go on without it")],
 ];
 /** The choices after a refused command; an empty text means "pause". @param {string} text @returns {Options} */
 const afterRefusal = (text) => [
-  [text.trim() === "pause" ? "pause" : "", t("Pause until the robot accepts commands again")],
-  ["error", t("Treat it as an error in the code")],
+  [text.trim() === "pause" ? "pause" : "", t("Wait for the robot")],
+  ["error", t("Same as an error")],
 ];
 /** The worlds of the simulation, and that of the document. @param {string} chosen @returns {Options} */
 const worlds = (chosen) => [
@@ -329,10 +329,10 @@ function componentData({tab, document, known, update, showProblems}) {
       .details=${more.details ?? nothingMore}
       .suggest=${more.suggest ?? noSuggestions}
     ></hfsm-entries>`;
-  return html` ${text("description", t("Description"), {kind: "area", hint: t("what the component is for")})}
+  return html` ${text("description", t("Description"), {kind: "area", hint: t("what the behavior is for")})}
   ${text("onError", t("After an error in its code"), {kind: "select", options: afterError(fields.onError ?? "")})}
   ${text("onRefused", t("After a refused command"), {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
-  ${text("world", t("World of a simulation that is started for it"), {kind: "select", options: worlds(fields.world)})}
+  ${text("world", t("World of its simulation"), {kind: "select", options: worlds(fields.world)})}
   ${text("language", t("Language of the code"), {kind: "select", options: LANGUAGES})}
   ${list("interfaces", {
     details: ({name, type}) => interfaceDetails({name, type}, known),
@@ -382,7 +382,7 @@ const parameterFields = (types, hint) => [
   {name: "name", label: t("Name"), mono: true},
   {name: "type", label: t("Type"), kind: "select", options: types},
   {name: "default", label: t("Default"), mono: true, hint},
-  {name: "description", label: t("Description"), hint: t("what it is for, and its unit")},
+  {name: "description", label: t("Description"), hint: t("purpose and unit")},
 ];
 
 /** @type {Options} */
@@ -414,11 +414,11 @@ const LISTS = {
     title: t("Interfaces"),
     noun: t("interface"),
     add: t("Add an interface"),
-    explain: t("Servants that the code uses, each as an attribute of self."),
+    explain: t("Parts of the robot that the code uses, each as an attribute of self."),
     fields: [
       {name: "name", label: "self.", mono: true, example: "camera"},
       {name: "type", label: t("Interface"), mono: true, example: "Camera"},
-      {name: "proxy", label: t("Identity"), mono: true, hint: t("same as its name")},
+      {name: "proxy", label: t("Name on the robot"), mono: true, hint: t("same as its name")},
     ],
   },
   ros: {
@@ -431,7 +431,7 @@ const LISTS = {
       {name: "name", label: "self.", mono: true, example: "scan"},
       {name: "kind", label: t("Kind"), kind: "select", options: ROS_KINDS},
       {name: "target", label: t("Name in ROS"), mono: true, example: "/scan"},
-      {name: "type", label: t("Type"), mono: true, example: "sensor_msgs/msg/LaserScan"},
+      {name: "type", label: t("Type"), mono: true, example: "std_msgs/msg/Bool"},
       {name: "qos", label: t("QoS"), mono: true, example: "reliable depth=10"},
       {name: "stop", label: t("At the stop"), kind: "select", options: AT_STOP},
     ],

@@ -65,7 +65,7 @@ class Output extends PageElement {
         class="lines"
         role="log"
         aria-live="off"
-        aria-label=${t("Output of the component")}
+        aria-label=${t("Output of the behavior")}
         tabindex="0"
         @scroll=${this.#scrolled}
       ></div>

@@ -166,7 +166,7 @@ addActions([
   },
   {
     id: "component",
-    label: t("Component"),
+    label: t("Behavior"),
     icon: "parameters",
     keys: ["Alt+P"],
     scope: "typing",
@@ -202,7 +202,7 @@ addActions([
     scope: "typing",
     enabled: () => startedHere() > 0 || monitor.steers,
     run: stop,
-    hint: t("the component of the shown document, or else the followed one"),
+    hint: t("the behavior of the shown document, or else the followed one"),
   },
 
   ...canvasActions,
