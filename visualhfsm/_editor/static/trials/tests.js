@@ -20,7 +20,7 @@ import {decimal, n, t} from "../kit/texts.js";
 import {covered, gapsIn, highlightOf, summary} from "../data/covered.js";
 import {showMarks, showNoMarks, showTested} from "../data/marks.js";
 import {wordsFor} from "../code/places.js";
-import {moveAmongRows} from "../kit/rows.js";
+import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 const MOST_GAPS = 300; // that are listed
 /** @type {Record<string, string>} */
@@ -280,7 +280,7 @@ function gapRow(document, {place, line, what, failed}) {
   const path = wordsFor(document, place);
   const isElement = place.kind !== "automaton";
   const name = wordsFor(document, isElement ? {...place, part: ""} : place).at(-1);
-  const where = [...(isElement ? path : path.slice(0, -1)), line && t("line {line}", {line})];
+  const where = [...(isElement ? path : path.slice(0, -1)), ...(line ? [t("line {line}", {line})] : [])];
   return html`<li>
     <button type="button" class="row" @click=${() => page.jump(place, line ? {line, column: 1} : {})}>
       <span
@@ -289,7 +289,7 @@ function gapRow(document, {place, line, what, failed}) {
         aria-label=${failed ? t("failed: ") : t("not passed: ")}
       ></span>
       <span class="message"><strong>${name}</strong> ${what}</span>
-      <span class="where">${where.filter(Boolean).join(" › ")}</span>
+      ${pathOf(where)}
     </button>
   </li>`;
 }
