@@ -33,6 +33,7 @@ import {make} from "./svg.js";
 import {FAR, TINY, VERY_FAR, Viewport} from "./viewport.js";
 
 const REST = 300; // ms
+const FINGERS = matchMedia("(pointer: coarse)"); // for which canvas.css makes names larger, the farther away
 const FIRST_ACTS = {newState: t("Draw a state"), shelf: t("Take one from the shelf"), example: t("Open an example")};
 
 export class HfsmCanvas extends HTMLElement {
@@ -423,6 +424,7 @@ export class HfsmCanvas extends HTMLElement {
   #transform() {
     const {x, y, scale} = this.viewport;
     this.svg.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) scale(${scale.toFixed(6)})`;
+    if (FINGERS.matches) this.style.setProperty("--scale", scale.toFixed(2));
     this.classList.toggle("far", scale < FAR);
     this.classList.toggle("very-far", scale < VERY_FAR);
     this.classList.toggle("tiny", scale < TINY);
