@@ -389,7 +389,7 @@ export const MENUS = [
   {
     title: t("File"),
     groups: [
-      ["new", "open", "openRecording", "ownRobot"],
+      ["new", "open", "example", "openRecording", "ownRobot"],
       ["save", "saveAs"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],
