@@ -79,7 +79,7 @@ def test_a_behavior_is_tried_without_a_robot(shown: EditorPage) -> None:
     events = page.get_by_role("group", name="Events")
     expect(events.get_by_role("button")).to_have_text(["clap"])  # the other is not declared
     expect(events).to_contain_text(
-        "Only the behavior's own code may send bang: declare it in Data, Component"
+        "Only the behavior's own code may send bang: declare it in Data, Behavior"
     )
     shown.button("clap").click()
     expect_current(shown, "rest")
