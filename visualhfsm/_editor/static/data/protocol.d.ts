@@ -212,6 +212,8 @@ export interface Commands {
   replaceText: {text: string; by: string; whole?: boolean; place?: Place | null; line?: number};
   /** Replace a name by the one that is meant, once at each of some places. */
   correctName: {name: string; meant: string; at: Correction[]};
+  /** Write straight quotes, hyphens and spaces in the code, the value or the expression at a place. */
+  straightenText: {place: Place};
   /** Add a transition between two states, or from one to itself; its handle gets a default place. */
   addTransition: {
     automaton: number;
@@ -244,6 +246,8 @@ export interface Commands {
   handUpVariable: {automaton: number; name: string};
   /** Take an output below a state into a new variable, which begins with the default of the output. */
   takeOutput: {automaton: number; state: number; name: string; child?: number};
+  /** Give an input or output the default that the variables assign to it, and delete that there. */
+  takeDefault: {automaton: number; list: "inputs" | "outputs"; name: string};
   /** Keep a variable of the nearest automaton above that has it in the component, as `self.name`. */
   shareVariable: {automaton: number; name: string};
 }

@@ -54,6 +54,13 @@ addActions([
     },
   },
   {
+    id: "example",
+    label: t("Open an example"),
+    icon: "open",
+    run: async () => (await files()).openNew("dance"),
+    hint: t("Dance"),
+  },
+  {
     id: "open",
     label: t("Open"),
     words: t("load a file"),
@@ -161,7 +168,7 @@ addActions([
   },
   {
     id: "component",
-    label: t("Component"),
+    label: t("Behavior"),
     icon: "parameters",
     keys: ["Alt+P"],
     scope: "typing",
@@ -197,7 +204,7 @@ addActions([
     scope: "typing",
     enabled: () => startedHere() > 0 || monitor.steers,
     run: stop,
-    hint: t("the component of the shown document, or else the followed one"),
+    hint: t("the behavior of the shown document, or else the followed one"),
   },
 
   ...canvasActions,
@@ -424,7 +431,7 @@ export const MENUS = [
   {
     title: t("File"),
     groups: [
-      ["new", "open", "openRecording", "ownRobot"],
+      ["new", "open", "example", "openRecording", "ownRobot"],
       ["save", "saveAs", "handIn"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],
