@@ -172,9 +172,8 @@ class _Resolver:
             others = (each.relative_to(at).as_posix() for at, each in files if each != path)
             notes = did_you_mean(name, islice(others, _MOST_NAMES), "file")
             note = Note(Message("searched in {folders}", folders=", ".join(map(str, searched))))
-            self._error(
-                Code.IMPORT_NOT_FOUND, Message("`{file}` is not found", file=shown), place, *notes, note
-            )
+            message = Message("`{file}` is not found", file=shown)
+            self._error(Code.IMPORT_NOT_FOUND, message, place, *notes, note)
         return None
 
     def _may_follow(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> bool:
