@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import locale
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
+from visualhfsm._base.languages import system_languages
 from visualhfsm.trials import SUFFIX
 
 from ._errors import GradingError
@@ -43,20 +44,17 @@ def find_exercise(name: str) -> Path:
     return ours[name]
 
 
-def chosen_language(given: str | None) -> str:
-    """Return the language that a user gave, or that of the system."""
-    if given is not None:
-        return given
-    try:
-        found = locale.setlocale(locale.LC_MESSAGES, "")
-    except locale.Error:  # the system has not the locale that is set
-        return ""
-    return found.partition("_")[0]
+def chosen_language(exercise: Exercise, given: str | None) -> str:
+    """Return the language of an exercise that a user gave, or else one of the system's."""
+    wanted = system_languages(os.environ) if given is None else [given]
+    return exercise.language(next((each for each in wanted if each in exercise.languages), ""))
 
 
 def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
-    """Return the files that a pupil gets, by name: neither hidden trials, nor judges, nor the solution."""
-    language = exercise.language(language)
+    """Return the files that a pupil gets in a language of the exercise, by name.
+
+    Neither hidden trials, nor judges, nor the solution are among them.
+    """
     start = exercise.start
     document = (
         start.read_bytes() if start is not None else write_document(Document(automata=(Automaton(id=1),)))

@@ -59,7 +59,7 @@ export function assistance({tab, place, problems}) {
     }),
     lastMarks,
     EditorState.transactionFilter.of((transaction) => (setsTheSame(transaction) ? [] : transaction)),
-    hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500}),
+    hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500, hideOnChange: true}),
     signatures(help),
   ];
 }
@@ -360,10 +360,10 @@ function signatures(help) {
 function tip(found, pos) {
   return {
     pos,
-    above: true,
     create() {
       const {name, parameters, active, result, documentation} = found;
       const dom = explain([], documentation);
+      dom.classList.add("cm-signature");
       const line = document.createElement("code");
       line.append(`${name}(`);
       parameters.forEach((parameter, index) => {

@@ -82,7 +82,7 @@ export function keyTable() {
       "tests",
       "trials",
     ],
-    [t("Follow and steer")]: MONITOR_KEYS,
+    [t("Watch and control")]: MONITOR_KEYS,
   };
   return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.map(row)}));
 }

@@ -85,8 +85,8 @@ export const ariaKey = (key) => key.replace("Ctrl", isMac && !MAC_CONTROL.has(ke
 /** Whether the Option key of a Mac types a character for programs or names, such as `@` or an accent. */
 const composes = (/** @type {KeyboardEvent} */ {altKey, key}) => altKey && /^(Dead|[!-@[-`{-~])$/.test(key);
 
-/** Whether a field has the focus. @param {EventTarget} target */
-function isTyping(target) {
+/** Whether a field has the focus. @param {EventTarget | null} target */
+export function isTyping(target) {
   return (
     target instanceof HTMLElement &&
     (target.isContentEditable ||

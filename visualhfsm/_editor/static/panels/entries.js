@@ -98,7 +98,6 @@ export class Entries extends PageElement {
         ${fields.map(
           (field) =>
             html`<hfsm-text-field
-              class=${field.wide ? "wide" : ""}
               data-field=${field.name}
               .tab=${this.tab}
               .place=${{...place, name: field.name}}

@@ -16,7 +16,7 @@ import {fixButtons, learnFixes} from "../code/fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
 import {placeOf, wordsFor} from "../code/places.js";
-import {moveAmongRows} from "../kit/rows.js";
+import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 /** @type {[severity: Problem["severity"], counted: (count: number) => string][]} */
 const COUNTED = [
@@ -118,10 +118,8 @@ class Problems extends PageElement {
   /** @param {OpenDocument} document @param {Problem} problem */
   #row(document, problem) {
     const place = placeOf(problem);
-    const words = [
-      ...(problem.file ? [problem.file, problem.where] : wordsFor(document, place)),
-      !problem.where && problem.line && t("line {line}", {line: problem.line}),
-    ];
+    const words = problem.file ? [problem.file, problem.where ?? ""] : wordsFor(document, place);
+    if (!problem.where && problem.line) words.push(t("line {line}", {line: problem.line}));
     const key = keyOf(problem);
     const {played} = this;
     const {counterexample} = problem;
@@ -136,7 +134,7 @@ class Problems extends PageElement {
         ></span>
         <span class="message">${coded(problem.message)}</span
         ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
-        <span class="where">${words.filter(Boolean).join(" › ")}</span>
+        ${pathOf(words.filter(Boolean))}
       </button>
       ${fixButtons(document, [problem])}
       ${

@@ -52,6 +52,13 @@ addActions([
     },
   },
   {
+    id: "example",
+    label: t("Open an example"),
+    icon: "open",
+    run: async () => (await files()).openNew("dance"),
+    hint: t("Dance"),
+  },
+  {
     id: "open",
     label: t("Open"),
     words: t("load a file"),
@@ -159,7 +166,7 @@ addActions([
   },
   {
     id: "component",
-    label: t("Component"),
+    label: t("Behavior"),
     icon: "parameters",
     keys: ["Alt+P"],
     scope: "typing",
@@ -195,7 +202,7 @@ addActions([
     scope: "typing",
     enabled: () => startedHere() > 0 || monitor.steers,
     run: stop,
-    hint: t("the component of the shown document, or else the followed one"),
+    hint: t("the behavior of the shown document, or else the followed one"),
   },
 
   ...canvasActions,
@@ -382,7 +389,7 @@ export const MENUS = [
   {
     title: t("File"),
     groups: [
-      ["new", "open", "openRecording", "ownRobot"],
+      ["new", "open", "example", "openRecording", "ownRobot"],
       ["save", "saveAs"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],

@@ -15,7 +15,7 @@ import "../canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
-import {startBeside} from "./beside.js";
+import {mayRun, startBeside} from "./beside.js";
 import {askBy, askTab} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {holdKeys} from "../kit/holding.js";
@@ -208,7 +208,8 @@ export class HfsmApp extends PageElement {
    */
   async run(options = [], {record = false, dryRun = false} = {}) {
     const {tab, document: shown} = page;
-    if (!shown) return;
+    if (!shown || monitor.starting === tab) return;
+    if (!(await mayRun(tab, this.context, !options.length && !record && !dryRun))) return;
     page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
@@ -220,9 +221,10 @@ export class HfsmApp extends PageElement {
     started.dismiss(tab);
     import("../run/spoken.js");
     if (dryRun) this.showLive("dryRun");
-    const opens = !this.#wanted.bottom;
-    this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
-    this.outputOpened = opens;
+    if (!this.#wanted.bottom) {
+      this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
+      this.outputOpened = true;
+    }
     const body = dryRun ? chosenBody() : "";
     const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
     const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
@@ -299,14 +301,12 @@ export class HfsmApp extends PageElement {
 
   /** Follow a component that runs, and show its document. @param {string} component */
   async follow(component) {
-    if (!(await monitor.follow(component))) return;
-    if (monitor.tab) page.show(monitor.tab);
-    else await this.openFollowed();
+    if (await monitor.follow(component)) await this.openFollowed();
   }
 
   /** Open the document of the component that is followed. */
   async openFollowed() {
-    (await import("../run/documents.js")).openFollowed();
+    await (await import("../run/documents.js")).openFollowed();
   }
 
   toggleTheme() {
