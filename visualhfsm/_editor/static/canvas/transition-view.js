@@ -384,7 +384,7 @@ function detailsOf(group, label) {
  */
 function textsOf(fullName, fullDetail, letters) {
   const size = Math.max(NAME, letters);
-  if (letters > DETAIL) fullDetail = "";
+  if (letters > NAME) fullDetail = "";
   /** @type {Text[]} */
   const texts = [];
   for (const widest of WIDTHS) {

@@ -4,7 +4,8 @@
  * @import {Box, Point} from "../measures/geometry.js"
  */
 
-const READABLE = 10; // pixels of the window
+/** Pixels of the window that letters have at least; more where fingers cover them. */
+const READABLE = globalThis.matchMedia?.("(pointer: coarse)").matches ? 11 : 10;
 /** Sizes of letters in the drawing: each is readable down to another scale, the last one where no larger ones fit. */
 const LETTERS = [10, 10.5, 12, 14.5, 17.5, 21, 25];
 /** The smallest letters that are readable at a scale. @param {number} scale */

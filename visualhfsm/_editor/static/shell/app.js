@@ -15,7 +15,7 @@ import "../canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
-import {startBeside} from "./beside.js";
+import {mayRun, startBeside} from "./beside.js";
 import {askBy, askTab} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {holdKeys} from "../kit/holding.js";
@@ -36,7 +36,7 @@ import {resizer, restoreSizes} from "../kit/resizer.js";
 import {restoreLayout} from "./layouts.js";
 import {banner, keepStopInView} from "./shell.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
-import {windowStorage} from "../kit/storage.js";
+import {browserStorage, windowStorage} from "../kit/storage.js";
 import {store} from "../data/store.js";
 import {laterStyles} from "../kit/styles.js";
 import {t} from "../kit/texts.js";
@@ -56,6 +56,7 @@ const LAZY = {
   "hfsm-search": "../panels/search.js",
   "hfsm-output": "../panels/output.js",
   "hfsm-undo-steps": "../panels/undo-steps.js",
+  "hfsm-task": "../panels/task.js",
   "hfsm-tests-panel": "../trials/tests.js",
   "hfsm-trials-panel": "../trials/trials.js",
   "hfsm-monitor-toolbar": "../run/toolbar.js",
@@ -73,6 +74,7 @@ const SIDE = [
   ["hfsm-code-panel", t("Code")],
   ["hfsm-data-panel", t("Data")],
   ["hfsm-monitor-panel", t("Live")],
+  ["hfsm-task", t("Task")],
 ];
 const BOTTOM = [
   ["hfsm-problems", t("Problems")],
@@ -129,6 +131,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
     this.listen(page, "tab", () => (this.arrives = Boolean(this.elements.get("hfsm-start")?.isConnected)));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
+    this.listen(page, "tab", () => this.#offerTask());
     this.listen(page, "save", () => perform("save", this.context));
     this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
     this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(highlighted()));
@@ -210,7 +213,8 @@ export class HfsmApp extends PageElement {
    */
   async run(options = [], {record = false, dryRun = false} = {}) {
     const {tab, document: shown} = page;
-    if (!shown) return;
+    if (!shown || monitor.starting === tab) return;
+    if (!(await mayRun(tab, this.context, !options.length && !record && !dryRun))) return;
     page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
@@ -222,9 +226,10 @@ export class HfsmApp extends PageElement {
     started.dismiss(tab);
     import("../run/spoken.js");
     if (dryRun) this.showLive("dryRun");
-    const opens = !this.#wanted.bottom;
-    this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
-    this.outputOpened = opens;
+    if (!this.#wanted.bottom) {
+      this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
+      this.outputOpened = true;
+    }
     const body = dryRun ? chosenBody() : "";
     const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
     const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
@@ -285,6 +290,22 @@ export class HfsmApp extends PageElement {
     this.tree = this.showsTree ? "without-tree" : "with-tree";
   }
 
+  /** Show the task of the exercise, or fold it. */
+  async toggleTask() {
+    const panel = await this.showSide(this.side === "hfsm-task" ? "" : "hfsm-task");
+    if (panel) panel.focusFirst?.();
+    else this.canvas.focusSelected();
+  }
+
+  /** Show the task of an exercise when this browser first shows its document. */
+  #offerTask() {
+    const {task, path} = page.tabState ?? {};
+    const shown = `visualhfsm.task ${store.greeting.root}/${path}`;
+    if (!task || viewing.on || browserStorage.getItem(shown)) return;
+    browserStorage.setItem(shown, "shown");
+    this.showSide("hfsm-task");
+  }
+
   /** Show the menu of the robot. */
   showRobotMenu() {
     /** @type {import("./robot-pill.js").RobotPill | null} */ (this.querySelector("hfsm-robot"))?.toggle(true);
@@ -301,14 +322,12 @@ export class HfsmApp extends PageElement {
 
   /** Follow a component that runs, and show its document. @param {string} component */
   async follow(component) {
-    if (!(await monitor.follow(component))) return;
-    if (monitor.tab) page.show(monitor.tab);
-    else await this.openFollowed();
+    if (await monitor.follow(component)) await this.openFollowed();
   }
 
   /** Open the document of the component that is followed. */
   async openFollowed() {
-    (await import("../run/documents.js")).openFollowed();
+    await (await import("../run/documents.js")).openFollowed();
   }
 
   toggleTheme() {
@@ -328,6 +347,9 @@ export class HfsmApp extends PageElement {
     const starting = !page.document;
     const isBeside = Boolean(this.side || this.showsRobot);
     return html` <header>
+        <button type="button" class="skip" ?hidden=${starting} @click=${() => this.canvas.focusSelected()}>
+          ${t("Skip to the drawing")}
+        </button>
         ${
           starting
             ? html`<span class="brand">${icon("layout")}VisualHFSM</span>`
@@ -376,7 +398,11 @@ export class HfsmApp extends PageElement {
                 ${this.elements.get("hfsm-robot-dock") ?? nothing}${
                   this.side
                     ? html`<section class="side" aria-label=${t("Panel beside the canvas")}>
-                        ${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}
+                        ${this.#panelTabs(
+                          SIDE.filter(([tag]) => tag !== "hfsm-task" || (page.tabState?.task && !viewing.on)),
+                          this.side,
+                          (tag) => this.showSide(tag),
+                        )}
                         <div class="content">${this.elements.get(this.side)}</div>
                       </section>`
                     : nothing
