@@ -246,6 +246,7 @@ export class HfsmCanvas extends HTMLElement {
     this.tool = Tool && page.automaton && !this.readOnly ? new Tool(this) : undefined;
     this.classList.toggle("placing", Boolean(this.tool));
     this.showHint(this.tool?.hint);
+    this.#showEmpty(page.automaton);
     if (this.tool) this.surface.focus({preventScroll: true});
     this.dispatchEvent(new Event("tool"));
   }
