@@ -275,7 +275,8 @@ export const canvasActions = [
     icon: "paste",
     keys: ["Ctrl+V"],
     enabled: drawable,
-    run: ({point, pasted}) => commands.paste(point, pasted),
+    run: ({canvas, point, pasted}) =>
+      commands.paste(point, pasted, async (text) => (await import("./annotations.js")).writeNote(canvas, text, point)),
   },
   {
     id: "duplicate",
