@@ -426,6 +426,14 @@ export const canvasActions = [
     run: ({canvas}) => canvas.viewport.zoom(0.8),
   },
   {
+    id: "menu",
+    label: t("Menu of the selection"),
+    icon: "dots",
+    keys: ["Shift+F10", "ContextMenu"],
+    enabled: hasDocument,
+    run: ({canvas}) => canvas.pointer.openMenu(),
+  },
+  {
     id: "wheelZooms",
     label: t("Always zoom with the wheel"),
     icon: "search",
