@@ -6,6 +6,8 @@ import test from "node:test";
 
 import {STATIC} from "./page.js";
 
+globalThis.addEventListener ??= () => {};
+
 /** Templates of which only the values are looked at. */
 const LIT =
   "data:text/javascript,export const nothing = null; export const html = (_, ...values) => ({values}); export const svg = html;";
