@@ -55,6 +55,15 @@ COVERS = """() => {
   return [...found];
 }"""
 """What lies over the drawing."""
+SMALL_TARGETS = """() => [...document.querySelectorAll("button:not(.link), select, input, [role=tab], .branch")]
+  .filter((each) => each.checkVisibility({opacityProperty: true}) && !each.closest("label"))
+  .filter((each) => Math.min(each.offsetWidth, each.offsetHeight) < 44)
+  .map((each) => `${each.className} ${each.ariaLabel || each.textContent}`)"""
+"""What fingers press and is smaller than 44 pixels."""
+SMALL_NAMES = """() => [...document.querySelectorAll("hfsm-canvas .state .name")]
+  .filter((each) => each.getScreenCTM().a * parseFloat(getComputedStyle(each).fontSize) < 11)
+  .map((each) => each.textContent)"""
+"""Names in the drawing whose letters are smaller than 11 pixels."""
 
 CUT = "each => each.scrollWidth > each.clientWidth"
 """Whether a text is longer than its place."""
@@ -269,6 +278,25 @@ def test_a_finger_has_the_whole_robot_and_no_buttons_on_it(browser: Browser, tmp
         comes_true(shown, "() => document.querySelector('hfsm-robot-view')?.drawing?.body")
         expect(shown.page.locator(".dock .stage canvas")).to_be_visible()
         expect(shown.page.locator(".dock .view-tools")).to_be_hidden()
+
+
+def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "walk.xml"
+    path.write_text(DOCUMENT)
+    with (
+        editor(tmp_path, path) as running,
+        contextlib.closing(
+            browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        ) as context,
+    ):
+        shown = EditorPage(context.new_page(), running)
+        shown.expect_states("wait", "go")
+        page = shown.page
+        page.evaluate("document.querySelector('hfsm-canvas').viewport.zoom(0.5)")
+        assert page.evaluate(SMALL_NAMES) == []
+        for panel in ("showSide('hfsm-data-panel')", "showBottom('hfsm-problems')"):
+            page.evaluate(f"document.querySelector('hfsm-app').{panel}")
+            assert page.evaluate(SMALL_TARGETS) == []
 
 
 def test_eleven_documents_keep_their_names_and_a_menu_has_them_all(shown: EditorPage) -> None:

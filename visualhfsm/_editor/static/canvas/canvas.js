@@ -160,7 +160,7 @@ export class HfsmCanvas extends HTMLElement {
     this.drawing.showLive(live);
   }
 
-  /** The position of a pointer in the drawing. @param {MouseEvent} event */
+  /** The position of a pointer in the drawing. @param {Pick<MouseEvent, "clientX" | "clientY">} event */
   point({clientX, clientY}) {
     const {left, top} = this.getBoundingClientRect();
     return this.viewport.toDrawing(clientX - left, clientY - top);
@@ -246,6 +246,7 @@ export class HfsmCanvas extends HTMLElement {
     this.tool = Tool && page.automaton && !this.readOnly ? new Tool(this) : undefined;
     this.classList.toggle("placing", Boolean(this.tool));
     this.showHint(this.tool?.hint);
+    this.#showEmpty(page.automaton);
     if (this.tool) this.surface.focus({preventScroll: true});
     this.dispatchEvent(new Event("tool"));
   }
