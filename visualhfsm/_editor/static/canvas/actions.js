@@ -54,8 +54,7 @@ const layout = () => import("./layout.js");
 
 /** @param {string} [field] */
 function editCode(field) {
-  if (page.state)
-    page.edit({kind: "state", automaton: page.shownAutomaton.id, id: page.state.id, part: field ?? "code"});
+  if (page.state) page.edit({kind: "state", automaton: page.shownAutomaton.id, id: page.state.id, part: field});
   else if (page.transition)
     page.edit({
       kind: "transition",
@@ -275,7 +274,8 @@ export const canvasActions = [
     icon: "paste",
     keys: ["Ctrl+V"],
     enabled: drawable,
-    run: ({point, pasted}) => commands.paste(point, pasted),
+    run: ({canvas, point, pasted}) =>
+      commands.paste(point, pasted, async (text) => (await import("./annotations.js")).writeNote(canvas, text, point)),
   },
   {
     id: "duplicate",
@@ -423,6 +423,14 @@ export const canvasActions = [
     keys: ["-"],
     enabled: hasDocument,
     run: ({canvas}) => canvas.viewport.zoom(0.8),
+  },
+  {
+    id: "menu",
+    label: t("Menu of the selection"),
+    icon: "dots",
+    keys: ["Shift+F10", "ContextMenu"],
+    enabled: hasDocument,
+    run: ({canvas}) => canvas.pointer.openMenu(),
   },
   {
     id: "wheelZooms",

@@ -40,6 +40,7 @@ import {
 } from "codemirror";
 import {t} from "../kit/texts.js";
 import {assistance, closeHelp, fixAtCursor, recheck} from "./assistance.js";
+import {definitions} from "./definitions.js";
 import {isTooLong} from "./draft.js";
 import {failedLines} from "./failed-lines.js";
 import {PHRASES} from "./phrases.js";
@@ -319,6 +320,7 @@ export class Editor {
             {key: "Escape", run: cancelPendingCompletion},
           ]),
         ),
+        definitions({tab, place}),
         keymap.of([
           ...completionKeymap,
           ...closeBracketsKeymap,

@@ -8,7 +8,7 @@ import {t} from "./texts.js";
 const MIDDLE = 1; // the button of the mouse
 const PASTED = 100; // ms in which the release of the middle button pastes
 
-const isMac = /^(Mac|iP)/.test(navigator.platform);
+export const isMac = /^(Mac|iP)/.test(navigator.platform);
 
 /** The name of a pressed key. @param {KeyboardEvent} event */
 export function written(event) {
@@ -46,6 +46,7 @@ const NAMES = {
   ArrowUp: "↑",
   ArrowDown: "↓",
   Backspace: t("Backspace"),
+  ContextMenu: t("Menu key"),
   Delete: t("Del"),
   End: t("End"),
   Enter: t("Enter"),
@@ -85,6 +86,10 @@ export const ariaKey = (key) => key.replace("Ctrl", isMac && !MAC_CONTROL.has(ke
 /** Whether the Option key of a Mac types a character for programs or names, such as `@` or an accent. */
 const composes = (/** @type {KeyboardEvent} */ {altKey, key}) => altKey && /^(Dead|[!-@[-`{-~])$/.test(key);
 
+/** Whether browsers leave the page with a key that moves no cursor. @param {string} key @param {boolean} typing */
+const leaves = (key, typing) =>
+  /^(Alt|Ctrl)\+Arrow(Left|Right)$/.test(key) && !(typing && (isMac || key.startsWith("Ctrl")));
+
 /** Whether a field has the focus. @param {EventTarget | null} target */
 export function isTyping(target) {
   return (
@@ -121,7 +126,8 @@ function holds(scope, focused, canvas) {
 export function listenForKeys(context) {
   /** Actions by the name of their key, such as `Ctrl+Shift+Z`. @type {Map<string, import("./registry.js").Action>} */
   const byKey = new Map();
-  for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
+  for (const action of actions.values())
+    if (action.scope !== "code") for (const key of action.keys ?? []) byKey.set(key, action);
   document.addEventListener("keydown", (event) => {
     const [target] = event.composedPath(); // includes elements in the shadow root of the code editor
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
@@ -129,10 +135,12 @@ export function listenForKeys(context) {
     if (typing ? composes(event) : isHeld(event)) return;
     const key = written(event);
     const action = byKey.get(key);
+    const element = event.target instanceof Element ? event.target : document.body;
+    const searches = /^[^ ]$/.test(key) && !typing && holds("drawing", element, context.canvas); // in Firefox
+    if (leaves(key, typing) || searches) event.preventDefault();
     if (!action || action.id === "paste") return; // the browser's `paste` event, below, contains the text
     const scope = scopeOf(action, key);
     if (scope !== "typing" && typing) return;
-    const element = event.target instanceof Element ? event.target : document.body;
     if (!holds(scope, element, context.canvas) || element.closest("[role=menu]")) return;
     event.preventDefault();
     perform(action.id, context);

@@ -34,7 +34,7 @@ const codeOf = (part, name) =>
     exit: t("Exit code of the state {name}", {name}),
   })[part];
 
-const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
+export const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
 
 /** @param {About} about */
 export function stateEditor(about) {

@@ -205,17 +205,3 @@ function parameterField({name, type, default: usual, description}, values, first
     }
   </div>`;
 }
-
-/** Show the data that a reload could not keep. @param {string[]} notKept */
-export function showNotKept(notKept) {
-  return showDialog({
-    title: t("Reloaded"),
-    content: () =>
-      html`<p>${t("The behavior goes on in the changed document. The following could not be kept:")}</p>
-        <ul class="not-kept">
-          ${notKept.map((each) => html`<li>${each}</li>`)}
-        </ul>`,
-    footer: (close) =>
-      html`<button type="button" class="button primary" autofocus @click=${() => close()}>${t("Close")}</button>`,
-  });
-}

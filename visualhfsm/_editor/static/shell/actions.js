@@ -3,14 +3,17 @@
 import {canvasActions, drawnSelection} from "../canvas/actions.js";
 import * as commands from "../data/commands.js";
 import {holdKeys} from "../kit/holding.js";
+import {layoutActions} from "./layouts.js";
 import {monitorActions, monitoredSelection} from "../run/actions.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
+import {spoken} from "../kit/keys.js";
 import {addActions} from "../kit/registry.js";
 import {started} from "../data/started.js";
 import {n, t} from "../kit/texts.js";
 
 const hasDocument = () => Boolean(page.document);
+const hasTask = () => Boolean(page.tabState?.task);
 
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && started.isAlive(tab)) || 0;
@@ -238,6 +241,46 @@ addActions([
     hint: t("names and code"),
   },
   {
+    id: "definition",
+    label: t("Go to definition"),
+    icon: "search",
+    keys: ["F12"],
+    scope: "code",
+    enabled: hasDocument,
+    run: async () => (await import("../code/definitions.js")).goToDefinition(),
+    hint: t("of the name at the cursor; also {key}+click", {key: spoken("Ctrl")}),
+  },
+  {
+    id: "fromDefinition",
+    label: t("Back from definition"),
+    icon: "undo",
+    keys: ["Alt+ArrowLeft"],
+    scope: "code",
+    enabled: hasDocument,
+    run: async () => (await import("../code/definitions.js")).goBack(),
+  },
+  {
+    id: "task",
+    label: t("Task"),
+    words: t("exercise, homework, points, marks"),
+    icon: "file",
+    keys: ["Alt+K"],
+    scope: "typing",
+    enabled: hasTask,
+    run: ({app}) => app.toggleTask(),
+    hint: t("what the exercise asks for, its points and your marks"),
+    checked: ({app}) => app.side === "hfsm-task",
+  },
+  {
+    id: "handIn",
+    label: t("Hand in"),
+    words: t("submit, turn in, send, exercise, homework"),
+    icon: "exportFile",
+    enabled: hasTask,
+    run: async () => (await import("../panels/task.js")).handIn(),
+    hint: t("save it where your teacher collects it"),
+  },
+  {
     id: "problems",
     label: t("Problems"),
     words: t("errors, warnings, checks"),
@@ -330,6 +373,7 @@ addActions([
     hint: t("on or off"),
     checked: ({app}) => app.showsTree,
   },
+  ...layoutActions,
   {
     id: "theme",
     label: t("Light or dark"),
@@ -390,7 +434,7 @@ export const MENUS = [
     title: t("File"),
     groups: [
       ["new", "open", "example", "openRecording", "ownRobot"],
-      ["save", "saveAs"],
+      ["save", "saveAs", "handIn"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],
     ],
@@ -400,7 +444,7 @@ export const MENUS = [
     groups: [
       ["undo", "redo"],
       ["cut", "copy", "paste", "duplicate", "delete"],
-      ["selectAll", "search"],
+      ["selectAll", "search", "definition", "fromDefinition"],
       ["rename", "editCode", "openChild", "group"],
       ["newNote", "frame"],
       ["layout", "layoutAll"],
@@ -416,8 +460,9 @@ export const MENUS = [
   {
     title: t("View"),
     groups: [
+      ["layoutDraw", "layoutRun", "layoutLookBack"],
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
-      ["problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
+      ["task", "problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme", "language"],
     ],

@@ -217,7 +217,7 @@ class TestsPanel extends PageElement {
   /** Write what the shown recording contains as a test of the document of its name, and run it. */
   async #keepRecording() {
     const {component} = monitor;
-    const path = await (await import("../run/documents.js")).recordedDocument();
+    const path = await (await import("../run/documents.js")).documentBelow();
     if (!path) return;
     await (await import("../data/files.js")).openPath(path);
     if (page.tabState?.path === path) await this.#keepRun(component);
