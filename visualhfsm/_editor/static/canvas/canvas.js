@@ -27,7 +27,6 @@ import {contains, distance, RADIUS} from "../measures/geometry.js";
 import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
 import {Pointer} from "./pointer.js";
-import {Rename} from "./rename.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
 import {FAR, FIT_LARGEST, TINY, VERY_FAR, Viewport} from "./viewport.js";
@@ -55,7 +54,8 @@ export class HfsmCanvas extends HTMLElement {
   empty = division("empty");
   outside = document.createElement("button");
   minimap = new Minimap(this);
-  rename = new Rename(this);
+  /** What edits names in place, once the canvas had the focus. @type {import("./rename.js").Rename | undefined} */
+  rename = undefined;
   order = new Order(this);
   pointer = new Pointer(this);
   /** The state to which a transition is about to lead. @type {SVGElement | undefined} */
@@ -95,15 +95,8 @@ export class HfsmCanvas extends HTMLElement {
     Object.assign(this.outside, {className: "outside", type: "button", hidden: true});
     this.outside.textContent = t("Everything is outside: show it ({key})", {key: keyOf("fit")});
     this.outside.addEventListener("click", () => this.fit());
-    this.append(
-      this.surface,
-      this.empty,
-      this.outside,
-      this.hint,
-      this.minimap.element,
-      this.rename.input,
-      this.speech,
-    );
+    this.append(this.surface, this.empty, this.outside, this.hint, this.minimap.element, this.speech);
+    if (!this.readOnly) this.surface.addEventListener("focus", () => this.#renaming(), {once: true});
     new ResizeObserver(() => this.#resized()).observe(this);
     for (const kind of /** @type {const} */ (["document", "problems"])) {
       store.addEventListener(kind, ({detail}) => detail.tab === page.tab && this.pointer.whenFree(() => this.redraw()));
@@ -143,7 +136,7 @@ export class HfsmCanvas extends HTMLElement {
     this.drawing.select(page.states, page.transitions, page.annotations);
     this.drawing.showLive(this.#live);
     this.order.keep();
-    this.rename.follow();
+    this.rename?.follow();
     this.#offerEdges();
     if (other && this.hadFocus) this.focusSelected();
     this.minimap.draw();
@@ -273,7 +266,13 @@ export class HfsmCanvas extends HTMLElement {
   async beginRename(kind, id) {
     if (this.readOnly) return;
     if (kind === "annotation") await (await this.#annotating()).write(id);
-    else this.rename.begin(kind, id);
+    else (await this.#renaming()).begin(kind, id);
+  }
+
+  async #renaming() {
+    const {Rename} = await import("./rename.js");
+    if (!this.rename) this.append((this.rename = new Rename(this)).input);
+    return this.rename;
   }
 
   /** What edits notes and frames in place, once it was needed. @type {Promise<Annotating> | undefined} */
@@ -350,7 +349,7 @@ export class HfsmCanvas extends HTMLElement {
 
   #leave() {
     this.cancel();
-    this.rename.cancel();
+    this.rename?.cancel();
     this.annotating?.commit();
     this.drawing.automaton = undefined; // another document may have an automaton of the same number
     if (this.#fitted === this.#view())
@@ -398,7 +397,7 @@ export class HfsmCanvas extends HTMLElement {
     this.classList.toggle("tiny", scale < TINY);
     this.#look();
     this.minimap.frame();
-    this.rename.follow();
+    this.rename?.follow();
     this.annotating?.follow();
     this.#lookOutside();
     this.dispatchEvent(new Event("view"));

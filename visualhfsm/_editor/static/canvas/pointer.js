@@ -147,7 +147,7 @@ export class Pointer {
     if (event.pointerType === "touch" && this.#touch(event)) return;
     if (this.#gesture) return;
     const {canvas} = this;
-    canvas.rename.commit();
+    canvas.rename?.commit();
     canvas.annotating?.commit();
     const group = this.#groupAt(event);
     this.#pressed = event.target === canvas.surface ? (group ?? event.target) : event.target;
