@@ -44,6 +44,7 @@ _MOST_AUTOMATA: Final = 10_000
 """The most automata in a document, with those that are imported."""
 _MAX_ID: Final = 2**31 - 1
 _IDS_EACH: Final = 1000
+_MOST_NAMES: Final = 1000  # among which one is searched that is meant
 
 _N = TypeVar("_N", Interface, RosInterface, Parameter, Event)
 _NodeT = TypeVar("_NodeT", bound=Node)
@@ -169,7 +170,7 @@ class _Resolver:
                 (at, each) for at in searched for below in ("*", "*/*") for each in at.glob(f"{below}.xml")
             )
             others = (each.relative_to(at).as_posix() for at, each in files if each != path)
-            notes = did_you_mean(name, islice(others, _MOST_AUTOMATA), "file")
+            notes = did_you_mean(name, islice(others, _MOST_NAMES), "file")
             note = Note(Message("searched in {folders}", folders=", ".join(map(str, searched))))
             message = Message("`{file}` is not found", file=shown)
             self._error(Code.IMPORT_NOT_FOUND, message, place, *notes, note)

@@ -356,7 +356,12 @@ test("states go through the system's clipboard, and through the server's while t
     ...{setAttribute() {}, addEventListener() {}, remove() {}},
   });
   const former = globalThis.document;
-  globalThis.document = /** @type {any} */ ({...former, createElement: element, body: element()});
+  globalThis.document = /** @type {any} */ ({
+    ...former,
+    createElement: element,
+    querySelector: () => null,
+    body: element(),
+  });
   t.after(() => (globalThis.document = former));
   /** @type {string[]} */
   const texts = [];

@@ -115,6 +115,16 @@ test("a run that this window starts again stays steered", async () => {
   assert.equal(said().length, 0);
 });
 
+test("a run is steered of whose statuses a slow window saw only the last one", async () => {
+  const started = monitor.start(1, () => store.request("start", {tab: 1}));
+  await settled();
+  status("started");
+  await answer(NOTHING_YET);
+  await started;
+  sends(15);
+  assert.ok(monitor.steers);
+});
+
 test("a run that ended before its first moment is over when another begins to send", async () => {
   await start();
   status("ended");

@@ -23,8 +23,7 @@ _PLAIN: Final = str.maketrans(
         "…": "...",
     }
 )
-_KINDS: Final = (('"', _DOUBLE, "“„«", "”»"), ("'", _SINGLE, "‘‚‹", "’›"))
-"""The straight quote of a kind, all quotes, and those that begin and that end a string."""
+_KINDS: Final = (('"', _DOUBLE, "“„«", "”»"), ("'", _SINGLE, "‘‚‹", "’›"))  # straight, all, first, last
 _IN_BRACES: Final = re.compile(r"(?<!\{)\{(?!\{)[^{}:!]+")
 
 

@@ -12,15 +12,10 @@ from ...messages import NO_MESSAGE, Message, all_of
 from ..codes import Code
 from ..document import Automaton, Node, State, Text, Transition
 
-_MAY_BE_IMPORTED: Final = frozenset(
-    {
-        Code.UNDEFINED_NAME,
-        Code.UNKNOWN_ATTRIBUTE,
-        Code.UNSENT_EVENT,
-        Code.UNUSED_EVENT,
-        Code.UNUSED_ROS_INTERFACE,
-    }
-)
+_MAY_BE_IMPORTED: Final = {
+    *(Code.UNDEFINED_NAME, Code.UNKNOWN_ATTRIBUTE, Code.UNSENT_EVENT),
+    *(Code.UNUSED_EVENT, Code.UNUSED_ROS_INTERFACE),
+}
 
 
 class Report:

@@ -273,11 +273,12 @@ class Monitor extends Shown {
   #takeStarted(run) {
     const {tab, component, status} = run;
     this.starts.tabs.set(component, tab);
-    if (status === "generating" && this.#next?.tab === tab) {
+    const begins = !["stopping", "ended"].includes(status); // a slow window may not see each status
+    if (begins && this.#next?.tab === tab) {
       this.#next.component = component;
       this.starts.running.add(component);
     }
-    if (status === "starting" && component === this.component) this.followed.begun = true;
+    if (begins && component === this.component) this.followed.begun = true;
     if (status !== "ended") return;
     if (component === this.#next?.component) this.#next = undefined;
     this.starts.running.delete(component);
