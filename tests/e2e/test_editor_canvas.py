@@ -275,6 +275,13 @@ def test_copies_carry_their_sub_tree_into_another_automaton_and_editor_and_broke
         expect(other.page.get_by_role("alert").filter(has_text="Cannot paste")).to_contain_text("line 1")
         other.expect_states("follow", "search", "followBall")
 
+        # What is no state becomes a note.
+        other.page.evaluate("navigator.clipboard.writeText('buy milk\\r\\nand <VisualHFSM>')")
+        other.press("Control+v")
+        note = "Note: buy milk\nand <VisualHFSM>"
+        expect(other.page.locator(".annotation")).to_have_attribute("aria-label", note)
+        expect(other.page.locator(".last-step")).to_have_text("Add a note")
+
 
 @pytest.mark.parametrize("merge_within", [FOREVER])
 def test_all_is_done_with_the_keyboard_alone(shown: EditorPage, root: Path) -> None:

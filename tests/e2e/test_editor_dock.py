@@ -145,8 +145,21 @@ def test_a_browser_without_3d_says_so_and_shows_a_camera(shown: EditorPage) -> N
         }"""
     )
     shown.button("See the robot").click()
-    expect(dock(shown)).to_contain_text("This browser cannot draw in 3D")
-    dock(shown).get_by_role("combobox", name="Picture of the robot").select_option("Camera")
+    picture = dock(shown).get_by_role("combobox", name="Picture of the robot")
+    expect(dock(shown).locator("hfsm-camera canvas")).to_be_visible()
+    expect(picture).to_have_value("Camera")
+    expect(picture.get_by_role("option", name="In 3D")).to_be_disabled()
+
+    # While the robot is lost there is no camera to choose, and no empty choice.
+    set_cameras = "async (names) => { (await import(window.monitorModule)).monitor.robot.cameras = names; }"
+    shown.page.evaluate(
+        """() => { window.monitorModule = document.querySelector("script[src$='/app.js']").src
+            .replace("shell/app.js", "run/monitor.js"); }"""
+    )
+    for names, value in (([], "3D"), (["Camera"], "Camera")):
+        shown.page.evaluate(set_cameras, names)
+        shown.page.evaluate("document.querySelector('hfsm-robot-dock').requestUpdate()")
+        expect(picture).to_have_value(value)
     expect(dock(shown).locator("hfsm-camera canvas")).to_be_visible()
     shown.mishaps.clear()  # three.js logs it
 

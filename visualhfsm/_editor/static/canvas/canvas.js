@@ -160,7 +160,7 @@ export class HfsmCanvas extends HTMLElement {
     this.drawing.showLive(live);
   }
 
-  /** The position of a pointer in the drawing. @param {MouseEvent} event */
+  /** The position of a pointer in the drawing. @param {Pick<MouseEvent, "clientX" | "clientY">} event */
   point({clientX, clientY}) {
     const {left, top} = this.getBoundingClientRect();
     return this.viewport.toDrawing(clientX - left, clientY - top);

@@ -15,8 +15,6 @@ import {iconButton} from "./icons.js";
 import {laterStyles} from "./styles.js";
 import {t} from "./texts.js";
 
-await laterStyles();
-
 /**
  * Show a dialog until it is closed.
  *
@@ -29,6 +27,8 @@ export function showDialog({title, content, footer, wide = false}) {
   const dialog = document.createElement("dialog");
   dialog.className = wide ? "wide" : "";
   dialog.setAttribute("aria-labelledby", "dialog-title");
+  dialog.style.opacity = "0";
+  laterStyles().then(() => (dialog.style.opacity = ""));
   const before = /** @type {HTMLElement | null} */ (document.activeElement);
   return new Promise((resolve) => {
     /** @type {T | undefined} */

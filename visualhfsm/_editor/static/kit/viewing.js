@@ -6,7 +6,7 @@
 
 /** What viewers can do, besides STOP, which is no action of this kind. */
 const ALLOWED = new Set([
-  ..."select edit editCode editEntry editExit selectAll cancel up fit fitSelection zoomIn zoomOut wheelZooms".split(
+  ..."select edit editCode editEntry editExit selectAll cancel up fit fitSelection zoomIn zoomOut wheelZooms menu".split(
     " ",
   ),
   ..."goLeft goRight goUp goDown goNext goBack search problems output tree theme language palette help".split(" "),

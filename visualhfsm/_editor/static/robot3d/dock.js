@@ -53,8 +53,9 @@ export class RobotDock extends MonitorElement {
   }
 
   get #shown() {
-    if (this.shows === IN_3D && this.view?.impossible && this.#cameras.includes(OUTSIDE)) return OUTSIDE;
-    return this.#cameras.includes(this.shows) ? this.shows : IN_3D;
+    const cameras = this.#cameras;
+    const [camera = IN_3D] = [this.shows, OUTSIDE, ...cameras].filter((each) => cameras.includes(each));
+    return camera === this.shows || this.view?.impossible ? camera : IN_3D;
   }
 
   /** Whether the panel has the robot in 3D, which exists once. */
@@ -69,12 +70,11 @@ export class RobotDock extends MonitorElement {
       <div class="dock-head">
         <select
           aria-label=${t("Picture of the robot")}
-          .value=${shown}
           @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => this.#choose(target.value)}
         >
-          <option value=${IN_3D} ?selected=${shown === IN_3D}>${t("In 3D")}</option>
+          <option value=${IN_3D} ?disabled=${this.view?.impossible} .selected=${shown === IN_3D}>${t("In 3D")}</option>
           ${this.#cameras.map(
-            (name) => html`<option value=${name} ?selected=${name === shown}>${titleOf(name)}</option>`,
+            (name) => html`<option value=${name} .selected=${name === shown}>${titleOf(name)}</option>`,
           )}
         </select>
         <button

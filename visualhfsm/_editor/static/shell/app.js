@@ -308,7 +308,7 @@ export class HfsmApp extends PageElement {
 
   /** Show the menu of the robot. */
   showRobotMenu() {
-    /** @type {import("./robot-pill.js").RobotPill | null} */ (this.querySelector("hfsm-robot"))?.toggle(true);
+    /** @type {HTMLElement | null} */ (this.querySelector("#robot-menu"))?.togglePopover(true);
   }
 
   /** Show which components run. */
