@@ -71,10 +71,16 @@ def picture_parts(picture: ElementTree.Element) -> tuple[list[str], list[tuple[s
     paths = [path.attrib["d"] for path in picture.iter(f"{space}path") if path.get("d")]
     styles = ("r", "fill", "stroke", "stroke-width")
     circles = [
-        tuple(computed(circle.get(name, "")) for name in styles) for circle in picture.iter(f"{space}circle")
+        tuple(computed(circle.get(name, "")) for name in styles[: 4 if has_line(circle) else 2])
+        for circle in picture.iter(f"{space}circle")
     ]
     lines = [line.strip() for text in picture.iter(f"{space}text") for line in text.itertext()]
     return paths, circles, [line for line in lines if line]
+
+
+def has_line(circle: ElementTree.Element) -> bool:
+    """Return whether a circle is more than filled."""
+    return circle.get("stroke", "none") != "none"
 
 
 def computed(value: str) -> str:

@@ -65,7 +65,7 @@ def test_the_robot_is_stopped_and_reset_in_every_window_and_its_component_pauses
             expect(status(shown)).to_have_count(0)
             shown.button("1 running").click()
             expect(shown.page.get_by_role("menuitem", name="follow_me")).to_be_focused()
-            stop, menu = (Box.of(shown.page.locator(each)) for each in (".stop-button", ".menu"))
+            stop, menu = (Box.of(shown.page.locator(each)) for each in (".stop-button", "[role=menu]"))
             assert not menu.overlaps(stop), "a part of the menu lies under STOP"
             shown.press("Control+Shift+Space")
             expect(shown.page.locator(".notice").filter(has_text="follow_me")).to_contain_text(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import Locator, Route, expect
 
 from tests.support.browser import EditorPage
 
@@ -50,3 +50,19 @@ def test_an_unexpected_error_is_shown_once_and_the_page_can_be_loaded_again(show
     shown.page.route("**/app.js", lambda route: route.abort())
     shown.page.reload()
     expect(alert(shown)).to_contain_text("app.js could not be loaded")
+
+
+def test_a_browser_that_is_too_old_gets_a_sentence(shown: EditorPage) -> None:
+    sentence = shown.page.get_by_text("VisualHFSM needs a newer browser: Firefox 128")
+    expect(sentence).to_be_hidden()
+
+    def without_popovers(route: Route) -> None:
+        answer = route.fetch()
+        route.fulfill(response=answer, body=answer.text().replace(":popover-open", ":unheard-of"))
+
+    shown.page.route("**/theme.css", without_popovers)
+    shown.page.route("**/app.js", lambda route: route.fulfill(content_type="text/javascript", body=""))
+    shown.page.reload()
+    expect(sentence).to_be_visible()
+    assert shown.violations() == []
+    expect(shown.page.get_by_text("VisualHFSM necesita un navegador")).to_be_visible()

@@ -171,7 +171,7 @@ class TakeDefault(Command, frozen=True, kw_only=True):
         if item is None:
             raise EditError(
                 Message("Cannot take the default of “{name}”", name=self.name[:30]),
-                Message("the variables do not set it to a literal in a line of its own"),
+                Message("the variables do not set it to a literal in a separate line"),
                 Message("write the default, and delete the line yourself"),
             )
         kind, given = _TYPES.get(type(value), "object"), item.type.text.strip()

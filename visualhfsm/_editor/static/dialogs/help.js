@@ -50,7 +50,7 @@ const SIGNS = [
   [t("Final state"), {final: true}],
   [t("With a sub-automaton"), {children: [1]}],
   [t("With two parallel sub-automata"), {children: [1, 2]}],
-  [t("It begins anew on entry"), {children: [1], history: "restart"}],
+  [t("Restarts on entry"), {children: [1], history: "restart"}],
   [t("With code"), {code: "-"}],
 ];
 const TRIGGERS = [

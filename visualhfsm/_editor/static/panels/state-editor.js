@@ -165,7 +165,7 @@ function history(place, state, readonly) {
     >${t("When entered again")}
     <select ?disabled=${readonly} @change=${choose}>
       <option value="" ?selected=${state.history !== "restart"}>${t("it goes on where it was")}</option>
-      <option value="restart" ?selected=${state.history === "restart"}>${t("it begins anew")}</option>
+      <option value="restart" ?selected=${state.history === "restart"}>${t("it restarts")}</option>
     </select></label
   >`;
 }

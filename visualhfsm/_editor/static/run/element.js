@@ -73,7 +73,7 @@ export function whyUnknown() {
   const {trouble = ""} = monitor.newest?.robot ?? {};
   return trouble
     ? t("The robot's joints cannot be read: {trouble}", {trouble})
-    : t("No robot is here that tells its joints.");
+    : t("No robot here reports its joints.");
 }
 
 /** A time of the wall's clock. @param {number} seconds since 1970 */

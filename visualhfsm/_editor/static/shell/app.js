@@ -363,7 +363,7 @@ export class HfsmApp extends PageElement {
       </header>
       <div class="second-row" role="region" aria-label=${t("Run and draw")}>
         <hfsm-monitor-bar></hfsm-monitor-bar>
-        <div class="path" ?hidden=${starting}>
+        <div class="crumbs" ?hidden=${starting}>
           ${actionButton("up", this.context, {label: false})}<hfsm-breadcrumbs></hfsm-breadcrumbs>
         </div>
         <hfsm-tools ?hidden=${starting}></hfsm-tools>
