@@ -57,10 +57,10 @@ def define(document: Document, place: Place, code: str, line: int, column: int) 
 
 
 def _asked(code: str, line: int, column: int) -> tuple[str, str]:
-    """Return the name at a position, or before it, and what has it: `self`, `event` for a text, or ""."""
+    """Return the name at a position, and what has it: `self`, `event` for a text, or ""."""
     tree: Any = parso.parse(code)
-    leaves = [tree.get_leaf_for_position((line, at)) for at in (column, max(0, column - 1))]
-    leaf = next((each for each in leaves if each is not None and each.type in ("name", "string")), None)
+    sides = (tree.get_leaf_for_position((line, at)) for at in (column, column + 1))
+    leaf = next((each for each in sides if each is not None and each.type in ("name", "string")), None)
     if leaf is not None and leaf.type == "string":
         return str(ast.literal_eval(leaf.value)), "event"
     names: list[str] = []

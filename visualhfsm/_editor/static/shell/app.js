@@ -15,7 +15,6 @@ import "../canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
-import {mayRun, startBeside} from "./beside.js";
 import {askBy, askTab} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {holdKeys} from "../kit/holding.js";
@@ -212,6 +211,7 @@ export class HfsmApp extends PageElement {
    * @param {string[]} options
    */
   async run(options = [], {record = false, dryRun = false} = {}) {
+    const {mayRun, startBeside} = await holdKeys(() => import("./beside.js"));
     const {tab, document: shown} = page;
     if (!shown || monitor.starting === tab) return;
     if (!(await mayRun(tab, this.context, !options.length && !record && !dryRun))) return;

@@ -52,6 +52,8 @@ def defined(code: str, place: Place = WALK) -> str | None:
         ("st|eps = 2", "variables of 1, 2:1+5"),
         ("if goal|: pass", "variables of 1, 2:8+4"),
         ("a = self.fin|d('red')", "functions of 1, 1:5+4"),
+        ("a = self.|find('red')", "functions of 1, 1:5+4"),
+        ("|steps += 1", "variables of 1, 2:1+5"),
         ("self.deep|()", "functions of 2, 1:5+4"),
         ("self.Head|.setPose(1, 0, 0)", "interfaces of document, 1:1+4"),
         ("self.Head.setPose|(1, 0, 0)", "interfaces of document, 1:1+4"),
