@@ -391,7 +391,6 @@ export class HfsmCanvas extends HTMLElement {
   #transform() {
     const {x, y, scale} = this.viewport;
     this.svg.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) scale(${scale.toFixed(6)})`;
-    if (FINGERS.matches) this.style.setProperty("--scale", scale.toFixed(2));
     this.classList.toggle("far", scale < FAR);
     this.classList.toggle("very-far", scale < VERY_FAR);
     this.classList.toggle("tiny", scale < TINY);
@@ -412,6 +411,8 @@ export class HfsmCanvas extends HTMLElement {
       const places = [...this.drawing.places.values()];
       const {seen} = this.viewport;
       this.drawing.rest();
+      // Not in each frame: the browser would look at the style of everything.
+      if (FINGERS.matches) this.style.setProperty("--scale", this.viewport.scale.toFixed(2));
       this.outside.hidden = !this.#size.width || !places.length || places.some((place) => isNear(place, seen));
     }, REST);
   }
