@@ -56,9 +56,8 @@ def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
     Neither hidden trials, nor judges, nor the solution are among them.
     """
     start = exercise.start
-    document = (
-        start.read_bytes() if start is not None else write_document(Document(automata=(Automaton(id=1),)))
-    )
+    empty = Document(automata=(Automaton(id=1),))
+    document = write_document(empty).encode() if start is None else start.read_bytes()
     rows = [
         f"| {criterion.asks[language]} | {figure(language, criterion.points)} |"
         for criterion in exercise.criteria
@@ -68,6 +67,6 @@ def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
     task = "\n".join([exercise.task(language).read_text("utf-8").rstrip(), "", *robots, head, *rows, ""])
     return {
         "task.md": task.encode(),
-        f"{exercise.name}.xml": document if isinstance(document, bytes) else document.encode(),
+        f"{exercise.name}.xml": document,
         f"{exercise.name}{SUFFIX}": (exercise.folder / f"{VISIBLE}.toml").read_bytes(),
     }
