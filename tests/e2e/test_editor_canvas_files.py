@@ -460,7 +460,7 @@ def test_python_draws_what_the_page_exports(shown: EditorPage) -> None:
     shown.expect_states("walkToEnd", "end", "Süd-Öffnung prüfen")
     shown.page.evaluate("window.print = () => {}")
     shown.press("Control+e")
-    shown.page.get_by_role("button", name="The whole component").click()
+    shown.page.get_by_role("button", name="The whole behavior").click()
     pictures = shown.page.locator("body > .pages figure > svg")
     expect(pictures).to_have_count(3)
     for automaton, picture in zip(document.automata, pictures.all(), strict=True):
@@ -512,12 +512,12 @@ def test_documents_are_exported_and_printed(shown: EditorPage, tmp_path: Path) -
     width, height = struct.unpack(">II", content[16:24])
     assert (width, height) == (2 * float(picture.attrib["width"]), 2 * float(picture.attrib["height"]))
 
-    # The whole component is printed, and nothing else.
+    # The whole behavior is printed, and nothing else.
     open_file(shown, "dance_and_follow.xml")
     shown.expect_states("followBall", "dance")
     shown.page.evaluate("window.print = () => {}")  # the dialog of the browser stays open
     shown.press("Control+e")
-    shown.page.get_by_role("button", name="The whole component").click()
+    shown.page.get_by_role("button", name="The whole behavior").click()
     pages = shown.page.locator("body > .pages")
     shown.page.emulate_media(media="print")
     expect(pages.get_by_role("heading", name="dance_and_follow").first).to_be_visible()

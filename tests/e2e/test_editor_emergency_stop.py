@@ -68,7 +68,9 @@ def test_the_robot_is_stopped_and_reset_in_every_window_and_its_component_pauses
                 "() => document.querySelector('.menu').getBoundingClientRect().right"
             ), "a part of the menu lies under STOP"
             shown.press("Control+Shift+Space")
-            expect(shown.page.locator(".notice").filter(has_text="follow_me")).to_contain_text("Stopped: ")
+            expect(shown.page.locator(".notice").filter(has_text="follow_me")).to_contain_text(
+                "Ended: follow_me."
+            )
             assert process.wait() == 0
         expect(shown.button("Nothing runs")).to_be_visible()
         expect(shown.button("STOP the robot and all that runs")).to_be_visible()

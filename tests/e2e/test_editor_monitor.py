@@ -157,6 +157,9 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     force_late(shown)
     expect_current(shown, "go")
     expect(shown.state("wait")).to_have_class(re.compile(r"\btrail\b"))
+    expect(shown.page.locator("hfsm-canvas .state:not(.selected) .glow:visible")).to_have_count(
+        0
+    )  # a ring: selected
     expect(shown.transition("late")).to_have_class(re.compile(r"\bfired\b"))
     expect(rows.filter(has_text="go")).to_have_attribute("aria-current", "true")
     expect(rows.filter(has_text="look")).to_have_attribute("data-live", "ghost")
@@ -239,7 +242,7 @@ def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(
     expect(status(shown)).to_have_count(0)
     expect(timeline).to_have_count(0)
     expect(values).to_have_count(0)
-    expect(shown.page.locator("hfsm-monitor-panel")).to_contain_text("Nothing is followed. Press F5 to run")
+    expect(shown.page.locator("hfsm-monitor-panel")).to_contain_text("Nothing runs yet.")
     show_document(shown, "guide")
     expect(status(shown)).to_have_text("Ended: stopped")
     expect(timeline).to_be_visible()
@@ -357,7 +360,7 @@ def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) ->
     expect(status(shown)).to_contain_text("Ended: '>' not supported")
     notice(shown, "ended: '>' not supported")
     shown.page.get_by_role("tab", name=re.compile("^Errors")).click()
-    error = shown.page.get_by_role("list", name="Errors of the component").get_by_role("button").first
+    error = shown.page.get_by_role("list", name="Errors of the behavior").get_by_role("button").first
     sign, message = error.get_by_role("img").bounding_box(), error.locator(".message").bounding_box()
     assert sign is not None
     assert message is not None
@@ -396,7 +399,7 @@ def test_a_component_started_elsewhere_is_watched_found_again_and_stopped(
     expect(status(shown)).to_contain_text("Gone since")
     expect(canvas).to_have_class(re.compile(r"\bstale\b"))
 
-    stopped = shown.page.locator(".notice").filter(has_text="Stopped: Body, Head, Motors, walk.")
+    stopped = shown.page.locator(".notice").filter(has_text="The robot stands still. Ended: walk.")
     for by_key in (True, False):
         with started_elsewhere(robot, path) as process:
             expect(status(shown)).to_have_text("Running")

@@ -401,7 +401,7 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
     show_list(shown, "Alt+i", "interface")
     entry = add(shown, "interface", "camera")
     entry.get_by_label("Interface", exact=True).fill("Camera")
-    entry.get_by_label("Identity", exact=True).fill("CameraBottom")
+    entry.get_by_label("Name on the robot", exact=True).fill("CameraBottom")
 
     show_list(shown, "Alt+p", "parameter")
     field = add(shown, "parameter", "speed").get_by_label("Default", exact=True)

@@ -265,7 +265,8 @@ def test_an_exercise_is_given_in_the_language_of_the_system_whose_locale_is_not_
 def test_a_pupil_gets_the_task_and_nothing_hidden(tmp_path: Path) -> None:
     visualhfsm(tmp_path, "new", "ana", "--exercise", "nod", "--language", "es")
     folder = tmp_path / "ana"
-    assert sorted(path.name for path in folder.iterdir()) == ["nod.trials.toml", "nod.xml", "task.md"]
+    files = sorted(path.name for path in folder.iterdir())
+    assert files == ["nod.trials.toml", "nod.xml", "task.en.md", "task.md"]
     task = (folder / "task.md").read_text("utf-8")
     assert task.startswith("# Di que sí tres veces")
     assert "| Después pasa a `done` | 2 |" in task

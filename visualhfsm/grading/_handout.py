@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from mimetypes import guess_type
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -51,22 +52,37 @@ def chosen_language(exercise: Exercise, given: str | None) -> str:
 
 
 def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
-    """Return the files that a pupil gets in a language of the exercise, by name.
+    """Return the files that a pupil gets, by name: neither hidden trials, nor judges, nor the solution.
 
-    Neither hidden trials, nor judges, nor the solution are among them.
+    The task is there in each language, with its pictures; `task.md` is the one in `language`.
     """
     start = exercise.start
     empty = Document(automata=(Automaton(id=1),))
     document = write_document(empty).encode() if start is None else start.read_bytes()
+    others = {f"task.{each}.md": _task(exercise, each) for each in exercise.languages if each != language}
+    files = sorted(exercise.folder.iterdir())
+    pictures = [each for each in files if "image/" in str(guess_type(each.name, strict=False))]
+    return {
+        "task.md": _task(exercise, language),
+        f"{exercise.name}.xml": document,
+        f"{exercise.name}{SUFFIX}": (exercise.folder / f"{VISIBLE}.toml").read_bytes(),
+        **others,
+        **{each.name: each.read_bytes() for each in pictures},
+    }
+
+
+def _task(exercise: Exercise, language: str) -> bytes:
+    text = exercise.task(language).read_text("utf-8").rstrip()
+    return f"{text}\n\n{points_table(exercise, language)}\n".encode()
+
+
+def points_table(exercise: Exercise, language: str) -> str:
+    """Return what earns points, and the robots for which an exercise is made, as Markdown."""
+    language = exercise.language(language)
     rows = [
         f"| {criterion.asks[language]} | {figure(language, criterion.points)} |"
         for criterion in exercise.criteria
     ]
     head = f"| {say(language, 'counts')} | {say(language, 'points')} |\n|---|---|"
     robots = [say(language, "robots", robots=", ".join(exercise.robots)), ""] if exercise.robots else []
-    task = "\n".join([exercise.task(language).read_text("utf-8").rstrip(), "", *robots, head, *rows, ""])
-    return {
-        "task.md": task.encode(),
-        f"{exercise.name}.xml": document,
-        f"{exercise.name}{SUFFIX}": (exercise.folder / f"{VISIBLE}.toml").read_bytes(),
-    }
+    return "\n".join([*robots, head, *rows])

@@ -16,10 +16,13 @@ import {applyHere, selectAdded} from "../data/commands.js";
 import {holdKeys} from "../kit/holding.js";
 import {keyOf} from "../kit/keys.js";
 import {isImporting} from "../data/outline.js";
+import {render, html, nothing} from "lit";
+import {offers} from "../kit/buttons.js";
+import {importLink} from "../data/import-link.js";
 import {page} from "../data/page.js";
 import {problemOf} from "../data/problems.js";
 import {store} from "../data/store.js";
-import {t} from "../kit/texts.js";
+import {rich, t} from "../kit/texts.js";
 import {contains, distance, RADIUS} from "../measures/geometry.js";
 import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
@@ -30,6 +33,8 @@ import {make} from "./svg.js";
 import {FAR, TINY, VERY_FAR, Viewport} from "./viewport.js";
 
 const REST = 300; // ms
+const FINGERS = matchMedia("(pointer: coarse)"); // for which canvas.css makes names larger, the farther away
+const FIRST_ACTS = {newState: t("Draw a state"), shelf: t("Take one from the shelf"), example: t("Open an example")};
 
 export class HfsmCanvas extends HTMLElement {
   drawing = new Drawing();
@@ -403,14 +408,23 @@ export class HfsmCanvas extends HTMLElement {
     const isEmpty = automaton && !automaton.states.length && !automaton.annotations.length;
     this.empty.hidden = !isEmpty || Boolean(this.tool);
     if (!automaton || this.empty.hidden) return;
-    this.empty.textContent = automaton.imported
-      ? t("This automaton comes from {file}. Open that file to change it.", {file: automaton.imported.file})
-      : t("Nothing here yet. Press S to add the first state, or double-click.");
+    const {imported} = automaton;
+    const {context} = /** @type {import("../shell/app.js").HfsmApp | null} */ (this.closest("hfsm-app")) ?? {};
+    render(
+      imported
+        ? html`<p>
+            ${rich("This automaton comes from {file}. Open that file to change it.", {file: importLink(imported.file)})}
+          </p>`
+        : html`<p>${t("Nothing here yet.")}</p>
+            ${context && !this.readOnly ? offers(FIRST_ACTS, context) : nothing}`,
+      this.empty,
+    );
   }
 
   #transform() {
     const {x, y, scale} = this.viewport;
     this.svg.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) scale(${scale.toFixed(6)})`;
+    if (FINGERS.matches) this.style.setProperty("--scale", scale.toFixed(2));
     this.classList.toggle("far", scale < FAR);
     this.classList.toggle("very-far", scale < VERY_FAR);
     this.classList.toggle("tiny", scale < TINY);

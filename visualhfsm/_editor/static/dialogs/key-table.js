@@ -62,6 +62,9 @@ export function keyTable() {
       "zoomOut",
       "palette",
       "search",
+      "definition",
+      "fromDefinition",
+      "task",
       "problems",
       "output",
       "undoSteps",
@@ -82,7 +85,7 @@ export function keyTable() {
       "tests",
       "trials",
     ],
-    [t("Follow and steer")]: MONITOR_KEYS,
+    [t("Watch and control")]: MONITOR_KEYS,
   };
   return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.map(row)}));
 }

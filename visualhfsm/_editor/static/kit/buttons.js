@@ -45,6 +45,17 @@ export function actionButton(id, context, {label = true, kind = "", words, image
 }
 
 /**
+ * Buttons for what one may do first where nothing is yet: words by the ids of actions.
+ *
+ * @param {Record<string, string>} acts
+ * @param {import("./registry.js").Context} context
+ */
+export const offers = (acts, context) =>
+  html`<div class="offers">
+    ${Object.entries(acts).map(([id, words]) => isOffered(id) && actionButton(id, context, {words, label: "short"}))}
+  </div>`;
+
+/**
  * A button that opens a menu.
  *
  * @param {string} name

@@ -84,7 +84,7 @@ const answers = ({times, pictures, body}, moments) => {
 /** The messages that the server would push about the document. @param {Content} content @returns {Push[]} */
 function pushes({name, document}) {
   const title = `${name}.xml`;
-  const named = {tab: TAB, title, component: name, path: "", recording: name};
+  const named = {tab: TAB, title, component: name, path: "", recording: name, task: false};
   /** @type {Push[]} */
   const all = [
     {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], present: []},

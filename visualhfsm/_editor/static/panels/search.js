@@ -10,7 +10,7 @@ import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
 import {viewing} from "../kit/viewing.js";
 import {keyOf, wordsFor} from "../code/places.js";
-import {moveAmongRows} from "../kit/rows.js";
+import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 const PAUSE = 150; // ms
 const SHOWN = 200;
@@ -180,9 +180,8 @@ class Search extends PageElement {
     const [hit] = line;
     const document = store.documents.get(hit.tab);
     const title = hit.tab !== page.tab ? store.workspace.tabs.find((each) => each.tab === hit.tab)?.title : undefined;
-    const words = document ? wordsFor(document, hit.place) : [];
-    const number = hit.line > 1 || LINES.test(hit.place.part ?? "") ? `:${hit.line}` : "";
-    const where = `${[title, ...words].filter(Boolean).join(" › ")}${number}`;
+    const words = [...(title ? [title] : []), ...(document ? wordsFor(document, hit.place) : [])];
+    if (hit.line > 1 || LINES.test(hit.place.part ?? "")) words.push(`${words.pop() ?? ""}:${hit.line}`);
     return html`<li class="hit-row">
       <button
         type="button"
@@ -190,7 +189,7 @@ class Search extends PageElement {
         aria-current=${current && line.includes(current) ? "true" : nothing}
         @click=${() => this.#go(hit)}
       >
-        <span class="where" title=${where}><bdi>${where}</bdi></span>
+        ${pathOf(words)}
         <code class="excerpt">${marked(line)}</code>
       </button>
       ${
@@ -198,7 +197,7 @@ class Search extends PageElement {
           ? html`<button
               type="button"
               class="tool"
-              aria-label=${t("Replace in {where}", {where})}
+              aria-label=${t("Replace in {where}", {where: words.join(" › ")})}
               @click=${() => this.#replace({place: hit.place, line: hit.line})}
             >
               ${t("Replace")}

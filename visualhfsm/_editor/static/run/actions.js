@@ -86,7 +86,7 @@ export const monitorActions = [
     keys: ["Alt+A"],
     scope: "typing",
     run: ({app}) => app.showRunning(),
-    hint: t("a component that runs anywhere in the realm"),
+    hint: t("a behavior that runs elsewhere"),
   },
   {
     id: "unfollow",
@@ -117,7 +117,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: () => runs() || Boolean(page.document),
     run: async ({app}) => (runs() ? (await recorder()).toggleRecording() : app.run([], {record: true})),
-    hint: t("the followed component, until pressed again; or run and record the document"),
+    hint: t("the followed behavior, until pressed again; or run and record the document"),
   },
   {
     id: "recordRun",
@@ -215,7 +215,7 @@ export const monitorActions = [
   },
   {
     id: "steering",
-    label: t("Steer, or only watch"),
+    label: t("Control, or only watch"),
     icon: "lock",
     keys: ["Alt+U"],
     scope: "typing",
@@ -314,7 +314,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: () => Boolean(page.state),
     run: ({app}) => app.run(["--begin-at", `${page.shownAutomaton.id}.${page.state?.id}`]),
-    hint: t("run the component with this state as its first"),
+    hint: t("run the behavior with this state as its first"),
   },
   {
     id: "force",

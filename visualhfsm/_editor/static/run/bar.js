@@ -53,7 +53,7 @@ class MonitorBar extends MonitorElement {
         ${
           viewing.on
             ? nothing
-            : html`<div role="group" aria-label=${t("Run and steer")}>
+            : html`<div role="group" aria-label=${t("Run and control")}>
                 ${actionButton("run", this.context, {label: "short", kind: "primary"})}
                 ${menuButton(t("Other ways to run"), "chevron", this.#more)}
                 ${this.#button("pauseResume", paused ? {image: "resume", words: t("Resume")} : {words: t("Pause")})}
@@ -88,7 +88,9 @@ class MonitorBar extends MonitorElement {
       <strong class="component" title=${monitor.recording?.file || monitor.component}
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
-      <span class="time" title=${t("Component time")}>${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
+      <span class="time" title=${t("Time of the behavior")}
+        >${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span
+      >
       ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${this.#elsewhere()}
       ${
         recording || viewing.on
@@ -98,11 +100,11 @@ class MonitorBar extends MonitorElement {
               class="switch"
               role="switch"
               aria-checked=${writable}
-              title=${t("Whether this window may steer the component ({key})", {key: keyOf("steering")})}
+              title=${t("Whether this window may control the behavior ({key})", {key: keyOf("steering")})}
               ?disabled=${!isEnabled("steering", this.context)}
               @click=${() => perform("steering", this.context)}
             >
-              <span class="knob" aria-hidden="true"></span>${writable ? t("Steering") : t("Only watching")}
+              <span class="knob" aria-hidden="true"></span>${writable ? t("In control") : t("Only watching")}
             </button>`
       }
       <span class="room"></span>

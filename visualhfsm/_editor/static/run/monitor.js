@@ -263,7 +263,7 @@ class Monitor extends Shown {
     if (before && !this.writable && !viewing.on)
       notify(
         t(
-          "Another run of {component} has begun, which this window did not start: it is only watched until you switch Steering on.",
+          "Another run of {component} has begun, which this window did not start: it is only watched until you take control.",
           {component: this.component},
         ),
       );

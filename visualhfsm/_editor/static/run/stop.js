@@ -40,6 +40,7 @@ export async function stopRobot() {
   clearErrors(STOP);
   late.clear();
   started.stopHere();
+  const running = monitor.present;
   let confirmed = () => {};
   const isLate = t(
     "STOP is not confirmed yet, and repeated. If the robot moves, use its own button, or `nao stop` in a terminal.",
@@ -55,9 +56,15 @@ export async function stopRobot() {
     }
     const hung = started.failed(monitor.tab)?.component === monitor.component; // and where is said already
     if (stopped.includes(monitor.component) && !hung) monitor.end(t("it was stopped by STOP"));
-    if (stopped.length) notify(t("Stopped: {names}.", {names: stopped.join(", ")}));
+    const [ended, parts] = [true, false].map((runs) => stopped.filter((name) => running.includes(name) === runs));
+    const said = [
+      parts.length &&
+        (problems.length ? t("Stopped: {names}.", {names: parts.join(", ")}) : t("The robot stands still.")),
+      ended.length && t("Ended: {names}.", {names: ended.join(", ")}),
+    ].filter(Boolean);
+    if (said.length) notify(said.join(" "));
     else if (!problems.length && !late.size)
-      report(t("There was nothing to stop: neither a robot nor a component is present."));
+      report(t("There was nothing to stop: no robot is here, and nothing runs."));
     if (problems.length) report(t("Not stopped. {problems}", {problems: problems.join("; ")}));
   } catch (error) {
     const reason = messageOf(error);

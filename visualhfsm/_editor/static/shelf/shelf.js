@@ -9,7 +9,7 @@ import {html, nothing} from "lit";
 
 import {PageElement} from "../data/element.js";
 import {icon, isIcon} from "../kit/icons.js";
-import {keyOf} from "../kit/keys.js";
+import {isTyping, keyOf} from "../kit/keys.js";
 import {page} from "../data/page.js";
 import {resizer} from "../kit/resizer.js";
 import {browserStorage} from "../kit/storage.js";
@@ -46,8 +46,19 @@ export class Shelf extends PageElement {
   connectedCallback() {
     super.connectedCallback();
     this.listen(store, "robot", () => this.#lookAtRobot());
+    document.addEventListener("keydown", this.#giveWay);
     this.#lookAtRobot();
   }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    document.removeEventListener("keydown", this.#giveWay);
+  }
+
+  /** The description may lie over what is typed elsewhere. @param {KeyboardEvent} event */
+  #giveWay = ({target}) => {
+    if (isTyping(target) && target !== this.querySelector("input")) this.described = "";
+  };
 
   /** Open it, and let its search be typed. */
   async search() {

@@ -35,7 +35,7 @@ import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
 import {banner, keepStopInView} from "./shell.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
-import {windowStorage} from "../kit/storage.js";
+import {browserStorage, windowStorage} from "../kit/storage.js";
 import {store} from "../data/store.js";
 import {laterStyles} from "../kit/styles.js";
 import {t} from "../kit/texts.js";
@@ -55,6 +55,7 @@ const LAZY = {
   "hfsm-search": "../panels/search.js",
   "hfsm-output": "../panels/output.js",
   "hfsm-undo-steps": "../panels/undo-steps.js",
+  "hfsm-task": "../panels/task.js",
   "hfsm-tests-panel": "../trials/tests.js",
   "hfsm-trials-panel": "../trials/trials.js",
   "hfsm-monitor-toolbar": "../run/toolbar.js",
@@ -72,6 +73,7 @@ const SIDE = [
   ["hfsm-code-panel", t("Code")],
   ["hfsm-data-panel", t("Data")],
   ["hfsm-monitor-panel", t("Live")],
+  ["hfsm-task", t("Task")],
 ];
 const BOTTOM = [
   ["hfsm-problems", t("Problems")],
@@ -128,6 +130,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
     this.listen(page, "tab", () => (this.arrives = Boolean(this.elements.get("hfsm-start")?.isConnected)));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
+    this.listen(page, "tab", () => this.#offerTask());
     this.listen(page, "save", () => perform("save", this.context));
     this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
     this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(highlighted()));
@@ -285,6 +288,22 @@ export class HfsmApp extends PageElement {
     this.tree = this.showsTree ? "without-tree" : "with-tree";
   }
 
+  /** Show the task of the exercise, or fold it. */
+  async toggleTask() {
+    const panel = await this.showSide(this.side === "hfsm-task" ? "" : "hfsm-task");
+    if (panel) panel.focusFirst?.();
+    else this.canvas.focusSelected();
+  }
+
+  /** Show the task of an exercise when this browser first shows its document. */
+  #offerTask() {
+    const {task, path} = page.tabState ?? {};
+    const shown = `visualhfsm.task ${store.greeting.root}/${path}`;
+    if (!task || viewing.on || browserStorage.getItem(shown)) return;
+    browserStorage.setItem(shown, "shown");
+    this.showSide("hfsm-task");
+  }
+
   /** Show the menu of the robot. */
   showRobotMenu() {
     /** @type {import("./robot-pill.js").RobotPill | null} */ (this.querySelector("hfsm-robot"))?.toggle(true);
@@ -325,6 +344,9 @@ export class HfsmApp extends PageElement {
   render() {
     const starting = !page.document;
     return html` <header>
+        <button type="button" class="skip" ?hidden=${starting} @click=${() => this.canvas.focusSelected()}>
+          ${t("Skip to the drawing")}
+        </button>
         ${
           starting
             ? html`<span class="brand">${icon("layout")}VisualHFSM</span>`
@@ -366,7 +388,11 @@ export class HfsmApp extends PageElement {
                       largest: 1200,
                     })}
                     <section class="side" aria-label=${t("Panel beside the canvas")}>
-                      ${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}
+                      ${this.#panelTabs(
+                        SIDE.filter(([tag]) => tag !== "hfsm-task" || (page.tabState?.task && !viewing.on)),
+                        this.side,
+                        (tag) => this.showSide(tag),
+                      )}
                       <div class="content">${this.elements.get(this.side)}</div>
                     </section>`
                 : nothing

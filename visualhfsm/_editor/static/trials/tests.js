@@ -11,7 +11,7 @@ import {html, nothing} from "lit";
 import {ask} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {icon} from "../kit/icons.js";
-import {keyOf} from "../kit/keys.js";
+import {offers} from "../kit/buttons.js";
 import {monitor} from "../run/monitor.js";
 import {messageOf, notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
@@ -20,7 +20,7 @@ import {decimal, n, t} from "../kit/texts.js";
 import {covered, gapsIn, highlightOf, summary} from "../data/covered.js";
 import {showMarks, showNoMarks, showTested} from "../data/marks.js";
 import {wordsFor} from "../code/places.js";
-import {moveAmongRows} from "../kit/rows.js";
+import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 const MOST_GAPS = 300; // that are listed
 /** @type {Record<string, string>} */
@@ -206,9 +206,12 @@ class TestsPanel extends PageElement {
 
   #none() {
     const name = page.tabState?.path.replace(/^.*\//, "") ?? "";
-    return html`<p class="empty">
-      ${t("No test names {name} yet. Try it without a robot ({key}), and record that run as a test; or write a file whose name begins with test_, beside the document or in a folder tests.", {name, key: keyOf("tryIt")})}
-    </p>`;
+    return html`<div class="empty">
+      <p>
+        ${t("No test names {name} yet. Try it without a robot, and record that run as a test; or write a file whose name begins with test_, beside the document or in a folder tests.", {name})}
+      </p>
+      ${offers({tryIt: t("Try it without a robot")}, this.context)}
+    </div>`;
   }
 
   /** Run tests of the document as it is shown. @param {string[]} names */
@@ -277,7 +280,7 @@ function gapRow(document, {place, line, what, failed}) {
   const path = wordsFor(document, place);
   const isElement = place.kind !== "automaton";
   const name = wordsFor(document, isElement ? {...place, part: ""} : place).at(-1);
-  const where = [...(isElement ? path : path.slice(0, -1)), line && t("line {line}", {line})];
+  const where = [...(isElement ? path : path.slice(0, -1)), ...(line ? [t("line {line}", {line})] : [])];
   return html`<li>
     <button type="button" class="row" @click=${() => page.jump(place, line ? {line, column: 1} : {})}>
       <span
@@ -286,7 +289,7 @@ function gapRow(document, {place, line, what, failed}) {
         aria-label=${failed ? t("failed: ") : t("not passed: ")}
       ></span>
       <span class="message"><strong>${name}</strong> ${what}</span>
-      <span class="where">${where.filter(Boolean).join(" › ")}</span>
+      ${pathOf(where)}
     </button>
   </li>`;
 }
