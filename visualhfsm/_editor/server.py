@@ -155,7 +155,7 @@ class Server:
         return kept_key(journals.with_name("keys"), self._options.root, self.port, renewed=renewed)
 
     def _warn(self) -> None:
-        """Tell the user that another browser has used an address, and offer what may be wanted now."""
+        """Report that another browser has used an address, and offer what may be wanted now."""
         self._report("used again", self.new_address(self.lock_out))
         self.offer("used")
 

@@ -15,7 +15,6 @@ import "../canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
-import {mayRun, startBeside} from "./beside.js";
 import {askBy, askTab} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {holdKeys} from "../kit/holding.js";
@@ -211,8 +210,10 @@ export class HfsmApp extends PageElement {
    */
   async run(options = [], {record = false, dryRun = false} = {}) {
     const {tab, document: shown} = page;
-    if (!shown || monitor.starting === tab) return;
-    if (!(await mayRun(tab, this.context, !options.length && !record && !dryRun))) return;
+    if (!shown) return;
+    const {mayRun, startBeside} = await import("./beside.js");
+    const may = await mayRun(tab, this.context, !options.length && !record && !dryRun);
+    if (!may || monitor.starting === tab) return;
     page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
